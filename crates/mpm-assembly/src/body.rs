@@ -1,0 +1,207 @@
+//! A body: points of one law under one basis, behind an interface that knows neither.
+//!
+//! Everything inside a body is compiled for its basis and law; a [`Body`] is asked once per pass, so
+//! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
+
+use crate::advance::{AdvanceError, Converged, advanced};
+use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
+use crate::{Points, determinant};
+use mpm_basis::{Basis, Links, Stencils, UnconnectedPoint};
+use mpm_grid::{Block, Mesh, Vector};
+use mpm_material::{Material, SymmetricTensor, respond};
+use rayon::prelude::*;
+
+/// A set of material points under one basis and one law.
+pub trait Body<const D: usize>: Send + Sync {
+    /// Number of material points.
+    fn n_points(&self) -> usize;
+
+    /// Influences of all points on the nodes of `mesh`.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
+    /// Adds internal force and tangent, see [`assemble`].
+    ///
+    /// # Errors
+    /// The first point that the trial displacement inverts.
+    fn assemble(
+        &self,
+        connection: &Connection<D>,
+        input: PassInput<'_, D>,
+        sums: Sums<'_, D>,
+    ) -> Result<f64, InvertedPoint>;
+
+    /// Adds the external force of `loads` to `external`, one entry per active node [F].
+    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
+
+    /// Adds to `scale` the forces that a strain of one in every point would cause,
+    /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off [F].
+    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
+
+    /// Works out the points after a converged step, without touching the present ones.
+    ///
+    /// # Errors
+    /// The first point that cannot be carried on.
+    fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError>;
+
+    /// Makes the prepared points the present ones.
+    fn commit(&mut self);
+
+    /// One point as the outside may see it.
+    fn point(&self, point: usize) -> PointView<D>;
+
+    /// Bytes of all columns of the points.
+    fn bytes(&self) -> usize;
+}
+
+/// Loads on one body at one moment.
+#[derive(Clone, Debug, Default)]
+pub struct BodyLoads<'a, const D: usize> {
+    /// Body force per mass [L/T²]; `None` where none acts.
+    pub acceleration: Option<Vector<D>>,
+    /// Forces on single points, ascending in point [F].
+    pub point_forces: &'a [(usize, Vector<D>)],
+}
+
+/// Committed state of one material point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointView<const D: usize> {
+    /// `x_p` [L].
+    pub position: Vector<D>,
+    /// Position at rest, where it is kept [L].
+    pub reference_position: Option<Vector<D>>,
+    /// `V⁰_p` [L^D].
+    pub reference_volume: f64,
+    /// F [-].
+    pub deformation_gradient: Block<D>,
+    /// `J = det F` [-].
+    pub volume_ratio: f64,
+    /// `b_e - I` [-].
+    pub elastic_excess: SymmetricTensor,
+    /// Kirchhoff stress τ [F/L²].
+    pub kirchhoff: SymmetricTensor,
+    /// Whether the last load step was plastic.
+    pub plastic: bool,
+}
+
+/// The one kind of [`Body`] there is: basis `B`, law `M`.
+pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
+    basis: B,
+    law: M,
+    points: Points<D, B, M>,
+    prepared: Option<Points<D, B, M>>,
+}
+
+impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
+    /// A body of these points.
+    pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
+        Self { basis, law, points, prepared: None }
+    }
+
+    /// Its points.
+    pub fn points(&self) -> &Points<D, B, M> {
+        &self.points
+    }
+}
+
+impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M> {
+    fn n_points(&self) -> usize {
+        self.points.len()
+    }
+
+    fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        Stencils::of(&self.basis, mesh, &self.points.position, &self.points.domain)
+    }
+
+    fn assemble(
+        &self,
+        connection: &Connection<D>,
+        input: PassInput<'_, D>,
+        sums: Sums<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        assemble(&self.law, &self.points, connection, input, sums)
+    }
+
+    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {
+        if let Some(acceleration) = loads.acceleration {
+            assert_eq!(self.points.mass.len(), self.points.len(), "a body force needs the masses");
+            for group in (0..links.n_groups()).map(|group| links.group(group)) {
+                for k in 0..group.points {
+                    let force = acceleration * self.points.mass[group.first_point + k];
+                    for (&node, &value) in group.nodes.iter().zip(group.point(k).0) {
+                        external[node as usize] += force * value;
+                    }
+                }
+            }
+        }
+        let mut group = 0;
+        for &(point, force) in loads.point_forces {
+            while links.group_points(group).end <= point {
+                group += 1;
+            }
+            let view = links.group(group);
+            for (&node, &value) in view.nodes.iter().zip(view.point(point - view.first_point).0) {
+                external[node as usize] += force * value;
+            }
+        }
+    }
+
+    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]) {
+        let modulus = self.law.stiffness();
+        for group in (0..links.n_groups()).map(|group| links.group(group)) {
+            for k in 0..group.points {
+                let weight = modulus * self.points.reference_volume[group.first_point + k];
+                for (&node, gradient) in group.nodes.iter().zip(group.point(k).1) {
+                    scale[node as usize] += weight * gradient.norm();
+                }
+            }
+        }
+    }
+
+    fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
+        self.prepared = Some(advanced(&self.basis, &self.law, &self.points, connection, step)?);
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        if let Some(points) = self.prepared.take() {
+            self.points = points;
+        }
+    }
+
+    fn point(&self, point: usize) -> PointView<D> {
+        let points = &self.points;
+        let elastic_excess = points.elastic_excess[point];
+        PointView {
+            position: points.position[point],
+            reference_position: points.reference_position.get(point).copied(),
+            reference_volume: points.reference_volume[point],
+            deformation_gradient: points.deformation_gradient[point],
+            volume_ratio: determinant(&points.deformation_gradient[point]),
+            elastic_excess,
+            // The committed elastic state is admissible, so the law answers elastically.
+            kirchhoff: respond(&self.law, &elastic_excess, &points.history[point]).kirchhoff,
+            plastic: points.plastic.get(point).copied().unwrap_or(false),
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let points = &self.points;
+        size_of_val(&points.position[..])
+            + size_of_val(&points.reference_position[..])
+            + size_of_val(&points.reference_volume[..])
+            + size_of_val(&points.mass[..])
+            + size_of_val(&points.domain[..])
+            + size_of_val(&points.deformation_gradient[..])
+            + size_of_val(&points.elastic_excess[..])
+            + size_of_val(&points.history[..])
+            + size_of_val(&points.plastic[..])
+    }
+}
+
+/// All points of a body, viewed in parallel, in order.
+pub fn views<const D: usize>(body: &dyn Body<D>) -> Vec<PointView<D>> {
+    (0..body.n_points()).into_par_iter().map(|point| body.point(point)).collect()
+}

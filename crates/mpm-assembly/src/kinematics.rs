@@ -1,0 +1,171 @@
+//! From a displacement gradient to the trial elastic state, and small dense algebra in D dimensions.
+
+use mpm_grid::{Block, Vector};
+use mpm_material::SymmetricTensor;
+
+/// Inverse and determinant of a 1×1, 2×2 or 3×3 matrix; the inverse is meaningless where the
+/// determinant is zero.
+#[inline]
+pub(crate) fn inverse_and_determinant<const D: usize>(m: &Block<D>) -> (Block<D>, f64) {
+    let mut inverse = Block::<D>::zeros();
+    let determinant = match D {
+        1 => {
+            inverse[(0, 0)] = 1.0 / m[(0, 0)];
+            m[(0, 0)]
+        }
+        2 => {
+            let determinant = m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)];
+            let scale = 1.0 / determinant;
+            inverse[(0, 0)] = m[(1, 1)] * scale;
+            inverse[(0, 1)] = -m[(0, 1)] * scale;
+            inverse[(1, 0)] = -m[(1, 0)] * scale;
+            inverse[(1, 1)] = m[(0, 0)] * scale;
+            determinant
+        }
+        3 => {
+            let cofactor = |i: usize, j: usize| {
+                let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+                let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+                m[(a, c)] * m[(b, d)] - m[(a, d)] * m[(b, c)]
+            };
+            let determinant = m[(0, 0)] * cofactor(0, 0) + m[(0, 1)] * cofactor(0, 1) + m[(0, 2)] * cofactor(0, 2);
+            let scale = 1.0 / determinant;
+            for i in 0..3 {
+                for j in 0..3 {
+                    inverse[(j, i)] = cofactor(i, j) * scale;
+                }
+            }
+            determinant
+        }
+        _ => unreachable!("space has one, two or three dimensions"),
+    };
+    (inverse, determinant)
+}
+
+/// `J = det F` [-]; in plane strain `F_zz = 1`.
+#[inline]
+pub fn determinant<const D: usize>(f: &Block<D>) -> f64 {
+    inverse_and_determinant(f).1
+}
+
+/// `b_tr - I` of `b_tr = ΔF b_e,n ΔFᵀ` from `ΔF = I + H` and `c = b_e,n - I`, without forming either
+/// difference, so that strains of 1e-10 keep their digits:
+/// `b_tr - I = H + Hᵀ + H Hᵀ + ΔF c ΔFᵀ`.
+///
+/// With D = 2 (plane strain) the third row and column of ΔF are those of the identity.
+#[inline]
+pub(crate) fn trial_excess<const D: usize>(h: &Block<D>, excess: &SymmetricTensor) -> SymmetricTensor {
+    match D {
+        2 => {
+            let (hxx, hxy, hyx, hyy) = (h[(0, 0)], h[(0, 1)], h[(1, 0)], h[(1, 1)]);
+            let (fxx, fyy) = (1.0 + hxx, 1.0 + hyy);
+            let c = excess;
+            // Rows of ΔF c.
+            let (pxx, pxy) = (fxx * c.xx + hxy * c.xy, fxx * c.xy + hxy * c.yy);
+            let (pyx, pyy) = (hyx * c.xx + fyy * c.xy, hyx * c.xy + fyy * c.yy);
+            SymmetricTensor {
+                xx: (hxx + hxx) + (hxx * hxx + hxy * hxy) + (pxx * fxx + pxy * hxy),
+                yy: (hyy + hyy) + (hyx * hyx + hyy * hyy) + (pyx * hyx + pyy * fyy),
+                xy: (hxy + hyx) + (hxx * hyx + hxy * hyy) + (pxx * hyx + pxy * fyy),
+                zz: c.zz,
+                yz: 0.0,
+                zx: 0.0,
+            }
+        }
+        3 => {
+            let mut f = *h;
+            let mut c = Block::<D>::zeros();
+            for (i, row) in [[excess.xx, excess.xy, excess.zx], [excess.xy, excess.yy, excess.yz], [
+                excess.zx, excess.yz, excess.zz,
+            ]]
+            .iter()
+            .enumerate()
+            {
+                f[(i, i)] += 1.0;
+                for (j, entry) in row.iter().enumerate() {
+                    c[(i, j)] = *entry;
+                }
+            }
+            let fc = f * c;
+            let entry = |i: usize, j: usize| {
+                let (mut hh, mut fcf) = (0.0, 0.0);
+                for k in 0..3 {
+                    hh += h[(i, k)] * h[(j, k)];
+                    fcf += fc[(i, k)] * f[(j, k)];
+                }
+                (h[(i, j)] + h[(j, i)]) + hh + fcf
+            };
+            SymmetricTensor {
+                xx: entry(0, 0),
+                yy: entry(1, 1),
+                zz: entry(2, 2),
+                xy: entry(0, 1),
+                yz: entry(1, 2),
+                zx: entry(2, 0),
+            }
+        }
+        _ => unreachable!("a body lives in the plane or in space"),
+    }
+}
+
+/// In-plane part of a symmetric tensor, all of it in 3-D.
+#[inline]
+pub(crate) fn block<const D: usize>(t: &SymmetricTensor) -> Block<D> {
+    let full = [[t.xx, t.xy, t.zx], [t.xy, t.yy, t.yz], [t.zx, t.yz, t.zz]];
+    Block::from_fn(|i, j| full[i][j])
+}
+
+/// `Σ_v Δu_v ⊗ ∇S_vp`.
+#[inline]
+pub(crate) fn gradient<const D: usize>(increment: &[Vector<D>], gradients: &[Vector<D>]) -> Block<D> {
+    let mut h = Block::zeros();
+    for (u, g) in increment.iter().zip(gradients) {
+        for j in 0..D {
+            for i in 0..D {
+                h[(i, j)] += u[i] * g[j];
+            }
+        }
+    }
+    h
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix2, Matrix3};
+
+    #[test]
+    fn inverses_agree_with_nalgebra() {
+        let plane = Matrix2::new(1.2, -0.3, 0.4, 0.9);
+        let (inverse, determinant) = inverse_and_determinant(&plane);
+        assert!((inverse * plane - Matrix2::identity()).norm() < 1e-15);
+        assert!((determinant - plane.determinant()).abs() < 1e-15);
+        let solid = Matrix3::new(1.2, -0.3, 0.1, 0.4, 0.9, -0.2, 0.05, 0.3, 1.1);
+        let (inverse, determinant) = inverse_and_determinant(&solid);
+        assert!((inverse * solid - Matrix3::identity()).norm() < 1e-15);
+        assert!((determinant - solid.determinant()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn trial_excess_is_the_push_forward_minus_identity() {
+        let c = SymmetricTensor { xx: 0.2, yy: -0.1, zz: 0.05, xy: 0.07, yz: -0.03, zx: 0.02 };
+        let h = Matrix3::new(0.1, -0.3, 0.1, 0.4, -0.2, -0.2, 0.05, 0.3, 0.15);
+        let f = Matrix3::identity() + h;
+        let expected = f * (Matrix3::identity() + c.to_matrix()) * f.transpose() - Matrix3::identity();
+        assert!((trial_excess(&h, &c).to_matrix() - expected).norm() < 1e-15);
+
+        let c = SymmetricTensor { yz: 0.0, zx: 0.0, ..c };
+        let h = Matrix2::new(0.1, -0.3, 0.4, -0.2);
+        let mut f = Matrix3::identity();
+        f.fixed_view_mut::<2, 2>(0, 0).copy_from(&(Matrix2::identity() + h));
+        let expected = f * (Matrix3::identity() + c.to_matrix()) * f.transpose() - Matrix3::identity();
+        assert!((trial_excess(&h, &c).to_matrix() - expected).norm() < 1e-15);
+    }
+
+    #[test]
+    fn tiny_strains_keep_their_digits() {
+        let h = Matrix2::new(1e-12, 3e-13, 0.0, -2e-12);
+        let excess = trial_excess(&h, &SymmetricTensor::ZERO);
+        assert!((excess.xx / (2e-12 + 1e-24 + 9e-26) - 1.0).abs() < 1e-15);
+    }
+}

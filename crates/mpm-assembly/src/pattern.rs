@@ -1,0 +1,160 @@
+//! Sparsity of the tangent: which node couples with which, and where each coupling is stored.
+//!
+//! The lower triangle is stored by columns, equation `D·node + component`, in the order of the
+//! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
+//! and columns with nothing but their diagonal.
+
+use mpm_basis::Links;
+use rayon::prelude::*;
+
+/// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
+const CHUNK: usize = 1024;
+
+/// Lower triangle of the block-sparse tangent, `D × D` blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern<const D: usize> {
+    /// Start of every node's neighbours in `neighbour`, and its length at the end.
+    neighbour_start: Vec<usize>,
+    /// Neighbours with a higher active number than the node itself, ascending.
+    neighbour: Vec<u32>,
+    /// Start of every equation's column.
+    column_start: Vec<usize>,
+    /// Rows, ascending in each column, the diagonal first.
+    row: Vec<usize>,
+}
+
+impl<const D: usize> Pattern<D> {
+    /// Couples all nodes that share a group of any body.
+    pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
+        let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
+        let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_active);
+                let mut end = Vec::with_capacity(nodes.len());
+                let mut neighbour: Vec<u32> = Vec::new();
+                let mut found: Vec<u32> = Vec::new();
+                for node in nodes {
+                    found.clear();
+                    for (links, incidence) in bodies.iter().zip(&incidence) {
+                        for &(group, position) in incidence.at(node) {
+                            found.extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
+                        }
+                    }
+                    found.sort_unstable();
+                    found.dedup();
+                    neighbour.extend_from_slice(&found);
+                    end.push(neighbour.len());
+                }
+                (end, neighbour)
+            })
+            .collect();
+
+        let mut neighbour_start = Vec::with_capacity(n_active + 1);
+        neighbour_start.push(0);
+        let mut neighbour = Vec::with_capacity(chunks.iter().map(|(_, list)| list.len()).sum());
+        for (end, list) in chunks {
+            let offset = neighbour.len();
+            neighbour_start.extend(end.into_iter().map(|end| end + offset));
+            neighbour.extend(list);
+        }
+        let (column_start, row) = scalar_columns::<D>(&neighbour_start, &neighbour);
+        Self { neighbour_start, neighbour, column_start, row }
+    }
+
+    /// Number of equations, prescribed ones included.
+    pub fn n_equations(&self) -> usize {
+        self.column_start.len() - 1
+    }
+
+    /// Start of every column in [`Pattern::row`], and its length at the end.
+    pub fn column_start(&self) -> &[usize] {
+        &self.column_start
+    }
+
+    /// Row of every stored entry.
+    pub fn row(&self) -> &[usize] {
+        &self.row
+    }
+
+    /// Number of stored entries.
+    pub fn n_entries(&self) -> usize {
+        self.row.len()
+    }
+
+    /// Neighbours with a higher number.
+    fn neighbours(&self, node: usize) -> &[u32] {
+        &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
+    }
+
+    /// For each pair (column node, row node), column before row, of each group in turn: position of
+    /// the row among the column's neighbours.
+    pub(crate) fn slots(&self, links: &Links<D>) -> Vec<u32> {
+        let mut slots = Vec::with_capacity(links.n_groups() * 6);
+        for group in 0..links.n_groups() {
+            let nodes = links.group_nodes(group);
+            for (k, &node) in nodes.iter().enumerate() {
+                let neighbours = self.neighbours(node as usize);
+                let mut at = 0;
+                for &other in &nodes[k + 1..] {
+                    while neighbours[at] != other {
+                        at += 1;
+                    }
+                    slots.push(u32::try_from(at).expect("fewer than 2^32 neighbours"));
+                }
+            }
+        }
+        slots
+    }
+}
+
+/// Which groups each node belongs to, and at which position.
+struct Incidence {
+    start: Vec<usize>,
+    entry: Vec<(u32, u32)>,
+}
+
+impl Incidence {
+    fn of<const D: usize>(n_active: usize, links: &Links<D>) -> Self {
+        let mut start = vec![0; n_active + 1];
+        for group in 0..links.n_groups() {
+            for &node in links.group_nodes(group) {
+                start[node as usize + 1] += 1;
+            }
+        }
+        for node in 0..n_active {
+            start[node + 1] += start[node];
+        }
+        let mut next = start.clone();
+        let mut entry = vec![(0, 0); start[n_active]];
+        for group in 0..links.n_groups() {
+            for (position, &node) in links.group_nodes(group).iter().enumerate() {
+                let slot = &mut next[node as usize];
+                entry[*slot] = (group as u32, position as u32);
+                *slot += 1;
+            }
+        }
+        Self { start, entry }
+    }
+
+    fn at(&self, node: usize) -> &[(u32, u32)] {
+        &self.entry[self.start[node]..self.start[node + 1]]
+    }
+}
+
+fn scalar_columns<const D: usize>(neighbour_start: &[usize], neighbour: &[u32]) -> (Vec<usize>, Vec<usize>) {
+    let n_active = neighbour_start.len() - 1;
+    let mut column_start = Vec::with_capacity(n_active * D + 1);
+    column_start.push(0);
+    let mut row = Vec::with_capacity(n_active * D * (D + 1) / 2 + neighbour.len() * D * D);
+    for node in 0..n_active {
+        for component in 0..D {
+            row.extend((component..D).map(|i| node * D + i));
+            for &other in &neighbour[neighbour_start[node]..neighbour_start[node + 1]] {
+                row.extend((0..D).map(|i| other as usize * D + i));
+            }
+            column_start.push(row.len());
+        }
+    }
+    (column_start, row)
+}

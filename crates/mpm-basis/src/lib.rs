@@ -1,0 +1,139 @@
+//! How a material point influences the nodes of a background grid.
+//!
+//! A [`Basis`] turns a point, with the domain it carries, into influences `S_vp` and `∇S_vp` on
+//! nodes. [`Stencils`], [`ActiveNodes`] and [`Links`] hold these as data, from which everything else
+//! (active equations, sparsity pattern, order of sums) is derived.
+//!
+//! | basis | domain of a point | source |
+//! |---|---|---|
+//! | [`Smpm`] | none | Sulsky, Chen & Schreyer 1994 |
+//!
+//! ```
+//! use mpm_basis::{ActiveNodes, Links, Smpm, Stencils};
+//! use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, Vector};
+//!
+//! let axis = Axis::uniform(0.0, 2.0, 2)?;
+//! let layout = Layout::on_axes([axis.clone(), axis])?;
+//! let mesh = MeshMotion::Fixed.mesh_at(&layout, LoadFraction::START)?;
+//!
+//! // One point in the lower left cell: four of the nine nodes are active.
+//! let x = [Vector::<2>::new(0.25, 0.5)];
+//! let stencils = Stencils::of(&Smpm, &mesh, &x, &[()])?;
+//! let active = ActiveNodes::of(mesh.lattice(), &[stencils.clone()]);
+//! let links = Links::of(stencils, &active);
+//! assert_eq!(active.len(), 4);
+//!
+//! // Partition of unity.
+//! let (values, _) = links.group(0).point(0);
+//! assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod connectivity;
+mod influence;
+mod smpm;
+
+pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
+pub use influence::{Influence, Stencil};
+/// A part of a cell at rest, from which a basis seeds points.
+pub use mpm_grid::LinearCell as Piece;
+pub use smpm::Smpm;
+
+use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
+
+/// A basis says how a point's domain spreads its influence, and how that domain deforms.
+pub trait Basis<const D: usize>: Send + Sync {
+    /// Geometry a point carries for this basis; `()` for standard MPM.
+    type Domain: Clone + Send + Sync;
+
+    /// Pieces per direction that a cell is cut into for `points_per_cell` points per direction, or
+    /// what the number must be instead.
+    ///
+    /// # Errors
+    /// A sentence that says which numbers the basis can use.
+    fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
+        Ok(points_per_cell)
+    }
+
+    /// Whether the basis exists on this mesh.
+    ///
+    /// # Errors
+    /// A sentence that says which meshes the basis needs.
+    fn suits(&self, _mesh: &Mesh<D>) -> Result<(), &'static str> {
+        Ok(())
+    }
+
+    /// Places the points that stand for one piece of the body at rest.
+    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, Self::Domain>));
+
+    /// `S_vp` and its gradient with respect to start-of-step positions.
+    ///
+    /// # Errors
+    /// The position (of the point or of a part of its domain) that lies outside the mesh.
+    fn influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>>;
+
+    /// Carries the point and its domain through a converged load step.
+    ///
+    /// # Errors
+    /// What makes the convected domain unusable.
+    fn convect(
+        &self,
+        domain: &mut Self::Domain,
+        position: &mut Vector<D>,
+        step: &Convection<'_, D>,
+    ) -> Result<(), ConvectionError>;
+}
+
+/// A new point of a body at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seed<const D: usize, Domain> {
+    /// `x_p` [L].
+    pub position: Vector<D>,
+    /// `V⁰_p` [L^D].
+    pub volume: f64,
+    /// Geometry for the basis.
+    pub domain: Domain,
+}
+
+/// What a domain may know of a converged load step.
+#[derive(Clone, Copy, Debug)]
+pub struct Convection<'a, const D: usize> {
+    /// `Σ_v S_vp Δu_v` of the point [L].
+    pub displacement: Vector<D>,
+    /// F of the point at the end of the step [-].
+    pub deformation_gradient: Block<D>,
+    /// Mesh of the step, at its start.
+    pub mesh: &'a Mesh<D>,
+    /// Nodes of the step.
+    pub active: &'a ActiveNodes<D>,
+    /// `Δu_v` of every active node [L].
+    pub increment: &'a [Vector<D>],
+}
+
+impl<const D: usize> Convection<'_, D> {
+    /// `Δu_v`; zero where the node carries no material [L].
+    #[inline]
+    pub fn at_node(&self, node: NodeId) -> Vector<D> {
+        self.active.number(node).map_or_else(Vector::zeros, |v| self.increment[v])
+    }
+}
+
+/// A domain that cannot be carried on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ConvectionError {
+    /// The domain turned inside out or lost its volume.
+    #[error("its domain inverted (volume {volume:e})")]
+    Inverted {
+        /// Signed volume of the domain [L^D].
+        volume: f64,
+    },
+    /// A part of the domain left the mesh.
+    #[error("its domain left the mesh: {0}")]
+    Outside(String),
+}

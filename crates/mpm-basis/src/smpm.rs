@@ -1,0 +1,41 @@
+//! Standard MPM: the point influences the nodes of its cell by the cell's own shape functions.
+//!
+//! `S_vp = N_v(x_p)`, `∇S_vp = ∇N_v(x_p)` (Sulsky, Chen & Schreyer 1994).
+
+use crate::{Basis, Convection, ConvectionError, Piece, Seed, Stencil};
+use mpm_grid::{Mesh, OutsideMesh, Vector};
+
+/// Standard MPM; a point has no domain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Smpm;
+
+impl<const D: usize> Basis<D> for Smpm {
+    type Domain = ();
+
+    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, ()>)) {
+        place(Seed { position: piece.position(&Vector::zeros()), volume: piece.volume(), domain: () });
+    }
+
+    #[inline]
+    fn influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        _domain: &(),
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        let place = mesh.locate(x, 0.0)?;
+        mesh.values_and_gradients(&place, |node, value, gradient| stencil.add(node, value, gradient));
+        Ok(())
+    }
+
+    fn convect(
+        &self,
+        _domain: &mut (),
+        position: &mut Vector<D>,
+        step: &Convection<'_, D>,
+    ) -> Result<(), ConvectionError> {
+        *position += step.displacement;
+        Ok(())
+    }
+}

@@ -1,0 +1,267 @@
+//! Where the nodes of a lattice sit at rest: in a box, or on rings.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::lattice::{Lattice, LatticeError};
+use crate::{Axis, NodeId, Vector};
+
+/// Positions of lattice nodes before any motion.
+///
+/// Only the checked constructors make one, so that every layout has a lattice.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Layout<const D: usize> {
+    /// A rectilinear grid, graded or uniform; lattice directions are the axes.
+    #[non_exhaustive]
+    Box {
+        /// Node coordinates per direction.
+        axes: [Axis; D],
+    },
+    /// Concentric rings of nodes joined by straight edges (so a polygon); lattice directions
+    /// are (θ, r) or (θ, r, z), θ fastest and anticlockwise. This is a left-handed order: the
+    /// Jacobian determinants of its cells are negative.
+    #[non_exhaustive]
+    Ring {
+        /// Centre of the rings `[L]`, in the plane of the first two coordinates.
+        centre: [f64; 2],
+        /// Radii of the rings of nodes `[L]`.
+        radii: Axis,
+        /// Number of cells along θ.
+        sectors: u32,
+        /// The angles covered.
+        span: Span,
+        /// Node coordinates along the third direction; present exactly where D = 3.
+        height: Option<Axis>,
+    },
+}
+
+/// The angles that a ring covers, from the first coordinate direction, anticlockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Span {
+    /// All of them, the first line of nodes at angle 0; θ is a periodic direction.
+    Full,
+    /// From one angle to a larger one `[rad]`, less than a full turn.
+    Sector {
+        /// Angle of the first line of nodes.
+        from: f64,
+        /// Angle of the last line of nodes.
+        to: f64,
+    },
+}
+
+/// What a layout cannot be made of.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LayoutError {
+    /// The lattice itself is impossible.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// A ring whose innermost nodes would coincide.
+    #[error("the inner radius of a ring must be positive, not {radius}")]
+    InnerRadius {
+        /// The offending radius.
+        radius: f64,
+    },
+    /// A ring centre that is not finite.
+    #[error("the centre of a ring must be finite, not {centre:?}")]
+    Centre {
+        /// The offending centre.
+        centre: [f64; 2],
+    },
+    /// An angular sector that is empty, exceeds a turn, or has cells of half a turn or more.
+    #[error("a sector of {sectors} cells cannot span the angles {from} to {to}")]
+    Sector {
+        /// Angle of the first line of nodes `[rad]`.
+        from: f64,
+        /// Angle of the last line of nodes `[rad]`.
+        to: f64,
+        /// Number of cells along θ.
+        sectors: u32,
+    },
+    /// A height axis in two dimensions, or none in three, or a ring on a line.
+    #[error("a ring in {dimensions} dimensions {}", height_rule(*.dimensions))]
+    Height {
+        /// D.
+        dimensions: usize,
+    },
+}
+
+fn height_rule(dimensions: usize) -> &'static str {
+    match dimensions {
+        1 => "does not exist",
+        2 => "has no height axis",
+        _ => "needs a height axis",
+    }
+}
+
+impl Span {
+    /// Angle of the first line of nodes `[rad]`.
+    pub fn start(self) -> f64 {
+        match self {
+            Self::Full => 0.0,
+            Self::Sector { from, .. } => from,
+        }
+    }
+
+    /// Angle `[rad]` between neighbouring lines of nodes.
+    pub fn step(self, sectors: u32) -> f64 {
+        let angle = match self {
+            Self::Full => TAU,
+            Self::Sector { from, to } => to - from,
+        };
+        angle / f64::from(sectors)
+    }
+
+    /// Whether the span closes on itself.
+    pub fn is_full(self) -> bool {
+        self == Self::Full
+    }
+}
+
+impl<const D: usize> Layout<D> {
+    /// A rectilinear grid on the given axes.
+    pub fn on_axes(axes: [Axis; D]) -> Result<Self, LayoutError> {
+        Lattice::new(axes.each_ref().map(Axis::cells), [false; D])?;
+        Ok(Self::Box { axes })
+    }
+
+    /// Rings of nodes at the given radii.
+    pub fn ring(
+        centre: [f64; 2],
+        radii: Axis,
+        sectors: u32,
+        span: Span,
+        height: Option<Axis>,
+    ) -> Result<Self, LayoutError> {
+        if D == 1 || height.is_some() != (D == 3) {
+            return Err(LayoutError::Height { dimensions: D });
+        }
+        if !centre.iter().all(|c| c.is_finite()) {
+            return Err(LayoutError::Centre { centre });
+        }
+        if radii.first() <= 0.0 {
+            return Err(LayoutError::InnerRadius {
+                radius: radii.first(),
+            });
+        }
+        if let Span::Sector { from, to } = span {
+            let turn = to - from;
+            let possible = turn > 0.0 && turn < TAU && turn < PI * f64::from(sectors);
+            if !(possible && from.is_finite()) {
+                return Err(LayoutError::Sector { from, to, sectors });
+            }
+        }
+        ring_lattice::<D>(&radii, sectors, span, height.as_ref())?;
+        Ok(Self::Ring {
+            centre,
+            radii,
+            sectors,
+            span,
+            height,
+        })
+    }
+
+    /// The arrangement of nodes and cells.
+    pub fn lattice(&self) -> Lattice<D> {
+        let lattice = match self {
+            Self::Box { axes } => Lattice::new(axes.each_ref().map(Axis::cells), [false; D]),
+            Self::Ring {
+                radii,
+                sectors,
+                span,
+                height,
+                ..
+            } => ring_lattice(radii, *sectors, *span, height.as_ref()),
+        };
+        lattice.expect("the constructors of a layout have built this lattice before")
+    }
+
+    /// Position `[L]` of a node at rest.
+    pub fn position(&self, node: NodeId) -> Vector<D> {
+        let index = self.lattice().node_index(node);
+        match self {
+            Self::Box { axes } => Vector::from_fn(|d, _| axes[d].node(index[d])),
+            Self::Ring {
+                centre,
+                radii,
+                sectors,
+                span,
+                height,
+            } => {
+                let r = radii.node(index[1]);
+                let angle = span.start() + f64::from(index[0]) * span.step(*sectors);
+                Vector::from_fn(|d, _| match d {
+                    0 => centre[0] + r * angle.cos(),
+                    1 => centre[1] + r * angle.sin(),
+                    _ => height.as_ref().map_or(0.0, |z| z.node(index[d])),
+                })
+            }
+        }
+    }
+
+    /// Sign of the Jacobian determinants of the cells: 1 in a box, -1 in a ring.
+    pub fn hand(&self) -> f64 {
+        match self {
+            Self::Box { .. } => 1.0,
+            Self::Ring { .. } => -1.0,
+        }
+    }
+}
+
+fn ring_lattice<const D: usize>(
+    radii: &Axis,
+    sectors: u32,
+    span: Span,
+    height: Option<&Axis>,
+) -> Result<Lattice<D>, LatticeError> {
+    let cells = std::array::from_fn(|d| match d {
+        0 => sectors,
+        1 => radii.cells(),
+        _ => height.map_or(1, Axis::cells),
+    });
+    Lattice::new(cells, std::array::from_fn(|d| d == 0 && span.is_full()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impossible_rings_are_refused() {
+        let radii = || Axis::uniform(1.0, 2.0, 2).unwrap();
+        let ring = |radii, sectors, span| Layout::<2>::ring([0.0; 2], radii, sectors, span, None);
+        assert!(ring(radii(), 8, Span::Full).is_ok());
+        assert!(ring(Axis::uniform(0.0, 2.0, 2).unwrap(), 8, Span::Full).is_err());
+        assert!(ring(radii(), 2, Span::Full).is_err());
+        for (from, to, sectors) in [
+            (1.0, 1.0, 4),
+            (0.0, 6.3, 8),
+            (0.0, 3.2, 1),
+            (0.0, f64::NAN, 4),
+        ] {
+            let error = ring(radii(), sectors, Span::Sector { from, to }).unwrap_err();
+            assert!(matches!(error, LayoutError::Sector { .. }), "{error}");
+        }
+        assert!(ring(radii(), 1, Span::Sector { from: 0.0, to: 1.0 }).is_ok());
+        let flat = Layout::<3>::ring([0.0; 2], radii(), 8, Span::Full, None).unwrap_err();
+        assert_eq!(flat, LayoutError::Height { dimensions: 3 });
+        assert_eq!(
+            flat.to_string(),
+            "a ring in 3 dimensions needs a height axis"
+        );
+    }
+
+    #[test]
+    fn theta_is_the_fastest_direction() {
+        let radii = Axis::uniform(1.0, 2.0, 1).unwrap();
+        let layout = Layout::<2>::ring([3.0, 0.0], radii, 4, Span::Full, None).unwrap();
+        let at = |i| layout.position(NodeId::from_index(i).unwrap());
+        for (i, x, y) in [
+            (0, 4.0, 0.0),
+            (1, 3.0, 1.0),
+            (2, 2.0, 0.0),
+            (4, 5.0, 0.0),
+            (7, 3.0, -2.0),
+        ] {
+            assert!((at(i) - Vector::<2>::new(x, y)).norm() < 1e-15);
+        }
+    }
+}

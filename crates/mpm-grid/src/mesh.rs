@@ -1,0 +1,300 @@
+//! The mesh of one load step: positions of the lattice's nodes, location of points, shape functions.
+
+use std::array::from_fn;
+
+use crate::axis::SNAP;
+use crate::cell::{LinearCell, halves, local_gradient, product};
+use crate::lattice::corner;
+use crate::layout::Layout;
+use crate::motion::{MeshMotion, Reindexing};
+use crate::placed::{PlacedMotion, Stretching};
+use crate::ramp::LoadFraction;
+use crate::ring::PlacedRing;
+use crate::{Axis, Block, Lattice, NodeId, Vector};
+
+/// Cells that location in a ring may cross from its first guess to the cell sought.
+const WALK: usize = 32;
+/// The same from a hint; past that, a guess is cheaper.
+const WALK_FROM_HINT: usize = 4;
+
+/// Background mesh of one load step: a lattice of linear cells with straight edges.
+///
+/// It holds axes and, for a ring, a table of angles, never a list of nodes: its cost does not
+/// depend on how much larger than the body it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh<const D: usize> {
+    lattice: Lattice<D>,
+    shape: Shape<D>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Shape<const D: usize> {
+    Rectilinear([Axis; D]),
+    Bent {
+        axes: [Axis; D],
+        motion: PlacedMotion<D>,
+    },
+    Ring(PlacedRing),
+}
+
+/// A position in the mesh: cell and local coordinates, [-1, 1]^D inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place<const D: usize> {
+    /// Multi-index of the cell.
+    pub cell: [u32; D],
+    /// Local coordinates ξ in it; beyond ±1 only outside the mesh.
+    pub local: Vector<D>,
+}
+
+/// A position farther outside the mesh than accepted.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("position {:?} lies {distance} cells outside the mesh", position.as_slice())]
+pub struct OutsideMesh<const D: usize> {
+    /// The position `[L]`.
+    pub position: Vector<D>,
+    /// How far outside, in cells of the boundary cell nearest to it; at least 0, or not a number
+    /// where the position is none.
+    pub distance: f64,
+}
+
+impl<const D: usize> Mesh<D> {
+    /// The mesh of a layout without any motion.
+    pub fn at_rest(layout: &Layout<D>) -> Self {
+        MeshMotion::Fixed
+            .mesh_at(layout, LoadFraction::START)
+            .expect("every layout suits the fixed mesh, and its cells are valid")
+    }
+
+    /// The mesh under a motion that suits the layout; `None` where its cells fold.
+    pub(crate) fn new(
+        layout: &Layout<D>,
+        motion: PlacedMotion<D>,
+        reindexing: Reindexing,
+    ) -> Option<Self> {
+        let lattice = layout.lattice();
+        let shape = match (layout, motion) {
+            (Layout::Box { axes }, PlacedMotion::Rest) => Shape::Rectilinear(axes.clone()),
+            (Layout::Box { axes }, PlacedMotion::Stretch(planes)) => {
+                let mut stretched = axes.clone();
+                for (axis, plane) in stretched.iter_mut().zip(planes) {
+                    if let Some(plane) = plane {
+                        *axis = stretch(axis, plane)?;
+                    }
+                }
+                Shape::Rectilinear(stretched)
+            }
+            (Layout::Box { axes }, motion) => {
+                if let PlacedMotion::Corners { image, .. } = &motion
+                    && !image.is_valid(layout.hand())
+                {
+                    return None;
+                }
+                Shape::Bent {
+                    axes: axes.clone(),
+                    motion,
+                }
+            }
+            (Layout::Ring { .. }, motion) => {
+                Shape::Ring(PlacedRing::new(layout, &motion, reindexing)?)
+            }
+        };
+        Some(Self { lattice, shape })
+    }
+
+    /// The arrangement of nodes and cells.
+    #[inline]
+    pub fn lattice(&self) -> &Lattice<D> {
+        &self.lattice
+    }
+
+    /// Position `[L]` of a node.
+    #[inline]
+    pub fn position(&self, node: NodeId) -> Vector<D> {
+        self.position_at(&self.lattice.node_index(node))
+    }
+
+    #[inline]
+    fn position_at(&self, index: &[u32; D]) -> Vector<D> {
+        match &self.shape {
+            Shape::Rectilinear(axes) => Vector::from_fn(|d, _| axes[d].node(index[d])),
+            Shape::Bent { axes, motion } => {
+                motion.place(&Vector::from_fn(|d, _| axes[d].node(index[d])))
+            }
+            Shape::Ring(ring) => ring.position(index),
+        }
+    }
+
+    /// The axes of an unbent box, along which the shape functions separate; `None` for other meshes.
+    #[inline]
+    pub fn rectilinear(&self) -> Option<&[Axis; D]> {
+        match &self.shape {
+            Shape::Rectilinear(axes) => Some(axes),
+            _ => None,
+        }
+    }
+
+    /// Positions `[L]` of the corners of a cell: the first 2^D entries, lexicographic.
+    #[inline]
+    pub fn corner_positions(&self, cell: [u32; D]) -> [Vector<D>; 8] {
+        from_fn(|c| match c < 1 << D {
+            true => self.position_at(&self.lattice.corner_index(&cell, c)),
+            false => Vector::zeros(),
+        })
+    }
+
+    /// A cell as a map from local coordinates to positions.
+    #[inline]
+    pub fn linear_cell(&self, cell: [u32; D]) -> LinearCell<D> {
+        LinearCell::new(self.corner_positions(cell))
+    }
+
+    /// The part of a cell between two local positions.
+    pub fn piece(&self, cell: [u32; D], from: &Vector<D>, to: &Vector<D>) -> LinearCell<D> {
+        self.linear_cell(cell).piece(from, to)
+    }
+
+    /// The place of position `x` `[L]`, accepted up to `beyond` cells outside the mesh.
+    ///
+    /// * A position on a face belongs to the lower of the two cells; on the seam of a full ring to
+    ///   the last cell, so that every line of nodes is treated alike.
+    /// * Local coordinates within 2e-9 of ±1 become ±1; up to 1e-9 cells outside count as inside.
+    /// * Farther outside, local coordinates of the boundary cell continue to 1 + 2 `beyond`.
+    #[inline]
+    pub fn locate(&self, x: &Vector<D>, beyond: f64) -> Result<Place<D>, OutsideMesh<D>> {
+        match &self.shape {
+            Shape::Rectilinear(axes) => within(x, place_on(axes, x), beyond),
+            Shape::Bent { axes, motion } => {
+                // The map of the whole box restricted to a cell is the cell's own map.
+                let Some(rest) = motion.recall(x) else {
+                    return Err(OutsideMesh {
+                        position: *x,
+                        distance: f64::INFINITY,
+                    });
+                };
+                within(x, place_on(axes, &rest), beyond)
+            }
+            Shape::Ring(ring) => match ring.walk(&self.lattice, x, ring.guess(x), WALK) {
+                Ok(place) => within(x, place, beyond),
+                Err(distance) => Err(OutsideMesh {
+                    position: *x,
+                    distance,
+                }),
+            },
+        }
+    }
+
+    /// As [`Self::locate`], for a position expected in or near the cell of `hint`: a ring is
+    /// searched from there first, without trigonometry.
+    #[inline]
+    pub fn locate_near(
+        &self,
+        x: &Vector<D>,
+        beyond: f64,
+        hint: &Place<D>,
+    ) -> Result<Place<D>, OutsideMesh<D>> {
+        if let Shape::Ring(ring) = &self.shape
+            && let Ok(place) = ring.walk(&self.lattice, x, hint.cell, WALK_FROM_HINT)
+        {
+            return within(x, place, beyond);
+        }
+        self.locate(x, beyond)
+    }
+
+    /// Calls `each` with node and N_v for the 2^D corners of the cell, lexicographic (so ascending
+    /// in node, but for the seam of a ring), also where N_v is zero.
+    #[inline]
+    pub fn values(&self, place: &Place<D>, mut each: impl FnMut(NodeId, f64)) {
+        let sides = self.lattice.sides(&place.cell);
+        let half = halves(&place.local);
+        for c in 0..1 << D {
+            each(corner(&sides, c), product(&half, c, D));
+        }
+    }
+
+    /// As [`Self::values`], with the gradient ∂N_v/∂x `[1/L]` as third argument.
+    #[inline]
+    pub fn values_and_gradients(
+        &self,
+        place: &Place<D>,
+        mut each: impl FnMut(NodeId, f64, Vector<D>),
+    ) {
+        let sides = self.lattice.sides(&place.cell);
+        let half = halves(&place.local);
+        let along =
+            |axes: &[Axis; D]| Vector::<D>::from_fn(|d, _| 2.0 * axes[d].per_size(place.cell[d]));
+        // ∂N/∂x = (∂ξ/∂x)ᵀ ∂N/∂ξ, diagonal in an unbent box.
+        let push = match &self.shape {
+            Shape::Rectilinear(axes) => {
+                let along = along(axes);
+                for c in 0..1 << D {
+                    let gradient = local_gradient(&half, c).component_mul(&along);
+                    each(corner(&sides, c), product(&half, c, D), gradient);
+                }
+                return;
+            }
+            Shape::Bent { axes, motion } => {
+                let rest = Vector::from_fn(|d, _| {
+                    let i = place.cell[d];
+                    half[d][0] * axes[d].node(i) + half[d][1] * axes[d].node(i + 1)
+                });
+                motion.push_gradients(&rest) * Block::from_diagonal(&along(axes))
+            }
+            Shape::Ring(ring) => ring.push_gradients(place),
+        };
+        for c in 0..1 << D {
+            let gradient = push * local_gradient(&half, c);
+            each(corner(&sides, c), product(&half, c, D), gradient);
+        }
+    }
+}
+
+/// Cell and local coordinates along each axis.
+#[inline]
+fn place_on<const D: usize>(axes: &[Axis; D], x: &Vector<D>) -> Place<D> {
+    let (mut cell, mut local) = ([0; D], Vector::zeros());
+    for d in 0..D {
+        (cell[d], local[d]) = axes[d].locate(x[d]);
+    }
+    Place { cell, local }
+}
+
+/// How far outside its cell a local coordinate is, in cells.
+#[inline]
+pub(crate) fn outside<const D: usize>(local: &Vector<D>) -> f64 {
+    let mut farthest = 1.0;
+    for coordinate in local.iter().map(|c| c.abs()) {
+        // Once not a number, it stays so: nothing compares greater.
+        if coordinate > farthest || coordinate.is_nan() {
+            farthest = coordinate;
+        }
+    }
+    0.5 * (farthest - 1.0)
+}
+
+#[inline]
+fn within<const D: usize>(
+    x: &Vector<D>,
+    place: Place<D>,
+    beyond: f64,
+) -> Result<Place<D>, OutsideMesh<D>> {
+    let distance = outside(&place.local);
+    // Local coordinates within the tolerance have been snapped; the slack is for `beyond` > 0.
+    if distance <= beyond * (1.0 + SNAP) {
+        Ok(place)
+    } else {
+        Err(OutsideMesh {
+            position: *x,
+            distance,
+        })
+    }
+}
+
+/// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.
+fn stretch(axis: &Axis, plane: Stretching) -> Option<Axis> {
+    let (from, to) = (axis.first(), axis.last());
+    if axis.is_uniform() && plane.is_affine_on(from, to) {
+        return Axis::uniform(plane.place(from), plane.place(to), axis.cells()).ok();
+    }
+    let nodes = (0..=axis.cells()).map(|i| plane.place(axis.node(i)));
+    Axis::graded(nodes.collect()).ok()
+}

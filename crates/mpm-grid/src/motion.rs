@@ -1,0 +1,375 @@
+//! Motions of the mesh with the load: pure functions of the load fraction, always from rest.
+
+use std::array::from_fn;
+
+use crate::cell::LinearCell;
+use crate::layout::Layout;
+use crate::mesh::Mesh;
+use crate::placed::{PlacedMotion, Profile, Stretching, cos_sin, turn};
+use crate::ramp::{LoadFraction, Ramp};
+use crate::{NodeId, Vector};
+
+/// How the mesh moves with the load; node numbers never change.
+///
+/// Only the checked constructors make one. A motion that does not suit the layout it is used
+/// with is a [`MotionError`] of every method.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshMotion<const D: usize> {
+    /// Ordinary MPM: the mesh returns to rest after every load step.
+    Fixed,
+    /// A box re-spaced between anchored and driven planes.
+    #[non_exhaustive]
+    Stretch {
+        /// Per direction, the plane that is driven there.
+        axes: [Option<DrivenPlane>; D],
+    },
+    /// The multilinear image of a box whose corners move.
+    #[non_exhaustive]
+    Corners {
+        /// Displacement `[L]` of the 2^D corners, lexicographic, first direction fastest.
+        path: Vec<[Ramp; D]>,
+    },
+    /// A rigid rotation, in three dimensions about the third axis.
+    #[non_exhaustive]
+    Rotate {
+        /// Centre `[L]` in the plane of the first two coordinates.
+        centre: [f64; 2],
+        /// Angle `[rad]`, anticlockwise.
+        angle: Ramp,
+    },
+    /// A ring whose rings of nodes turn by an angle linear in their radius.
+    #[non_exhaustive]
+    Twist {
+        /// Centre `[L]` of the ring.
+        centre: [f64; 2],
+        /// Radius `[L]` up to which the first angle `[rad]` holds.
+        inner: (f64, Ramp),
+        /// Radius `[L]` from which the second angle `[rad]` holds.
+        outer: (f64, Ramp),
+        /// Whether each ring's angle is reduced by whole cells.
+        reindexing: Reindexing,
+    },
+}
+
+/// A plane of one direction that moves while another stays; nodes between them are re-spaced
+/// linearly, nodes beyond the driven plane move with it, nodes beyond the anchor stay.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivenPlane {
+    /// Coordinate `[L]` that stays.
+    pub anchor: f64,
+    /// Coordinate `[L]` that moves, on either side of the anchor.
+    pub driven: f64,
+    /// Displacement `[L]` of the driven plane.
+    pub displacement: Ramp,
+}
+
+/// What a twist does with angles larger than a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reindexing {
+    /// Rings keep their angle; the mesh shears until a cell folds, which is an error.
+    Off,
+    /// Each ring's angle is reduced to (-π/n, π/n] by whole cells of its n: the same polygon of
+    /// nodes under other numbers, sheared by at most one cell between neighbouring rings.
+    WholeCells,
+}
+
+/// Why a motion cannot be made, or cannot be used with a layout.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MotionError {
+    /// A number of the motion is infinite or not a number.
+    #[error("every number of a mesh motion must be finite")]
+    NotFinite,
+    /// A stretch between two planes that coincide.
+    #[error("anchor and driven plane of axis {axis} coincide")]
+    CoincidentPlanes {
+        /// Direction, from 0.
+        axis: usize,
+    },
+    /// A stretch that carries the driven plane to or through its anchor.
+    #[error("the driven plane of axis {axis} reaches its anchor at load fraction {fraction}")]
+    ThroughAnchor {
+        /// Direction, from 0.
+        axis: usize,
+        /// Load fraction of the first knot where it has.
+        fraction: f64,
+    },
+    /// Paths for too few or too many corners.
+    #[error("a box has {needed} corners; paths for {found} were given")]
+    CornerCount {
+        /// 2^D.
+        needed: usize,
+        /// Paths given.
+        found: usize,
+    },
+    /// A rotation on a line.
+    #[error("rotations need two or three dimensions")]
+    NeedsPlane,
+    /// A motion of boxes used with a ring.
+    #[error("stretch and corner motions need a box layout")]
+    NeedsBox,
+    /// A motion of rings used with a box.
+    #[error("a twist needs a ring layout")]
+    NeedsRing,
+    /// A twist about another centre than the ring's.
+    #[error("a twist turns about the ring's centre {ring:?}, not {twist:?}")]
+    OffCentre {
+        /// Centre of the layout.
+        ring: [f64; 2],
+        /// Centre of the motion.
+        twist: [f64; 2],
+    },
+    /// A twist whose inner radius is not the smaller one.
+    #[error("a twist needs 0 <= inner < outer radius, not {inner} and {outer}")]
+    TwistRadii {
+        /// Inner radius `[L]`.
+        inner: f64,
+        /// Outer radius `[L]`.
+        outer: f64,
+    },
+    /// Re-indexing of a ring that does not close.
+    #[error("only a full ring can be re-indexed by whole cells")]
+    OpenRing,
+    /// A mesh folded over or squeezed flat.
+    #[error("the motion folds cells of the mesh at load fraction {fraction}")]
+    Folded {
+        /// The load fraction asked for.
+        fraction: f64,
+    },
+    /// A position no position at rest is carried to.
+    #[error("no position at rest is carried to {position:?}")]
+    OutOfReach {
+        /// The position `[L]`.
+        position: Vec<f64>,
+    },
+}
+
+impl<const D: usize> MeshMotion<D> {
+    /// A box re-spaced between the anchored and driven planes given per direction.
+    pub fn stretch(axes: [Option<DrivenPlane>; D]) -> Result<Self, MotionError> {
+        for (axis, plane) in axes.iter().enumerate() {
+            let Some(DrivenPlane {
+                anchor,
+                driven,
+                displacement,
+            }) = plane
+            else {
+                continue;
+            };
+            let span = driven - anchor;
+            if !(span.is_finite() && displacement.is_finite()) {
+                return Err(MotionError::NotFinite);
+            }
+            if span == 0.0 {
+                return Err(MotionError::CoincidentPlanes { axis });
+            }
+            // Between knots the displacement is linear, so the knots decide.
+            for &(fraction, delta) in displacement.knots() {
+                if (span + delta) / span <= 0.0 {
+                    return Err(MotionError::ThroughAnchor { axis, fraction });
+                }
+            }
+        }
+        Ok(Self::Stretch { axes })
+    }
+
+    /// A box whose 2^D corners, lexicographic with the first direction fastest, follow `path`.
+    pub fn corners(path: Vec<[Ramp; D]>) -> Result<Self, MotionError> {
+        if path.len() != 1 << D {
+            return Err(MotionError::CornerCount {
+                needed: 1 << D,
+                found: path.len(),
+            });
+        }
+        if !path.iter().flatten().all(Ramp::is_finite) {
+            return Err(MotionError::NotFinite);
+        }
+        Ok(Self::Corners { path })
+    }
+
+    /// A rigid rotation by `angle` `[rad]`.
+    pub fn rotate(centre: [f64; 2], angle: Ramp) -> Result<Self, MotionError> {
+        if D == 1 {
+            return Err(MotionError::NeedsPlane);
+        }
+        if !(centre.iter().all(|c| c.is_finite()) && angle.is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        Ok(Self::Rotate { centre, angle })
+    }
+
+    /// A twist between an inner and an outer (radius `[L]`, angle `[rad]`).
+    pub fn twist(
+        centre: [f64; 2],
+        inner: (f64, Ramp),
+        outer: (f64, Ramp),
+        reindexing: Reindexing,
+    ) -> Result<Self, MotionError> {
+        let numbers = [centre[0], centre[1], inner.0, outer.0];
+        let ramps = inner.1.is_finite() && outer.1.is_finite();
+        if !(ramps && numbers.iter().all(|c| c.is_finite())) {
+            return Err(MotionError::NotFinite);
+        }
+        if !(0.0 <= inner.0 && inner.0 < outer.0) {
+            return Err(MotionError::TwistRadii {
+                inner: inner.0,
+                outer: outer.0,
+            });
+        }
+        Ok(Self::Twist {
+            centre,
+            inner,
+            outer,
+            reindexing,
+        })
+    }
+
+    /// The mesh at a load fraction.
+    pub fn mesh_at(&self, layout: &Layout<D>, at: LoadFraction) -> Result<Mesh<D>, MotionError> {
+        let reindexing = match self {
+            Self::Twist { reindexing, .. } => *reindexing,
+            _ => Reindexing::Off,
+        };
+        let motion = self.placed(layout, at)?;
+        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.get() })
+    }
+
+    /// Where the motion carries what stands at `rest` `[L]`; re-indexing, which only renames
+    /// nodes, plays no part.
+    pub fn place(
+        &self,
+        layout: &Layout<D>,
+        rest: &Vector<D>,
+        at: LoadFraction,
+    ) -> Result<Vector<D>, MotionError> {
+        Ok(self.placed(layout, at)?.place(rest))
+    }
+
+    /// The inverse of [`Self::place`].
+    pub fn recall(
+        &self,
+        layout: &Layout<D>,
+        x: &Vector<D>,
+        at: LoadFraction,
+    ) -> Result<Vector<D>, MotionError> {
+        let rest = self.placed(layout, at)?.recall(x);
+        rest.ok_or_else(|| MotionError::OutOfReach {
+            position: x.as_slice().to_vec(),
+        })
+    }
+
+    /// Displacement `[L]` that the motion prescribes from fraction `start` to `end` for the
+    /// material at a node of `mesh`, the mesh at `start`.
+    ///
+    /// Re-indexing is not a motion of material: under rotations and twists the displacement is
+    /// (R(Δα) - I)(x - centre) with the angle increment Δα at the radius of the node.
+    pub fn displacement(
+        &self,
+        layout: &Layout<D>,
+        node: NodeId,
+        mesh: &Mesh<D>,
+        start: LoadFraction,
+        end: LoadFraction,
+    ) -> Result<Vector<D>, MotionError> {
+        let x = mesh.position(node);
+        match (self.placed(layout, start)?, self.placed(layout, end)?) {
+            (PlacedMotion::Rest, _) => Ok(Vector::zeros()),
+            (
+                PlacedMotion::Rotation { centre, angle, .. },
+                PlacedMotion::Rotation { angle: later, .. },
+            ) => Ok(turn(&x, &centre, later - angle)),
+            (
+                PlacedMotion::Twist { centre, profile },
+                PlacedMotion::Twist { profile: later, .. },
+            ) => {
+                let Layout::Ring { radii, .. } = layout else {
+                    return Err(MotionError::NeedsRing);
+                };
+                let radius = radii.node(layout.lattice().node_index(node)[1]);
+                Ok(turn(
+                    &x,
+                    &centre,
+                    later.angle(radius) - profile.angle(radius),
+                ))
+            }
+            (_, later) => Ok(later.place(&layout.position(node)) - x),
+        }
+    }
+
+    /// The ramps' values, after a check that the motion suits the layout.
+    fn placed(&self, layout: &Layout<D>, at: LoadFraction) -> Result<PlacedMotion<D>, MotionError> {
+        match (self, layout) {
+            (Self::Fixed, _) => Ok(PlacedMotion::Rest),
+            (Self::Stretch { axes }, Layout::Box { .. }) => {
+                let placed = |plane: &DrivenPlane| Stretching {
+                    anchor: plane.anchor,
+                    driven: plane.driven,
+                    displacement: plane.displacement.value(at),
+                };
+                Ok(PlacedMotion::Stretch(
+                    axes.each_ref().map(|a| a.as_ref().map(placed)),
+                ))
+            }
+            (Self::Corners { path }, Layout::Box { axes }) => {
+                let from = Vector::from_fn(|d, _| axes[d].first());
+                let to = Vector::from_fn(|d, _| axes[d].last());
+                let corner = |c: usize, path: &[Ramp; D]| {
+                    Vector::from_fn(|d, _| {
+                        let rest = if c >> d & 1 == 0 { from[d] } else { to[d] };
+                        rest + path[d].value(at)
+                    })
+                };
+                let corners = from_fn(|c| path.get(c).map_or(Vector::zeros(), |p| corner(c, p)));
+                Ok(PlacedMotion::Corners {
+                    from,
+                    to,
+                    image: LinearCell::new(corners),
+                })
+            }
+            (Self::Rotate { centre, angle }, _) => {
+                let angle = angle.value(at);
+                Ok(PlacedMotion::Rotation {
+                    centre: *centre,
+                    angle,
+                    cos_sin: cos_sin(angle),
+                })
+            }
+            (
+                Self::Twist {
+                    centre: twist,
+                    inner,
+                    outer,
+                    reindexing,
+                },
+                Layout::Ring {
+                    centre: ring,
+                    radii,
+                    span,
+                    ..
+                },
+            ) => {
+                let apart = (twist[0] - ring[0]).hypot(twist[1] - ring[1]);
+                if apart > 1e-9 * radii.first() {
+                    return Err(MotionError::OffCentre {
+                        ring: *ring,
+                        twist: *twist,
+                    });
+                }
+                if *reindexing == Reindexing::WholeCells && !span.is_full() {
+                    return Err(MotionError::OpenRing);
+                }
+                let profile = Profile {
+                    inner: (inner.0, inner.1.value(at)),
+                    outer: (outer.0, outer.1.value(at)),
+                };
+                Ok(PlacedMotion::Twist {
+                    centre: *ring,
+                    profile,
+                })
+            }
+            (Self::Stretch { .. } | Self::Corners { .. }, Layout::Ring { .. }) => {
+                Err(MotionError::NeedsBox)
+            }
+            (Self::Twist { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Named sets of nodes, by the geometry of the layout at rest.
+
+use std::array::from_fn;
+use std::ops::Range;
+
+use crate::layout::Layout;
+use crate::mesh::Mesh;
+use crate::{Axis, NodeId, Vector};
+
+/// Nodes are in a region up to this share of the smallest cell edge beside them.
+const TOLERANCE: f64 = 1e-9;
+
+/// A set of nodes, described by where they stand at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Region<const D: usize> {
+    /// All nodes.
+    Everywhere,
+    /// Nodes with one coordinate given; empty for a direction that space does not have.
+    Plane {
+        /// Direction, from 0.
+        axis: usize,
+        /// Coordinate `[L]`.
+        at: f64,
+    },
+    /// Nodes between two opposite corners, boundary included; infinite corners leave it open.
+    Box {
+        /// Lower corner `[L]`.
+        from: Vector<D>,
+        /// Upper corner `[L]`.
+        to: Vector<D>,
+    },
+    /// The node that stands at a position `[L]`.
+    Point(Vector<D>),
+    /// Nodes at a distance from a centre; in three dimensions on a cylinder along the third axis.
+    Circle {
+        /// Centre `[L]`, in the plane of the first two coordinates.
+        centre: [f64; 2],
+        /// Distance `[L]` from it.
+        radius: f64,
+    },
+    /// Nodes in all of several regions; everywhere where there are none.
+    All(Vec<Region<D>>),
+}
+
+impl<const D: usize> Region<D> {
+    /// The nodes of the region, ascending.
+    ///
+    /// In a box the search is confined to the part of the lattice that can belong to the region.
+    pub fn nodes(&self, layout: &Layout<D>) -> Vec<NodeId> {
+        match layout {
+            Layout::Box { axes } => self.nodes_of_box(layout, axes),
+            Layout::Ring { .. } => self.nodes_of_ring(layout),
+        }
+    }
+
+    fn nodes_of_box(&self, layout: &Layout<D>, axes: &[Axis; D]) -> Vec<NodeId> {
+        let lattice = layout.lattice();
+        let mut ranges = from_fn(|d| 0..axes[d].cells() + 1);
+        self.confine(axes, &mut ranges);
+        if ranges.iter().any(Range::is_empty) {
+            return Vec::new();
+        }
+        let mut nodes = Vec::new();
+        let mut index: [u32; D] = from_fn(|d| ranges[d].start);
+        loop {
+            let x = Vector::from_fn(|d, _| axes[d].node(index[d]));
+            let edges = (0..D).map(|d| axes[d].finest_at(index[d]));
+            // The ranges decide all but circles, which see the tolerance of their cell.
+            if self.on_circles(&x, TOLERANCE * edges.fold(f64::INFINITY, f64::min)) {
+                nodes.push(lattice.node(index));
+            }
+            let Some(d) = (0..D).find(|&d| index[d] + 1 < ranges[d].end) else {
+                return nodes;
+            };
+            index[d] += 1;
+            for lower in 0..d {
+                index[lower] = ranges[lower].start;
+            }
+        }
+    }
+
+    fn nodes_of_ring(&self, layout: &Layout<D>) -> Vec<NodeId> {
+        let Layout::Ring {
+            radii,
+            sectors,
+            span,
+            height,
+            ..
+        } = layout
+        else {
+            return Vec::new();
+        };
+        let mesh = Mesh::at_rest(layout);
+        let lattice = mesh.lattice();
+        let chord = 2.0 * (0.5 * span.step(*sectors)).sin();
+        let all = (0..lattice.n_nodes()).filter_map(NodeId::from_index);
+        all.filter(|&node| {
+            let index = lattice.node_index(node);
+            let edge = radii.finest_at(index[1]).min(radii.node(index[1]) * chord);
+            let layer = height.as_ref().map_or(edge, |z| z.finest_at(index[D - 1]));
+            self.contains(&mesh.position(node), TOLERANCE * edge.min(layer))
+        })
+        .collect()
+    }
+
+    /// Narrows ranges of node indices to those that can belong to the region.
+    fn confine(&self, axes: &[Axis; D], ranges: &mut [Range<u32>; D]) {
+        let mut to = |d: usize, low: f64, high: f64| {
+            let allowed = axes[d].nodes_within(low, high);
+            ranges[d] = ranges[d].start.max(allowed.start)..ranges[d].end.min(allowed.end);
+        };
+        match self {
+            Self::Everywhere => {}
+            Self::Plane { axis, at } if *axis < D => to(*axis, *at, *at),
+            Self::Plane { .. } => ranges[0] = 0..0,
+            Self::Box { from, to: upper } => (0..D).for_each(|d| to(d, from[d], upper[d])),
+            Self::Point(x) => (0..D).for_each(|d| to(d, x[d], x[d])),
+            Self::Circle { centre, radius } => {
+                (0..D.min(2)).for_each(|d| to(d, centre[d] - radius, centre[d] + radius));
+            }
+            Self::All(regions) => regions.iter().for_each(|r| r.confine(axes, ranges)),
+        }
+    }
+
+    fn on_circles(&self, x: &Vector<D>, tolerance: f64) -> bool {
+        match self {
+            Self::Circle { .. } => self.contains(x, tolerance),
+            Self::All(regions) => regions.iter().all(|r| r.on_circles(x, tolerance)),
+            _ => true,
+        }
+    }
+
+    /// Whether a position is in the region, up to a tolerance `[L]`.
+    fn contains(&self, x: &Vector<D>, tolerance: f64) -> bool {
+        match self {
+            Self::Everywhere => true,
+            Self::Plane { axis, at } => *axis < D && (x[*axis] - at).abs() <= tolerance,
+            Self::Box { from, to } => {
+                (0..D).all(|d| x[d] >= from[d] - tolerance && x[d] <= to[d] + tolerance)
+            }
+            Self::Point(point) => (0..D).all(|d| (x[d] - point[d]).abs() <= tolerance),
+            Self::Circle { centre, radius } => {
+                let distance = if D == 1 {
+                    (x[0] - centre[0]).abs()
+                } else {
+                    (x[0] - centre[0]).hypot(x[1] - centre[1])
+                };
+                (distance - radius).abs() <= tolerance
+            }
+            Self::All(regions) => regions.iter().all(|r| r.contains(x, tolerance)),
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Rings of nodes as placed by a motion: tables of angles instead of positions.
+
+use std::array::from_fn;
+use std::f64::consts::{PI, TAU};
+
+use crate::axis::{SNAP, snap};
+use crate::cell::{LinearCell, inverse};
+use crate::index::{to_usize, whole};
+use crate::layout::{Layout, Span};
+use crate::mesh::{Place, outside};
+use crate::motion::Reindexing;
+use crate::placed::{PlacedMotion, cos_sin, reduce, rotate};
+use crate::{Axis, Block, Lattice, Vector};
+
+/// Node (i, j[, k]) stands at radius r_j and angle θ_i + α_j about the centre, at height z_k.
+///
+/// Everything happens in the plane; the third direction is a separate axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PlacedRing {
+    centre: [f64; 2],
+    radii: Axis,
+    sectors: u32,
+    span: Span,
+    height: Option<Axis>,
+    /// (cos, sin) of θ_i at rest.
+    lines: Vec<[f64; 2]>,
+    /// α_j and its (cos, sin).
+    turns: Vec<(f64, [f64; 2])>,
+}
+
+impl PlacedRing {
+    /// The ring of a layout under a motion; `None` for a layout or a motion of boxes, and where
+    /// the motion folds cells.
+    pub(crate) fn new<const D: usize>(
+        layout: &Layout<D>,
+        motion: &PlacedMotion<D>,
+        reindexing: Reindexing,
+    ) -> Option<Self> {
+        let Layout::Ring {
+            centre,
+            radii,
+            sectors,
+            span,
+            height,
+        } = layout
+        else {
+            return None;
+        };
+        let step = span.step(*sectors);
+        let angle = |radius: f64| match (motion, reindexing) {
+            (PlacedMotion::Rest, _) => Some(0.0),
+            (PlacedMotion::Rotation { angle, .. }, _) => Some(*angle),
+            (PlacedMotion::Twist { profile, .. }, Reindexing::Off) => Some(profile.angle(radius)),
+            (PlacedMotion::Twist { profile, .. }, Reindexing::WholeCells) => {
+                Some(reduce(profile.angle(radius), step))
+            }
+            _ => None,
+        };
+        let centre = match motion {
+            PlacedMotion::Rotation {
+                centre: about,
+                cos_sin,
+                ..
+            } => {
+                let moved = rotate(&Vector::<2>::from(*centre), about, *cos_sin);
+                [moved[0], moved[1]]
+            }
+            _ => *centre,
+        };
+        let n_lines = if span.is_full() {
+            *sectors
+        } else {
+            *sectors + 1
+        };
+        let line = |i: u32| cos_sin(span.start() + f64::from(i) * step);
+        let turn = |j: u32| angle(radii.node(j)).map(|a| (a, cos_sin(a)));
+        let ring = Self {
+            centre,
+            radii: radii.clone(),
+            sectors: *sectors,
+            span: *span,
+            height: height.clone(),
+            lines: (0..n_lines).map(line).collect(),
+            turns: (0..=radii.cells()).map(turn).collect::<Option<_>>()?,
+        };
+        // Cells between the same two rings of nodes are congruent: one of each is enough.
+        let valid = (0..radii.cells()).all(|j| ring.plane_cell(0, j).is_valid(layout.hand()));
+        valid.then_some(ring)
+    }
+
+    /// Position `[L]` of the node at a multi-index.
+    #[inline]
+    pub(crate) fn position<const D: usize>(&self, index: &[u32; D]) -> Vector<D> {
+        let plane = self.plane_position(index[0], index[1]);
+        Vector::from_fn(|d, _| match d {
+            0 | 1 => plane[d],
+            _ => self.height.as_ref().map_or(0.0, |z| z.node(index[d])),
+        })
+    }
+
+    #[inline]
+    fn plane_position(&self, line: u32, ring: u32) -> Vector<2> {
+        let r = self.radii.node(ring);
+        let [c, s] = self.lines[to_usize(line)];
+        let (_, [ca, sa]) = self.turns[to_usize(ring)];
+        let (x, y) = (c * ca - s * sa, s * ca + c * sa);
+        Vector::<2>::new(self.centre[0] + r * x, self.centre[1] + r * y)
+    }
+
+    /// The section of the cells between lines `line`, `line + 1` and rings `ring`, `ring + 1`.
+    #[inline]
+    fn plane_cell(&self, line: u32, ring: u32) -> LinearCell<2> {
+        let next = if to_usize(line) + 1 == self.lines.len() {
+            0
+        } else {
+            line + 1
+        };
+        let mut corners = [Vector::zeros(); 8];
+        corners[0] = self.plane_position(line, ring);
+        corners[1] = self.plane_position(next, ring);
+        corners[2] = self.plane_position(line, ring + 1);
+        corners[3] = self.plane_position(next, ring + 1);
+        LinearCell::new(corners)
+    }
+
+    /// (∂ξ/∂x)ᵀ at a place.
+    #[inline]
+    pub(crate) fn push_gradients<const D: usize>(&self, place: &Place<D>) -> Block<D> {
+        let [line, ring] = [place.cell[0], place.cell[1]];
+        let local = Vector::<2>::new(place.local[0], place.local[1]);
+        let plane = inverse(&self.plane_cell(line, ring).jacobian(&local));
+        let mut push = Block::zeros();
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            push[(i, j)] = plane[(j, i)];
+        }
+        if let Some(z) = &self.height {
+            push[(D - 1, D - 1)] = 2.0 * z.per_size(place.cell[D - 1]);
+        }
+        push
+    }
+
+    /// The place of `x`, found by inverting the map of one cell after another from `start` on,
+    /// across `most` of them, going where the local coordinate points.
+    ///
+    /// Local coordinates are continued outside the mesh. If no cell's map reaches `x`, the error
+    /// is an estimate of the distance in cells.
+    pub(crate) fn walk<const D: usize>(
+        &self,
+        lattice: &Lattice<D>,
+        x: &Vector<D>,
+        start: [u32; D],
+        most: usize,
+    ) -> Result<Place<D>, f64> {
+        let section = Vector::<2>::new(x[0], x[1]);
+        let mut cell = start;
+        let mut distance = f64::INFINITY;
+        for _ in 0..most {
+            let map = self.plane_cell(cell[0], cell[1]);
+            let exact = map.local(&section);
+            let local = exact.unwrap_or_else(|| map.estimate(&section));
+            distance = outside(&local);
+            if let Some(next) = next_cell(lattice, &cell, &local) {
+                cell = next;
+            } else if exact.is_some() {
+                return Ok(self.settle(lattice, x, cell, local));
+            } else {
+                break;
+            }
+        }
+        Err(distance)
+    }
+
+    /// Snaps local coordinates and hands a position on a lower face to the lower cell; cells
+    /// share the map of their common face. The third coordinate is read off its axis.
+    fn settle<const D: usize>(
+        &self,
+        lattice: &Lattice<D>,
+        x: &Vector<D>,
+        mut cell: [u32; D],
+        plane: Vector<2>,
+    ) -> Place<D> {
+        let mut local = Vector::zeros();
+        for d in 0..2 {
+            local[d] = snap(plane[d]);
+            if local[d] == -1.0
+                && let Some(lower) = lattice.below(cell, d)
+            {
+                cell = lower;
+                local[d] = 1.0;
+            }
+        }
+        if let Some(z) = &self.height {
+            (cell[D - 1], local[D - 1]) = z.locate(x[D - 1]);
+        }
+        Place { cell, local }
+    }
+
+    /// A cell at or near `x`: exact, up to rounding, in an untwisted ring.
+    pub(crate) fn guess<const D: usize>(&self, x: &Vector<D>) -> [u32; D] {
+        let (dx, dy) = (x[0] - self.centre[0], x[1] - self.centre[1]);
+        let (r, theta) = ((dx * dx + dy * dy).sqrt(), dy.atan2(dx));
+        let step = self.span.step(self.sectors);
+        let (mut rho, mut line, mut ring) = (r, 0, 0);
+        for _ in 0..2 {
+            let local;
+            (ring, local) = self.radii.locate(rho);
+            let t = (0.5 * (local + 1.0)).clamp(0.0, 1.0);
+            let [below, above] = [ring, ring + 1].map(|j| self.turns[to_usize(j)].0);
+            let sector = self.sector(theta - (below * (1.0 - t) + above * t));
+            line = whole(sector, self.sectors);
+            // Straight edges: of a chord, the distance from the centre is that of its middle.
+            let from_middle = (sector - f64::from(line) - 0.5).clamp(-0.5, 0.5) * step;
+            rho = r * from_middle.cos() / (0.5 * step).cos();
+        }
+        from_fn(|d| match d {
+            0 => line,
+            1 => ring,
+            _ => 0,
+        })
+    }
+
+    /// Angle at rest in units of sectors from the first line; in [0, n) for a full ring, and for
+    /// an open one as close to its middle as whole turns permit.
+    fn sector(&self, theta: f64) -> f64 {
+        let step = self.span.step(self.sectors);
+        let n = f64::from(self.sectors);
+        let angle = theta - self.span.start();
+        if self.span.is_full() {
+            (angle / step).rem_euclid(n)
+        } else {
+            let middle = 0.5 * n * step;
+            (middle - PI + (angle - middle + PI).rem_euclid(TAU)) / step
+        }
+    }
+}
+
+/// The neighbour in the plane across the face that `local` lies farthest beyond, if there is one.
+fn next_cell<const D: usize>(
+    lattice: &Lattice<D>,
+    cell: &[u32; D],
+    local: &Vector<2>,
+) -> Option<[u32; D]> {
+    let (mut farthest, mut next) = (SNAP, None);
+    for d in 0..2 {
+        let over = local[d].abs() - 1.0;
+        if over > farthest {
+            let neighbour = if local[d] > 0.0 {
+                lattice.above(*cell, d)
+            } else {
+                lattice.below(*cell, d)
+            };
+            if neighbour.is_some() {
+                (farthest, next) = (over, neighbour);
+            }
+        }
+    }
+    next
+}

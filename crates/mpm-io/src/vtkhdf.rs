@@ -1,0 +1,155 @@
+//! `/VTKHDF`: the material points through time, as VTK 9.3 (ParaView 5.12) and later open it.
+//!
+//! VTK File Formats, "VTKHDF File Format", version 2.0: an `UnstructuredGrid` of vertices with a
+//! `Steps` group. Every recorded step appends positions and fields; cells are stored once per
+//! number of points ("part") and later steps point back to them.
+
+use hdf5::types::FixedAscii;
+use hdf5::{Attribute, Group};
+use mpm_solver::observe::Field;
+
+use crate::rows::Rows;
+use crate::writer::{Precision, Snapshot};
+
+/// Most rows per chunk of positions and fields.
+const CHUNK: usize = 32_768;
+
+/// Where the points of one recorded step lie.
+pub(crate) struct Placed {
+    /// First row in `Points` and in every field.
+    pub(crate) point: usize,
+    /// First entry in `Connectivity`.
+    pub(crate) connectivity: usize,
+}
+
+/// Vertices shared by all recorded steps with the same number of points.
+struct Part {
+    points: usize,
+    first_cell: usize,
+}
+
+/// Writer of the group.
+pub(crate) struct PointCloud {
+    points: Rows,
+    fields: Vec<(Rows, Rows)>,
+    precision: Precision,
+    parts: Vec<Part>,
+    connectivity: Rows,
+    offsets: Rows,
+    types: Rows,
+    part_sizes: [Rows; 3],
+    values: Rows,
+    n_steps: Attribute,
+    starts: Starts,
+}
+
+/// Per recorded step, where it starts in the other datasets.
+struct Starts {
+    part: Rows,
+    parts: Rows,
+    point: Rows,
+    cell: Rows,
+    connectivity: Rows,
+}
+
+impl PointCloud {
+    /// Creates the group for about `points` points per step.
+    pub(crate) fn create(
+        file: &Group,
+        fields: &[Field],
+        points: usize,
+        level: u8,
+        precision: Precision,
+    ) -> hdf5::Result<Self> {
+        let root = file.create_group("VTKHDF")?;
+        root.new_attr::<i64>().shape(2).create("Version")?.write(&[2, 0])?;
+        let kind = FixedAscii::<16>::from_ascii("UnstructuredGrid").expect("the name has 16 letters");
+        root.new_attr::<FixedAscii<16>>().create("Type")?.write_scalar(&kind)?;
+        let steps = root.create_group("Steps")?;
+        let n_steps = steps.new_attr::<i64>().create("NSteps")?;
+        n_steps.write_scalar(&0_i64)?;
+
+        // Equal chunks that together hold one step: a step never shares a chunk with another.
+        let chunk = points.div_ceil(points.div_ceil(CHUNK).max(1));
+        let data = root.create_group("PointData")?;
+        let data_starts = steps.create_group("PointDataOffsets")?;
+        let fields = fields.iter().map(|field| {
+            let (name, width) = (field.name(), field.components());
+            let values = match precision {
+                Precision::Double => Rows::create::<f64>(&data, name, width, chunk, level)?,
+                Precision::Single => Rows::create::<f32>(&data, name, width, chunk, level)?,
+            };
+            Ok((values, Rows::create_small::<i64>(&data_starts, name, 1)?))
+        });
+        let small = |group: &Group, name: &str| Rows::create_small::<i64>(group, name, 1);
+        Ok(Self {
+            fields: fields.collect::<hdf5::Result<_>>()?,
+            points: Rows::create::<f64>(&root, "Points", 3, chunk, level)?,
+            precision,
+            parts: Vec::new(),
+            connectivity: Rows::create::<i64>(&root, "Connectivity", 1, chunk, 0)?,
+            offsets: Rows::create::<i64>(&root, "Offsets", 1, (points + 1).min(CHUNK), 0)?,
+            types: Rows::create::<u8>(&root, "Types", 1, chunk, 0)?,
+            part_sizes: [
+                small(&root, "NumberOfPoints")?,
+                small(&root, "NumberOfCells")?,
+                small(&root, "NumberOfConnectivityIds")?,
+            ],
+            values: Rows::create_small::<f64>(&steps, "Values", 1)?,
+            n_steps,
+            starts: Starts {
+                part: small(&steps, "PartOffsets")?,
+                parts: small(&steps, "NumberOfParts")?,
+                point: small(&steps, "PointOffsets")?,
+                cell: small(&steps, "CellOffsets")?,
+                connectivity: small(&steps, "ConnectivityIdOffsets")?,
+            },
+        })
+    }
+
+    /// Appends one step; readers see it once it is [counted](Self::count).
+    pub(crate) fn append(&mut self, step: &Snapshot) -> hdf5::Result<Placed> {
+        let n = step.positions.len() / 3;
+        let part = match self.parts.iter().position(|part| part.points == n) {
+            Some(part) => part,
+            None => self.append_part(n)?,
+        };
+        let first_cell = self.parts[part].first_cell;
+
+        let point = self.points.append(&step.positions)?;
+        for ((rows, starts), values) in self.fields.iter_mut().zip(&step.fields) {
+            let first = match self.precision {
+                Precision::Double => rows.append(values)?,
+                Precision::Single => rows.append(&values.iter().map(|&v| v as f32).collect::<Vec<_>>())?,
+            };
+            starts.append(&[first as i64])?;
+        }
+
+        self.starts.part.append(&[part as i64])?;
+        self.starts.parts.append(&[1_i64])?;
+        self.starts.point.append(&[point as i64])?;
+        self.starts.cell.append(&[first_cell as i64])?;
+        self.starts.connectivity.append(&[first_cell as i64])?;
+        self.values.append(&[step.fraction])?;
+        Ok(Placed { point, connectivity: first_cell })
+    }
+
+    /// Counts the appended steps, once they are on disk.
+    pub(crate) fn count(&self) -> hdf5::Result<()> {
+        self.n_steps.write_scalar(&(self.values.len() as i64))
+    }
+
+    /// Appends `n` vertices, numbered from 0 within their part.
+    fn append_part(&mut self, n: usize) -> hdf5::Result<usize> {
+        let ids: Vec<i64> = (0..=n as i64).collect();
+        let first_cell = self.connectivity.append(&ids[..n])?;
+        self.offsets.append(&ids)?;
+        const VTK_VERTEX: u8 = 1;
+        self.types.append(&vec![VTK_VERTEX; n])?;
+        for size in &mut self.part_sizes {
+            size.append(&[n as i64])?;
+        }
+        self.parts.push(Part { points: n, first_cell });
+        Ok(self.parts.len() - 1)
+    }
+}

@@ -1,0 +1,341 @@
+//! Writes a results file while a run goes.
+
+use std::fs::{self, TryLockError};
+use std::mem;
+use std::path::{Path, PathBuf};
+
+use hdf5::plist::file_access::LibraryVersion;
+use hdf5::types::{FixedUnicode, VarLenUnicode};
+use hdf5::{Attribute, File, Group};
+use mpm_solver::observe::{
+    Column, ColumnKind, Entry, Field, LoadStep, Observer, ObserverError, Outcome, RunStart, Timing,
+};
+
+use crate::error::{ResultsError, reason};
+use crate::rows::Rows;
+use crate::vtkhdf::PointCloud;
+use crate::xdmf::Xdmf;
+use crate::{FORMAT, VERSION};
+
+/// Number format of the point fields; positions are always `f64`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// 8 bytes: what the solver computed.
+    #[default]
+    Double,
+    /// 4 bytes: enough to look at.
+    Single,
+}
+
+/// What to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// The scene as it was read, kept in the file.
+    pub scene: String,
+    /// Name and version of the program, for example `mpm 0.1.0`.
+    pub program: String,
+    /// Fields of the material points.
+    pub fields: Vec<Field>,
+    /// Points are recorded at every n-th load step (0 counts as 1), and always at the first and last.
+    pub every: usize,
+    /// 0: plain (default, hundreds of MB/s). 1 to 9: gzip with shuffle, about 1.7 times smaller
+    /// for smooth f64 fields and tens of times slower; levels above 1 gain nothing.
+    pub compression: u8,
+    /// Number format of the fields.
+    pub precision: Precision,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            scene: String::new(),
+            program: String::new(),
+            fields: Vec::new(),
+            every: 1,
+            compression: 0,
+            precision: Precision::Double,
+        }
+    }
+}
+
+/// An [`Observer`] that writes a results file (layout: [crate]).
+///
+/// **Killed runs.** Every load step is flushed, and nothing that is already stored is moved or
+/// re-indexed, so a run killed at any moment (also within a flush, also by an error of ours such
+/// as a full disk) leaves a file that plain HDF5 opens, with all earlier load steps. This rests
+/// on four choices:
+/// * superblock 2, which has no "open for writing" flag (SWMR needs superblock 3, whose flag
+///   survives a kill and then keeps readers out), yet the chunk indices of HDF5 1.10, which only
+///   grow, where the older B-trees split and move entries;
+/// * every object is created, and flushed, before the first load step;
+/// * stored chunks stay where they are: small datasets are plain and filled in place, compressed
+///   points start a new chunk each step;
+/// * the counts of complete rows (attribute `rows` of `/history`) and of recorded steps
+///   (`VTKHDF/Steps/NSteps`) are raised by a flush of their own, after the data.
+///
+/// Beyond these counts a killed run can leave one more row, in some columns only; where that row
+/// is the first of a new chunk (every 1024th) it can be unreadable. [`Results`] keeps to the
+/// counts. Flushing hands the data to the operating system; it does not wait for the disk, so
+/// this says nothing of power cuts.
+///
+/// [`Results`]: crate::Results
+pub struct ResultsWriter {
+    path: PathBuf,
+    options: Options,
+    /// `None` once the run has finished and the file is closed.
+    file: Option<File>,
+    run: Option<Run>,
+}
+
+/// Everything that grows during a run.
+struct Run {
+    columns: Vec<Column>,
+    history: Vec<Rows>,
+    /// Attribute of `/history`: the rows that are complete.
+    rows: Attribute,
+    offset: Rows,
+    residual: Rows,
+    timings: [Rows; 3],
+    cloud: PointCloud,
+    xdmf: Xdmf,
+    unrecorded: Option<Snapshot>,
+}
+
+/// Positions and fields at the end of one load step.
+pub(crate) struct Snapshot {
+    pub(crate) fraction: f64,
+    pub(crate) positions: Vec<f64>,
+    pub(crate) fields: Vec<Vec<f64>>,
+}
+
+impl ResultsWriter {
+    /// Creates the file; an existing one is replaced only if it can be.
+    ///
+    /// # Errors
+    /// [`ResultsError::Create`] if `path` is a directory, is not writable, lies in no directory,
+    /// is being written by another run, or ends in `.xdmf`; if a text holds a NUL character.
+    pub fn create(path: impl AsRef<Path>, mut options: Options) -> Result<Self, ResultsError> {
+        let path = path.as_ref();
+        let fail = |reason: &dyn ToString| ResultsError::create(path, reason.to_string());
+        let text = |text: &str| text.parse::<VarLenUnicode>().map_err(|error| fail(&error));
+        options.fields.sort();
+        options.fields.dedup();
+        options.every = options.every.max(1);
+        if options.compression > 9 {
+            return Err(fail(&format!("compression {} is not in 0 to 9", options.compression)));
+        }
+        let (scene, program) = (text(&options.scene)?, text(&options.program)?);
+        check_replaceable(path).map_err(|reason| fail(&reason))?;
+
+        let file = (|| {
+            hdf5::silence_errors(true);
+            let file = File::with_options()
+                .with_fapl(|access| access.libver_v18())
+                .with_fcpl(|create| create.obj_track_times(false))
+                .create(path)?;
+            file.new_attr::<VarLenUnicode>().create("format")?.write_scalar(&plain(FORMAT))?;
+            file.new_attr::<i64>().create("version")?.write_scalar(&VERSION)?;
+            file.new_attr::<VarLenUnicode>().create("scene")?.write_scalar(&scene)?;
+            file.new_attr::<VarLenUnicode>().create("program")?.write_scalar(&program)?;
+            file.new_attr::<VarLenUnicode>().create("status")?.write_scalar(&plain("running"))?;
+            file.close()?;
+            // Opened anew, the file keeps its superblock 2 but new datasets get 1.10's indices.
+            File::with_options()
+                .with_fapl(|access| access.libver_bounds(LibraryVersion::V110, LibraryVersion::latest()))
+                .open_rw(path)
+        })();
+        let file = file.map_err(|error| fail(&reason(&error)))?;
+        Ok(Self { path: path.into(), options, file: Some(file), run: None })
+    }
+
+    fn file(&self) -> &File {
+        self.file.as_ref().expect("a run is not observed after its end")
+    }
+
+    /// Appends the row of a load step.
+    fn append_row(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
+        let run = self.run.as_mut().expect("a run starts before its first load step");
+        assert_eq!(step.index, run.offset.len(), "load steps are observed in order");
+        assert_eq!(step.row.len(), run.columns.len(), "a row has one entry per column");
+        for ((rows, column), entry) in run.history.iter_mut().zip(&run.columns).zip(step.row) {
+            match (entry, column.kind) {
+                (Entry::Count(values), ColumnKind::Count) if values.len() == column.width => rows.append(values)?,
+                (Entry::Real(values), ColumnKind::Real) if values.len() == column.width => rows.append(values)?,
+                _ => panic!("the entry of column {} is of its kind and width", column.name),
+            };
+        }
+        run.residual.append(step.residuals)?;
+        run.offset.append(&[run.residual.len() as u64])?;
+        run.write_timings(step.timings)
+    }
+
+    /// Flushes what was appended, then the counts that make it visible.
+    fn commit(&self) -> hdf5::Result<()> {
+        let run = self.run.as_ref().expect("a run starts before its first load step");
+        self.file().flush()?;
+        run.rows.write_scalar(&(run.offset.len() as i64))?;
+        run.cloud.count()?;
+        self.file().flush()
+    }
+
+    /// Appends a load step and, if it is to be recorded, its points.
+    fn append(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
+        self.append_row(step)?;
+        let snapshot = Snapshot {
+            fraction: step.fraction,
+            positions: step.fields.positions(),
+            fields: self.options.fields.iter().map(|&field| step.fields.field(field)).collect(),
+        };
+        let run = self.run.as_mut().expect("a row was appended");
+        if step.index.is_multiple_of(self.options.every) {
+            run.unrecorded = None;
+            run.record(&snapshot)?;
+        } else {
+            // Any step can turn out to be the last: a run may fail at the next.
+            run.unrecorded = Some(snapshot);
+        }
+        self.commit()
+    }
+
+    fn append_last(&mut self, snapshot: &Snapshot) -> hdf5::Result<()> {
+        self.run.as_mut().expect("it has a last step").record(snapshot)?;
+        self.commit()
+    }
+
+    /// Reports an error and gives the file up as it is on disk, as if the run had been killed.
+    ///
+    /// Closing would make HDF5 write the rest of its metadata, on a full disk some of it, and
+    /// could leave a file whose header promises more than was stored.
+    fn give_up(&mut self, item: &str, error: &hdf5::Error) -> ResultsError {
+        mem::forget((self.file.take(), self.run.take()));
+        ResultsError::write(&self.path, item, reason(error))
+    }
+
+    fn write_xdmf(&mut self, item: &str) -> Result<(), ResultsError> {
+        let xdmf = &self.run.as_ref().expect("a step was written").xdmf;
+        xdmf.write().map_err(|error| ResultsError::write(xdmf.path(), item, error))
+    }
+
+    /// Writes how the run ended and closes the file.
+    fn close(&mut self, outcome: &Outcome, timings: &[Timing]) -> hdf5::Result<()> {
+        let status = match outcome {
+            Outcome::Completed => "completed".to_owned(),
+            Outcome::Failed(reason) => format!("failed: {}", reason.replace('\0', " ")),
+        };
+        if let Some(run) = &mut self.run {
+            run.write_timings(timings)?;
+        }
+        self.file().attr("status")?.write_scalar(&plain(&status))?;
+        self.file().flush()?;
+        self.run = None;
+        self.file.take().map_or(Ok(()), File::close)
+    }
+}
+
+impl Run {
+    fn create(file: &Group, start: &RunStart, options: &Options, path: &Path) -> hdf5::Result<Self> {
+        let history = file.create_group("history")?;
+        let rows = history.new_attr::<i64>().create("rows")?;
+        rows.write_scalar(&0_i64)?;
+        let create_column = |column: &Column| match column.kind {
+            ColumnKind::Count => Rows::create_small::<u64>(&history, &column.name, column.width),
+            ColumnKind::Real => Rows::create_small::<f64>(&history, &column.name, column.width),
+        };
+        let newton = file.create_group("newton")?;
+        let timings = file.create_group("timings")?;
+        let Options { fields, compression, precision, .. } = options;
+        Ok(Self {
+            columns: start.columns.clone(),
+            history: start.columns.iter().map(create_column).collect::<hdf5::Result<_>>()?,
+            rows,
+            offset: Rows::create_small::<u64>(&newton, "offset", 1)?,
+            residual: Rows::create_small::<f64>(&newton, "residual", 1)?,
+            timings: [
+                Rows::create_small::<PhaseName>(&timings, "phase", 1)?,
+                Rows::create_small::<f64>(&timings, "seconds", 1)?,
+                Rows::create_small::<u64>(&timings, "count", 1)?,
+            ],
+            cloud: PointCloud::create(file, fields, start.points, *compression, *precision)?,
+            xdmf: Xdmf::beside(path, fields, *precision),
+            unrecorded: None,
+        })
+    }
+
+    /// Appends the points of a load step.
+    fn record(&mut self, snapshot: &Snapshot) -> hdf5::Result<()> {
+        let placed = self.cloud.append(snapshot)?;
+        self.xdmf.add(snapshot.fraction, snapshot.positions.len() / 3, &placed);
+        Ok(())
+    }
+
+    fn write_timings(&mut self, timings: &[Timing]) -> hdf5::Result<()> {
+        let [phase, seconds, count] = &mut self.timings;
+        phase.replace(&timings.iter().map(|t| phase_name(t.phase)).collect::<Vec<_>>())?;
+        seconds.replace(&timings.iter().map(|t| t.seconds).collect::<Vec<_>>())?;
+        count.replace(&timings.iter().map(|t| t.count).collect::<Vec<_>>())
+    }
+}
+
+impl Observer for ResultsWriter {
+    fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
+        assert!(self.run.is_none(), "a writer observes one run");
+        let created = Run::create(self.file(), run, &self.options, &self.path);
+        let created = created.and_then(|created| self.file().flush().map(|()| created));
+        self.run = Some(created.map_err(|error| self.give_up("the layout of the run", &error))?);
+        Ok(())
+    }
+
+    fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        let item = format!("load step {}", step.index);
+        self.append(step).map_err(|error| self.give_up(&item, &error))?;
+        if step.index.is_multiple_of(self.options.every) {
+            self.write_xdmf(&item)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
+        if self.file.is_none() {
+            return Ok(()); // given up; the error has been reported
+        }
+        if let Some(last) = self.run.as_mut().and_then(|run| run.unrecorded.take()) {
+            let item = "the last load step";
+            self.append_last(&last).map_err(|error| self.give_up(item, &error))?;
+            self.write_xdmf(item)?;
+        }
+        Ok(self.close(outcome, timings).map_err(|error| self.give_up("the outcome", &error))?)
+    }
+}
+
+/// Name of a phase as stored, NUL-padded UTF-8.
+pub(crate) type PhaseName = FixedUnicode<32>;
+
+fn phase_name(name: &str) -> PhaseName {
+    name.parse().expect("phase names have at most 32 bytes and no NUL")
+}
+
+fn plain(text: &str) -> VarLenUnicode {
+    text.parse().expect("the text has no NUL")
+}
+
+/// Finds every reason not to write to `path` before HDF5 truncates what is there.
+fn check_replaceable(path: &Path) -> Result<(), String> {
+    if path.extension().is_some_and(|extension| extension == "xdmf") {
+        return Err("the .xdmf file is written beside it; choose another ending, such as .h5".into());
+    }
+    match fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err("is a directory".into()),
+        Ok(_) => {
+            let file = fs::OpenOptions::new().write(true).open(path).map_err(|error| error.to_string())?;
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => Err("another program has the file open".into()),
+                // Some file systems know no locks.
+                Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+            }
+        }
+        Err(_) => match path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
+            Some(parent) if !parent.is_dir() => Err(format!("there is no directory {}", parent.display())),
+            _ => Ok(()),
+        },
+    }
+}

@@ -1,0 +1,96 @@
+//! Isotropic elastic constants.
+
+use thiserror::Error;
+
+/// A material parameter outside its range.
+#[derive(Clone, Copy, PartialEq, Debug, Error)]
+pub enum ParameterError {
+    /// Young's modulus is not a positive, finite number.
+    #[error("Young's modulus must be positive and finite, not {0}")]
+    Young(f64),
+    /// Poisson's ratio is outside the open interval (−1, ½).
+    #[error("Poisson's ratio must lie between -1 and 0.5, both excluded, not {0}")]
+    Poisson(f64),
+    /// The yield radius is not a positive, finite number.
+    #[error("the yield radius must be positive and finite, not {0}")]
+    YieldRadius(f64),
+}
+
+/// Elastic constants of an isotropic material, both positive.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Elasticity {
+    bulk: f64,
+    shear: f64,
+}
+
+impl Elasticity {
+    /// From Young's modulus E [F/L²] and Poisson's ratio ν [-]:
+    /// K = E / 3(1 − 2ν), G = E / 2(1 + ν).
+    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, ParameterError> {
+        if !(young > 0.0 && young.is_finite()) {
+            return Err(ParameterError::Young(young));
+        }
+        if !(poisson > -1.0 && poisson < 0.5) {
+            return Err(ParameterError::Poisson(poisson));
+        }
+        Ok(Self {
+            bulk: young / (3.0 * (1.0 - 2.0 * poisson)),
+            shear: young / (2.0 * (1.0 + poisson)),
+        })
+    }
+
+    /// Bulk modulus K [F/L²].
+    #[inline]
+    pub fn bulk(&self) -> f64 {
+        self.bulk
+    }
+
+    /// Shear modulus G [F/L²].
+    #[inline]
+    pub fn shear(&self) -> f64 {
+        self.shear
+    }
+
+    /// First Lamé constant λ = K − ⅔ G [F/L²].
+    #[inline]
+    pub fn lame(&self) -> f64 {
+        self.bulk - 2.0 / 3.0 * self.shear
+    }
+
+    /// P-wave modulus λ + 2G [F/L²]: stiffness against stretch without lateral strain.
+    #[inline]
+    pub fn p_wave(&self) -> f64 {
+        self.bulk + 4.0 / 3.0 * self.shear
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_agree_with_the_textbook() {
+        let (young, poisson) = (210.0, 0.3);
+        let elasticity = Elasticity::from_young_poisson(young, poisson).expect("in range");
+        let lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let (k, g) = (elasticity.bulk(), elasticity.shear());
+        assert!((elasticity.lame() - lame).abs() < 1e-12 * lame);
+        assert!((elasticity.p_wave() - (lame + 2.0 * g)).abs() < 1e-12 * lame);
+        assert!((9.0 * k * g / (3.0 * k + g) - young).abs() < 1e-12 * young);
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_named() {
+        for young in [0.0, -1.0, f64::INFINITY] {
+            let error = Elasticity::from_young_poisson(young, 0.3);
+            assert_eq!(error, Err(ParameterError::Young(young)));
+        }
+        for poisson in [-1.0, 0.5, 2.0, f64::NEG_INFINITY] {
+            let error = Elasticity::from_young_poisson(1.0, poisson);
+            assert_eq!(error, Err(ParameterError::Poisson(poisson)));
+        }
+        assert!(Elasticity::from_young_poisson(f64::NAN, 0.3).is_err());
+        assert!(Elasticity::from_young_poisson(1.0, f64::NAN).is_err());
+        assert!(Elasticity::from_young_poisson(1.0, -0.99).is_ok());
+    }
+}

@@ -1,0 +1,59 @@
+//! Hencky elasticity: linear in the logarithmic strain.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{Elasticity, Material, Update};
+
+/// Hencky's law τ = λ tr(ε) I + 2G ε, hyperelastic with the energy ½λ (tr ε)² + G ε : ε
+/// (Hencky 1928).
+///
+/// Linear elasticity at small strain, and plausible up to stretches of about 1.3; it stays
+/// defined for all of them.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Hencky(
+    /// Elastic constants.
+    pub Elasticity,
+);
+
+impl Material for Hencky {
+    type History = ();
+    const SYMMETRIC: bool = true;
+    const PLASTIC: bool = false;
+
+    #[inline]
+    fn update(&self, trial: &Vector3<f64>, _history: &()) -> Update<()> {
+        let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
+        Update {
+            elastic_strain: *trial,
+            kirchhoff: trial
+                .map(|eps| two_g * eps)
+                .add_scalar(lambda * trial.sum()),
+            tangent: Matrix3::from_diagonal_element(two_g).add_scalar(lambda),
+            secant: Vector3::repeat(two_g),
+            plastic: false,
+            history: (),
+        }
+    }
+
+    #[inline]
+    fn stiffness(&self) -> f64 {
+        self.0.p_wave()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn principal_stress_is_linear_in_strain() {
+        let elasticity = Elasticity::from_young_poisson(1000.0, 0.25).expect("in range");
+        let strain = Vector3::new(0.3, -0.1, 0.05);
+        let update = Hencky(elasticity).update(&strain, &());
+        // E = 1000, nu = 1/4: lambda = G = 400.
+        let expected = Vector3::new(340.0, 20.0, 140.0);
+        assert!((update.kirchhoff - expected).norm() < 1e-10);
+        assert!((update.tangent * strain - expected).norm() < 1e-10);
+        assert!((update.secant[2] - (140.0 - 340.0) / (0.05 - 0.3)).abs() < 1e-10);
+    }
+}

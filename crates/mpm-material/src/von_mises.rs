@@ -1,0 +1,189 @@
+//! Von Mises plasticity, associated and perfectly plastic: the radial return in closed form.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{Elasticity, Hencky, Material, ParameterError, Update};
+
+/// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
+/// by one load step must not be called plastic in the next by rounding alone: neighbours would
+/// then soften one-sidedly, and rounding would choose the branch of the solution.
+const YIELD_TOLERANCE: f64 = 1e-12;
+
+/// Von Mises plasticity with Hencky elasticity: |dev τ| ≤ ρ_y.
+///
+/// With the exponential map the return keeps its small-strain form in logarithmic strains
+/// (Simo 1992). The flow preserves volume.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct VonMises {
+    elasticity: Elasticity,
+    yield_radius: f64,
+}
+
+/// Accumulated plastic strain Σ|Δε_p| [-], Frobenius norm, over the load steps of a point.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
+pub struct PlasticStrain(
+    /// The sum.
+    pub f64,
+);
+
+impl VonMises {
+    /// `yield_radius` is ρ_y = |dev τ| = √(2 J₂) at yield [F/L²]. The uniaxial yield stress is
+    /// √(3/2) ρ_y, the shear strength ρ_y/√2.
+    pub fn new(elasticity: Elasticity, yield_radius: f64) -> Result<Self, ParameterError> {
+        if yield_radius > 0.0 && yield_radius.is_finite() {
+            Ok(Self {
+                elasticity,
+                yield_radius,
+            })
+        } else {
+            Err(ParameterError::YieldRadius(yield_radius))
+        }
+    }
+
+    /// Elastic constants.
+    #[inline]
+    pub fn elasticity(&self) -> Elasticity {
+        self.elasticity
+    }
+
+    /// Yield radius ρ_y [F/L²].
+    #[inline]
+    pub fn yield_radius(&self) -> f64 {
+        self.yield_radius
+    }
+}
+
+impl Material for VonMises {
+    type History = PlasticStrain;
+    const SYMMETRIC: bool = true;
+    const PLASTIC: bool = true;
+
+    /// With the deviator e of the trial strain, s = 2G e, ρ = |s| and n = s/ρ, a plastic point
+    /// keeps the fraction β = ρ_y/ρ of e:
+    ///
+    /// τ = K tr(ε) 1 + β s, ε_e = ⅓ tr(ε) 1 + β e,
+    /// ∂τ/∂ε = K 1⊗1 + 2Gβ (I − ⅓ 1⊗1 − n⊗n).
+    #[inline]
+    fn update(&self, trial: &Vector3<f64>, history: &PlasticStrain) -> Update<PlasticStrain> {
+        let (k, two_g) = (self.elasticity.bulk(), 2.0 * self.elasticity.shear());
+        let rho_y = self.yield_radius;
+
+        let volumetric = trial.sum();
+        let e = trial.add_scalar(-volumetric / 3.0);
+        let rho = two_g * e.norm();
+        if rho > rho_y * (1.0 + YIELD_TOLERANCE) {
+            let beta = rho_y / rho;
+            let n = e * (two_g / rho);
+            let modulus = two_g * beta;
+            let isotropic = Matrix3::from_diagonal_element(modulus).add_scalar(k - modulus / 3.0);
+            Update {
+                elastic_strain: (e * beta).add_scalar(volumetric / 3.0),
+                kirchhoff: (e * modulus).add_scalar(k * volumetric),
+                tangent: isotropic - n * n.transpose() * modulus,
+                secant: Vector3::repeat(modulus),
+                plastic: true,
+                history: PlasticStrain(history.0 + (rho - rho_y) / two_g),
+            }
+        } else {
+            let elastic = Hencky(self.elasticity).update(trial, &());
+            Update {
+                elastic_strain: elastic.elastic_strain,
+                kirchhoff: elastic.kirchhoff,
+                tangent: elastic.tangent,
+                secant: elastic.secant,
+                plastic: false,
+                history: *history,
+            }
+        }
+    }
+
+    #[inline]
+    fn stiffness(&self) -> f64 {
+        self.elasticity.p_wave()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(yield_radius: f64) -> VonMises {
+        let elasticity = Elasticity::from_young_poisson(1000.0, 0.3).expect("in range");
+        VonMises::new(elasticity, yield_radius).expect("positive")
+    }
+
+    fn deviator(tensor: &Vector3<f64>) -> Vector3<f64> {
+        tensor.add_scalar(-tensor.sum() / 3.0)
+    }
+
+    #[test]
+    fn yield_radius_must_be_positive_and_finite() {
+        for radius in [0.0, -1.0, f64::INFINITY] {
+            let error = VonMises::new(law(1.0).elasticity(), radius);
+            assert_eq!(error, Err(ParameterError::YieldRadius(radius)));
+        }
+        assert!(VonMises::new(law(1.0).elasticity(), f64::NAN).is_err());
+    }
+
+    #[test]
+    fn below_yield_it_is_hencky() {
+        let law = law(1e6);
+        let strain = Vector3::new(0.2, -0.3, 0.05);
+        let elastic = Hencky(law.elasticity()).update(&strain, &());
+        let update = law.update(&strain, &PlasticStrain(0.7));
+        assert!(!update.plastic);
+        assert_eq!(update.elastic_strain, strain);
+        assert_eq!(update.history, PlasticStrain(0.7));
+        assert!((update.kirchhoff - elastic.kirchhoff).norm() < 1e-12 * 1000.0);
+        assert!((update.tangent - elastic.tangent).norm() < 1e-12 * 1000.0);
+        assert_eq!(update.secant, elastic.secant);
+    }
+
+    #[test]
+    fn returns_to_the_yield_surface_along_the_trial_deviator() {
+        let law = law(15.0);
+        let strain = Vector3::new(0.2, -0.3, 0.05);
+        let update = law.update(&strain, &PlasticStrain(0.25));
+        let s = deviator(&update.kirchhoff);
+        assert!(update.plastic);
+        assert!((s.norm() - 15.0).abs() <= 15.0 * 1e-12);
+        assert!((s.normalize() - deviator(&strain).normalize()).norm() < 1e-14);
+        // Volume is kept by the flow, and the stress is that of the elastic strain left.
+        assert!((update.elastic_strain.sum() - strain.sum()).abs() < 1e-16);
+        let elastic = Hencky(law.elasticity()).update(&update.elastic_strain, &());
+        assert!((update.kirchhoff - elastic.kirchhoff).norm() < 1e-12 * update.kirchhoff.norm());
+        let flow = (strain - update.elastic_strain).norm();
+        assert!((update.history.0 - 0.25 - flow).abs() < 1e-15);
+        let secant = (update.kirchhoff[0] - update.kirchhoff[1]) / (strain[0] - strain[1]);
+        assert!((update.secant[0] - secant).abs() < 1e-12 * secant);
+    }
+
+    #[test]
+    fn a_returned_point_is_not_plastic_again() {
+        let law = law(15.0);
+        for i in 0..200 {
+            let angle = 0.1 * f64::from(i);
+            let strain = Vector3::new(angle.cos(), (1.7 * angle).sin(), 0.3 * angle.sin());
+            let first = law.update(&strain, &PlasticStrain(0.0));
+            let second = law.update(&first.elastic_strain, &first.history);
+            assert!(first.plastic && !second.plastic, "strain {strain:?}");
+        }
+    }
+
+    #[test]
+    fn tangent_is_the_derivative_of_the_stress() {
+        let law = law(15.0);
+        let strain = Vector3::new(0.2, -0.3, 0.05);
+        let tangent = law.update(&strain, &PlasticStrain(0.0)).tangent;
+        let h = 1e-6;
+        for b in 0..3 {
+            let stress = |sign: f64| {
+                let mut moved = strain;
+                moved[b] += sign * h;
+                law.update(&moved, &PlasticStrain(0.0)).kirchhoff
+            };
+            let difference = (stress(1.0) - stress(-1.0)) / (2.0 * h);
+            assert!((tangent.column(b) - difference).norm() < 1e-9 * law.stiffness());
+        }
+    }
+}

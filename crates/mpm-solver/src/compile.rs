@@ -1,0 +1,426 @@
+//! A scene becomes a model: the only place that asks what kind of thing something is.
+
+use crate::error::{Error, SceneError};
+use crate::fill::{Face, Filled, Plan, fill};
+use crate::load_step::{connect, run};
+use crate::model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Support, Tolerance};
+use crate::observe::{Field, Observer};
+use crate::record::Summary;
+use crate::scene::{
+    AxisInput, BodyInput, Direction, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, RampInput,
+    RegionInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput,
+};
+use mpm_basis::{Basis, Smpm};
+use mpm_grid::{Axis, DrivenPlane, Layout, LoadFraction, MeshMotion, Ramp, Region, Vector};
+use mpm_material::{Elasticity, Hencky, VonMises};
+
+/// A model in the space of its scene.
+pub enum Compiled {
+    /// Plane strain.
+    Plane(Model<2>),
+    /// Three dimensions.
+    Solid(Model<3>),
+}
+
+impl Compiled {
+    /// Runs the model, see [`run`].
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn run(&mut self, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        match self {
+            Compiled::Plane(model) => run(model, observer),
+            Compiled::Solid(model) => run(model, observer),
+        }
+    }
+}
+
+/// Makes a model of a scene and checks all that can be checked before the first load step.
+///
+/// # Errors
+/// The first thing that is wrong with the scene, with its path.
+pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
+    Ok(match scene {
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene)?),
+    })
+}
+
+/// The bases of one space: makes bodies of points under the one that the scene names.
+trait FillBody<const D: usize> {
+    fn fill(&self, law: &MaterialInput, plan: &Plan<'_, D>) -> Result<Filled<D>, String>;
+}
+
+impl FillBody<2> for PlaneBasis {
+    fn fill(&self, law: &MaterialInput, plan: &Plan<'_, 2>) -> Result<Filled<2>, String> {
+        match self {
+            PlaneBasis::Smpm => fill_with(Smpm, law, plan),
+        }
+    }
+}
+
+impl FillBody<3> for SolidBasis {
+    fn fill(&self, law: &MaterialInput, plan: &Plan<'_, 3>) -> Result<Filled<3>, String> {
+        match self {
+            SolidBasis::Smpm => fill_with(Smpm, law, plan),
+        }
+    }
+}
+
+fn fill_with<const D: usize, B: Basis<D> + 'static>(
+    basis: B,
+    law: &MaterialInput,
+    plan: &Plan<'_, D>,
+) -> Result<Filled<D>, String> {
+    let elasticity = |young: f64, poisson: f64| {
+        Elasticity::from_young_poisson(young, poisson).map_err(|it| it.to_string())
+    };
+    match law {
+        MaterialInput::Hencky { young, poisson, .. } => {
+            fill(basis, Hencky(elasticity(young.0, poisson.0)?), plan)
+        }
+        MaterialInput::VonMises { young, poisson, yield_radius, .. } => {
+            let law = VonMises::new(elasticity(young.0, poisson.0)?, yield_radius.0);
+            fill(basis, law.map_err(|it| it.to_string())?, plan)
+        }
+    }
+}
+
+fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
+    let layout = layout(&scene.mesh)?;
+    let motion = motion(&scene.motion)?;
+    let mesh = motion
+        .mesh_at(&layout, LoadFraction::START)
+        .map_err(|it| SceneError::new("motion", it))?;
+    motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
+
+    let (bodies, faces) = bodies(scene, &mesh)?;
+    let model = Model {
+        supports: supports(scene, &layout)?,
+        loads: loads(scene, &bodies, faces)?,
+        layout,
+        motion,
+        bodies,
+        schedule: schedule(scene)?,
+        tolerance: Tolerance {
+            residual: scene.tolerance.residual.0,
+            iterations: scene.tolerance.iterations.0,
+        },
+    };
+    check_start(&model, &mesh)?;
+    Ok(model)
+}
+
+fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
+    let MeshInput::Box { axes } = mesh;
+    let made: Vec<Axis> = axes
+        .iter()
+        .enumerate()
+        .map(|(d, input)| axis(input).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
+        .collect::<Result<_, _>>()?;
+    let made: [Axis; D] = made.try_into().map_err(|made: Vec<Axis>| {
+        SceneError::new("mesh.axes", format!("expected {D} axes, one per dimension, got {}", made.len()))
+    })?;
+    Layout::on_axes(made).map_err(|it| SceneError::new("mesh", it))
+}
+
+fn axis(input: &AxisInput) -> Result<Axis, mpm_grid::AxisError> {
+    match input {
+        AxisInput::Uniform { from, to, cells } => Axis::uniform(from.0, to.0, cells.0),
+        AxisInput::Graded { from, to, cells, ratio } => Axis::geometric(from.0, to.0, cells.0, ratio.0),
+        AxisInput::Nodes(nodes) => Axis::graded(nodes.iter().map(|x| x.0).collect()),
+    }
+}
+
+fn ramp(input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
+    let knots = input.0.iter().map(|(fraction, factor)| (fraction.0, factor.0 * scale)).collect();
+    Ramp::new(knots).map_err(|it| SceneError::new(path, it))
+}
+
+fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, SceneError> {
+    let index = direction.index();
+    if index < D {
+        return Ok(index);
+    }
+    Err(SceneError::new(path, format!("{direction:?} is not a direction of a scene in {D} dimensions")))
+}
+
+fn motion<const D: usize>(input: &MotionInput<D>) -> Result<MeshMotion<D>, SceneError> {
+    match input {
+        MotionInput::Fixed => Ok(MeshMotion::Fixed),
+        MotionInput::Stretch(stretches) => {
+            let mut planes = [const { None }; D];
+            for (k, stretch) in stretches.iter().enumerate() {
+                let path = format!("motion[{k}]");
+                let axis = component::<D>(stretch.axis, &format!("{path}.axis"))?;
+                if planes[axis].is_some() {
+                    return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
+                }
+                planes[axis] = Some(DrivenPlane {
+                    anchor: stretch.anchor.0,
+                    driven: stretch.driven.0,
+                    displacement: ramp(&stretch.ramp, stretch.displacement.0, &format!("{path}.ramp"))?,
+                });
+            }
+            MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
+        }
+    }
+}
+
+type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f64)>>>);
+
+/// The bodies, and for each of them the points next to the faces of its tractions, in the order of
+/// the loads.
+fn bodies<const D: usize, B: FillBody<D>>(
+    scene: &SceneIn<D, B>,
+    mesh: &mpm_grid::Mesh<D>,
+) -> Result<BodiesAndFaces<D>, SceneError> {
+    if scene.bodies.is_empty() {
+        return Err(SceneError::new("bodies", "expected at least one body"));
+    }
+    let heavy = scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. }));
+    let (mut bodies, mut all_faces): BodiesAndFaces<D> = (Vec::new(), Vec::new());
+    for (b, input) in scene.bodies.iter().enumerate() {
+        let path = format!("bodies[{b}]");
+        if scene.bodies[..b].iter().any(|other| other.name == input.name) {
+            return Err(SceneError::new(format!("{path}.name"), format!("a second body named `{}`", input.name)));
+        }
+        if let Some(other) = scene.bodies[..b].iter().find(|other| overlap(other, input)) {
+            return Err(SceneError::new(
+                format!("{path}.shape"),
+                format!("body `{}` overlaps body `{}`", input.name, other.name),
+            ));
+        }
+        let law = scene.materials.get(&input.material).ok_or_else(|| {
+            let known: Vec<&str> = scene.materials.keys().map(String::as_str).collect();
+            SceneError::new(
+                format!("{path}.material"),
+                format!("no material named `{}`; the scene has: {}", input.material, known.join(", ")),
+            )
+        })?;
+        let (MaterialInput::Hencky { density, .. } | MaterialInput::VonMises { density, .. }) = law;
+        if heavy && density.is_none() {
+            return Err(SceneError::new(
+                format!("materials.{}", input.material),
+                "a body force acts, so a `density` is needed",
+            ));
+        }
+        let faces = scene.loads.iter().enumerate().filter_map(|(k, load)| match load {
+            LoadInput::Traction { body, axis, at, within, .. } if *body == input.name => {
+                let axis = component::<D>(*axis, &format!("loads[{k}].axis"));
+                Some(axis.map(|axis| Face {
+                    axis,
+                    at: at.0,
+                    within: within.as_ref().map(|bounds| (bounds.from.0, bounds.to.0)),
+                }))
+            }
+            _ => None,
+        });
+        let ShapeInput::Box { from, to } = &input.shape;
+        let plan = Plan {
+            mesh,
+            from: from.0,
+            to: to.0,
+            points_per_cell: input.points_per_cell.0,
+            density: density.filter(|_| heavy).map(|density| density.0),
+            keep_reference_positions: scene.output.fields.contains(&Field::Displacement),
+            faces: faces.collect::<Result<_, _>>()?,
+        };
+        let filled = scene.basis.fill(law, &plan).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
+        bodies.push(NamedBody { name: input.name.clone(), body: filled.body });
+        all_faces.push(filled.faces);
+    }
+    Ok((bodies, all_faces))
+}
+
+fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
+    let (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) = (&a.shape, &b.shape);
+    (0..D).all(|d| {
+        let common = a1.0[d].min(b1.0[d]) - a0.0[d].max(b0.0[d]);
+        common > 1e-9 * (a1.0[d] - a0.0[d]).min(b1.0[d] - b0.0[d])
+    })
+}
+
+fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
+    Ok(match input {
+        RegionInput::Plane { axis, at } => {
+            Region::Plane { axis: component::<D>(*axis, &format!("{path}.axis"))?, at: at.0 }
+        }
+        RegionInput::Box { from, to } => Region::Box { from: Vector::from(from.0), to: Vector::from(to.0) },
+        RegionInput::Point(x) => Region::Point(Vector::from(x.0)),
+        RegionInput::Everywhere => Region::Everywhere,
+        RegionInput::All(regions) => Region::All(
+            regions
+                .iter()
+                .enumerate()
+                .map(|(k, input)| region(input, &format!("{path}[{k}]")))
+                .collect::<Result<_, _>>()?,
+        ),
+    })
+}
+
+fn supports<const D: usize, B>(scene: &SceneIn<D, B>, layout: &Layout<D>) -> Result<Vec<Support<D>>, SceneError> {
+    let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
+    for (k, input) in scene.supports.iter().enumerate() {
+        let path = format!("supports[{k}]");
+        if input.name.is_empty() || input.name.contains('/') || supports.iter().any(|it| it.name == input.name) {
+            return Err(SceneError::new(
+                format!("{path}.name"),
+                format!("expected a name of its own, not empty and without `/`, got `{}`", input.name),
+            ));
+        }
+        let nodes = region(&input.region, &format!("{path}.region"))?.nodes(layout);
+        if nodes.is_empty() {
+            return Err(SceneError::new(format!("{path}.region"), "the region holds no node of the mesh"));
+        }
+        supports.push(Support { name: input.name.clone(), nodes, components: components(input, &path)? });
+    }
+    refuse_contradictions(&supports)?;
+    Ok(supports)
+}
+
+fn components<const D: usize>(input: &SupportInput<D>, path: &str) -> Result<[Option<Prescribed>; D], SceneError> {
+    let held = input.fix.iter().map(|axis| Ok((*axis, Prescribed::Held)));
+    let following = input.follow_mesh.iter().map(|axis| Ok((*axis, Prescribed::FollowMesh)));
+    let driven = input.displace.iter().enumerate().map(|(k, displace)| {
+        let ramp = ramp(&displace.ramp, displace.by.0, &format!("{path}.displace[{k}].ramp"))?;
+        Ok((displace.axis, Prescribed::Driven(ramp)))
+    });
+    let mut components = [const { None }; D];
+    for entry in held.chain(following).chain(driven) {
+        let (axis, prescribed) = entry?;
+        let component = component::<D>(axis, path)?;
+        if components[component].is_some() {
+            return Err(SceneError::new(path, format!("component {axis:?} is prescribed twice")));
+        }
+        components[component] = Some(prescribed);
+    }
+    if components.iter().all(Option::is_none) {
+        return Err(SceneError::new(path, "expected `fix`, `displace` or `follow_mesh` with at least one direction"));
+    }
+    Ok(components)
+}
+
+/// Two supports may share nodes only where they prescribe the same.
+fn refuse_contradictions<const D: usize>(supports: &[Support<D>]) -> Result<(), SceneError> {
+    for component in 0..D {
+        let mut claims: Vec<(mpm_grid::NodeId, usize)> = supports
+            .iter()
+            .enumerate()
+            .filter(|(_, support)| support.components[component].is_some())
+            .flat_map(|(k, support)| support.nodes.iter().map(move |&node| (node, k)))
+            .collect();
+        claims.sort_unstable();
+        for pair in claims.windows(2) {
+            let [(node, first), (other, second)] = [pair[0], pair[1]];
+            let (a, b) = (&supports[first], &supports[second]);
+            if node == other && a.components[component] != b.components[component] {
+                return Err(SceneError::new(
+                    format!("supports[{second}]"),
+                    format!(
+                        "supports `{}` and `{}` prescribe different displacements of component {component} of node {}",
+                        a.name,
+                        b.name,
+                        node.index()
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn loads<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    bodies: &[NamedBody<D>],
+    faces: Vec<Vec<Vec<(usize, f64)>>>,
+) -> Result<Loads<D>, SceneError> {
+    let mut loads = Loads { body_forces: Vec::new(), point_loads: Vec::new() };
+    let mut faces: Vec<_> = faces.into_iter().map(Vec::into_iter).collect();
+    for (k, input) in scene.loads.iter().enumerate() {
+        let path = format!("loads[{k}]");
+        let find = |name: &str| {
+            bodies.iter().position(|named| named.name == name).ok_or_else(|| {
+                let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
+                SceneError::new(
+                    format!("{path}.body"),
+                    format!("no body named `{name}`; the scene has: {}", known.join(", ")),
+                )
+            })
+        };
+        let ramp_path = format!("{path}.ramp");
+        match input {
+            LoadInput::BodyForce { acceleration, ramp: input } => {
+                loads.body_forces.push((Vector::from(acceleration.0), ramp(input, 1.0, &ramp_path)?));
+            }
+            LoadInput::PointForce { body: name, near, points, force, ramp: input } => {
+                let body = find(name)?;
+                let shares = nearest(&*bodies[body].body, &Vector::from(near.0), points.0 as usize)
+                    .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                let force = Vector::from(force.0);
+                loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
+            }
+            LoadInput::Traction { body: name, at, resultant, ramp: input, .. } => {
+                let body = find(name)?;
+                let areas = faces[body].next().expect("one list of points per traction");
+                let whole: f64 = areas.iter().map(|(_, area)| area).sum();
+                if areas.is_empty() {
+                    return Err(SceneError::new(
+                        path,
+                        format!("body `{name}` has no boundary on the loaded part of the plane at {}", at.0),
+                    ));
+                }
+                let shares = areas.into_iter().map(|(point, area)| (point, area / whole)).collect();
+                let force = Vector::from(resultant.0);
+                loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
+            }
+        }
+    }
+    Ok(loads)
+}
+
+/// The `count` points nearest to `x`, with equal shares.
+fn nearest<const D: usize>(
+    body: &dyn mpm_assembly::Body<D>,
+    x: &Vector<D>,
+    count: usize,
+) -> Result<Vec<(usize, f64)>, String> {
+    if count > body.n_points() {
+        return Err(format!("the body has only {} material points", body.n_points()));
+    }
+    // Distances that differ by rounding alone count as equal, and then the order of points decides.
+    let mut distances: Vec<(f64, usize)> =
+        (0..body.n_points()).map(|p| ((body.point(p).position - x).norm(), p)).collect();
+    let scale = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
+    for (distance, _) in &mut distances {
+        *distance = (*distance / scale.max(f64::MIN_POSITIVE) * 1e9).round();
+    }
+    distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut shares: Vec<(usize, f64)> =
+        distances[..count].iter().map(|&(_, point)| (point, 1.0 / count as f64)).collect();
+    shares.sort_by_key(|&(point, _)| point);
+    Ok(shares)
+}
+
+fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneError> {
+    let cuts = scene.schedule.cuts;
+    if cuts > 40 {
+        return Err(SceneError::new("schedule.cuts", format!("expected at most 40 halvings, got {cuts}")));
+    }
+    Ok(Schedule { steps: scene.schedule.steps.0, cuts })
+}
+
+/// The start of the first load step: the mesh covers every point, and what is driven carries material.
+fn check_start<const D: usize>(model: &Model<D>, mesh: &mpm_grid::Mesh<D>) -> Result<(), SceneError> {
+    let (active, _, _) = connect(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    for (k, support) in model.supports.iter().enumerate() {
+        let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
+        if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {
+            return Err(SceneError::new(
+                format!("supports[{k}].region"),
+                format!("support `{}` drives nodes, but none of them carries material", support.name),
+            ));
+        }
+    }
+    Ok(())
+}

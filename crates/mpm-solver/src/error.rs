@@ -1,0 +1,105 @@
+//! Why a run did not start or did not finish.
+
+use crate::observe::ObserverError;
+use mpm_assembly::AdvanceError;
+
+/// Why a run did not start or did not finish.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The scene cannot be run as it is.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A load step could not be solved, however short.
+    #[error("load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}")]
+    Step {
+        /// Row of the history that the step would have become.
+        step: usize,
+        /// Load fraction at its start.
+        from: f64,
+        /// Load fraction at the end of the last try.
+        to: f64,
+        /// How often the nominal step was halved.
+        level: u8,
+        /// What went wrong in the last try.
+        reason: StepFailure,
+    },
+    /// An observer (the results file, say) could not go on.
+    #[error("the run's record could not be written: {0}")]
+    Observer(ObserverError),
+}
+
+/// Something in a scene that only the whole scene can show to be wrong.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: {reason}")]
+pub struct SceneError {
+    /// Where in the scene, for example `supports[1].region`; see [`crate::scene::position_of`].
+    pub path: String,
+    /// What was found and what was expected.
+    pub reason: String,
+}
+
+impl SceneError {
+    /// An error at `path`.
+    pub fn new(path: impl Into<String>, reason: impl ToString) -> Self {
+        Self { path: path.into(), reason: reason.to_string() }
+    }
+}
+
+/// Why one load step failed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepFailure {
+    /// A point, or a part of its domain, lies outside the mesh.
+    #[error("body `{body}`: {reason}")]
+    Outside {
+        /// Name of the body.
+        body: String,
+        /// Which point, where.
+        reason: String,
+    },
+    /// The mesh itself cannot be placed.
+    #[error("the mesh: {0}")]
+    Mesh(String),
+    /// A trial displacement inverted a point, and shorter corrections did so too.
+    #[error("body `{body}`: material point {point} would be inverted (det ΔF = {determinant:e})")]
+    Inverted {
+        /// Name of the body.
+        body: String,
+        /// Index of the point in its body.
+        point: usize,
+        /// `det ΔF`.
+        determinant: f64,
+    },
+    /// The out-of-balance force did not become small enough.
+    #[error("no equilibrium after {} Newton iterations (relative out-of-balance force {:e})",
+        residuals.len(), residuals.last().copied().unwrap_or(f64::NAN))]
+    NotConverged {
+        /// Relative out-of-balance force of every iterate.
+        residuals: Vec<f64>,
+    },
+    /// The tangent is singular.
+    #[error("the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
+        material there is not held, or barely reaches the node's cells")]
+    Singular {
+        /// Number of the node in the grid.
+        node: usize,
+        /// Where it stands at the start of the step [L].
+        position: Vec<f64>,
+        /// Component of displacement, from 0.
+        component: usize,
+        /// How it showed.
+        cause: String,
+    },
+    /// The linear solution is not finite or not accurate.
+    #[error("the linear system could not be solved: {0}")]
+    Linear(String),
+    /// Equilibrium was found but a point cannot be carried on from it.
+    #[error("body `{body}`: {reason}")]
+    Advance {
+        /// Name of the body.
+        body: String,
+        /// Which point, and what is wrong with it.
+        reason: AdvanceError,
+    },
+}

@@ -1,0 +1,223 @@
+//! Filling a shape with material points.
+
+use mpm_assembly::{Body, MaterialBody, Points};
+use mpm_basis::{Basis, Piece};
+use mpm_grid::{Axis, Mesh, Vector};
+use mpm_material::Material;
+
+/// Points of one body at most; their numbers have 32 bits.
+const MOST_POINTS: f64 = 4e9;
+
+/// What a body is to be filled with.
+pub(crate) struct Plan<'a, const D: usize> {
+    pub mesh: &'a Mesh<D>,
+    /// Corners of the box [L].
+    pub from: [f64; D],
+    pub to: [f64; D],
+    pub points_per_cell: u32,
+    /// Given where a body force acts [M/L^D].
+    pub density: Option<f64>,
+    /// Whether positions at rest must be kept.
+    pub keep_reference_positions: bool,
+    /// Parts of the boundary that carry tractions.
+    pub faces: Vec<Face<D>>,
+}
+
+/// A part of a plane across an axis.
+pub(crate) struct Face<const D: usize> {
+    pub axis: usize,
+    pub at: f64,
+    /// Lowest and highest corner of the part, where it is not the whole plane.
+    pub within: Option<([f64; D], [f64; D])>,
+}
+
+/// A body, and for every face of the plan the points next to it with their areas of it.
+pub(crate) struct Filled<const D: usize> {
+    pub body: Box<dyn Body<D>>,
+    pub faces: Vec<Vec<(usize, f64)>>,
+}
+
+/// Fills a box with points of one basis and law.
+///
+/// # Errors
+/// A sentence that says what is wrong with the box or the number of points.
+pub(crate) fn fill<const D: usize, B, M>(basis: B, law: M, plan: &Plan<'_, D>) -> Result<Filled<D>, String>
+where
+    B: Basis<D> + 'static,
+    M: Material + 'static,
+{
+    basis.suits(plan.mesh)?;
+    let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
+    let axes = plan.mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
+    let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
+    let mut pieces = 1.0;
+    for d in 0..D {
+        let lines = lines(&axes[d], plan.from[d], plan.to[d], pieces_per_cell)?;
+        pieces *= (lines.len() - 1) as f64;
+        rows.push(by_cell(&axes[d], &lines));
+    }
+    if pieces > MOST_POINTS {
+        return Err(format!("{pieces:e} material points are more than the {MOST_POINTS:e} that a body can have"));
+    }
+
+    let mut points = Points::<D, B, M>::default();
+    let mut faces = vec![Vec::new(); plan.faces.len()];
+    // Cell by cell, and piece by piece inside a cell: points that share nodes stay together.
+    for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
+        let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
+        for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
+            let low = Vector::from_fn(|d, _| row[d][piece[d]]);
+            let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
+            let piece = box_piece(&low, &high);
+            let first = points.len();
+            basis.seed(&piece, &mut |seed| points.push(seed));
+            for (face, shares) in plan.faces.iter().zip(&mut faces) {
+                if let Some((area, centre)) = area_on(face, &low, &high) {
+                    let nearest = (first..points.len()).min_by(|&a, &b| {
+                        let distance = |p: usize| (points.position[p] - centre).norm_squared();
+                        distance(a).total_cmp(&distance(b))
+                    });
+                    shares.push((nearest.expect("a piece has a point"), area));
+                }
+            }
+        });
+    });
+    for shares in &mut faces {
+        shares.sort_by_key(|&(point, _)| point);
+    }
+    if let Some(density) = plan.density {
+        points.weigh(density);
+    }
+    if plan.keep_reference_positions {
+        points.keep_reference_positions();
+    }
+    Ok(Filled { body: Box::new(MaterialBody::new(basis, law, points)), faces })
+}
+
+/// Coordinates of the pieces of one cell along one direction, ends included.
+type CellRow = Vec<f64>;
+
+/// Coordinates of the ends of all pieces of `from..to` along an axis.
+///
+/// Where both ends lie on mesh lines every cell is cut into `n`; else the length is cut evenly into
+/// pieces no longer than the mean of its cells over `n`.
+fn lines(axis: &Axis, from: f64, to: f64, n: u32) -> Result<Vec<f64>, String> {
+    if from >= to {
+        return Err(format!("the box is empty: from {from} to {to}"));
+    }
+    let span = axis.last() - axis.first();
+    if from < axis.first() - 1e-9 * span || to > axis.last() + 1e-9 * span {
+        return Err(format!(
+            "the box reaches from {from} to {to}, outside the mesh from {} to {}",
+            axis.first(),
+            axis.last()
+        ));
+    }
+    let too_many = |count: f64| format!("{count:e} material points along one direction are too many");
+    if let (Some(first), Some(last)) = (line_at(axis, from), line_at(axis, to)) {
+        let count = f64::from(last - first) * f64::from(n);
+        if count > MOST_POINTS {
+            return Err(too_many(count));
+        }
+        let mut lines = vec![axis.node(first)];
+        for cell in first..last {
+            let (low, high) = (axis.node(cell), axis.node(cell + 1));
+            for k in 1..n {
+                lines.push(low + (high - low) * f64::from(k) / f64::from(n));
+            }
+            lines.push(high);
+        }
+        return Ok(lines);
+    }
+    let (first, last) = (axis.locate(from).0, axis.locate(to).0);
+    let mean_cell = (axis.node(last + 1) - axis.node(first)) / f64::from(last + 1 - first);
+    let count = ((to - from) / mean_cell * f64::from(n) - 1e-9).ceil().max(1.0);
+    if count > MOST_POINTS {
+        return Err(too_many(count));
+    }
+    let count = count as u32;
+    Ok((0..=count).map(|k| from + (to - from) * f64::from(k) / f64::from(count)).collect())
+}
+
+/// Number of the mesh line at a coordinate, if one is there.
+fn line_at(axis: &Axis, x: f64) -> Option<u32> {
+    let (cell, local) = axis.locate(x.clamp(axis.first(), axis.last()));
+    let line = if local > 0.0 { cell + 1 } else { cell };
+    ((axis.node(line) - x).abs() <= 1e-9 * axis.size(cell)).then_some(line)
+}
+
+/// Gathers consecutive pieces whose centres lie in the same cell.
+fn by_cell(axis: &Axis, lines: &[f64]) -> Vec<CellRow> {
+    let mut rows: Vec<CellRow> = Vec::new();
+    let mut cell_before = None;
+    for ends in lines.windows(2) {
+        let (cell, _) = axis.locate(0.5 * (ends[0] + ends[1]));
+        match rows.last_mut() {
+            Some(row) if cell_before == Some(cell) => row.push(ends[1]),
+            _ => rows.push(ends.to_vec()),
+        }
+        cell_before = Some(cell);
+    }
+    rows
+}
+
+/// Calls `each` for every multi-index below `extent`, the first direction fastest.
+fn for_each<const D: usize>(extent: [usize; D], mut each: impl FnMut([usize; D])) {
+    if extent.contains(&0) {
+        return;
+    }
+    let mut index = [0; D];
+    loop {
+        each(index);
+        let Some(d) = (0..D).find(|&d| index[d] + 1 < extent[d]) else { return };
+        index[d] += 1;
+        index[..d].fill(0);
+    }
+}
+
+fn box_piece<const D: usize>(low: &Vector<D>, high: &Vector<D>) -> Piece<D> {
+    Piece::new(std::array::from_fn(|corner| {
+        Vector::from_fn(|d, _| if corner >> d & 1 == 1 { high[d] } else { low[d] })
+    }))
+}
+
+/// Area and centre of the side of a box that lies on a face, if one does.
+fn area_on<const D: usize>(face: &Face<D>, low: &Vector<D>, high: &Vector<D>) -> Option<(f64, Vector<D>)> {
+    let size = high - low;
+    let near = 1e-9 * size[face.axis];
+    let side = [low, high].into_iter().find(|side| (side[face.axis] - face.at).abs() <= near)?;
+    let mut centre = (low + high) * 0.5;
+    centre[face.axis] = side[face.axis];
+    if let Some((from, to)) = &face.within {
+        let inside = |d: usize| (from[d]..=to[d]).contains(&centre[d]);
+        if !(0..D).all(|d| d == face.axis || inside(d)) {
+            return None;
+        }
+    }
+    let area = (0..D).filter(|&d| d != face.axis).map(|d| size[d]).product();
+    Some((area, centre))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn aligned_ends_are_cut_cell_by_cell_and_others_evenly() {
+        let axis = Axis::graded(vec![0.0, 1.0, 3.0, 4.0]).unwrap();
+        assert_eq!(lines(&axis, 0.0, 3.0, 2).unwrap(), [0.0, 0.5, 1.0, 2.0, 3.0]);
+        // 0.5..3.5 touches cells of mean length 4/3; 3 / (4/3) * 2 = 4.5 pieces, so 5.
+        let even = lines(&axis, 0.5, 3.5, 2).unwrap();
+        assert_eq!(even.len(), 6);
+        assert!((even[1] - 1.1).abs() < 1e-15);
+        assert!(lines(&axis, 3.0, 3.0, 2).is_err());
+        assert!(lines(&axis, 0.0, 4.1, 2).is_err());
+    }
+
+    #[test]
+    fn rows_follow_the_cells() {
+        let axis = Axis::uniform(0.0, 2.0, 2).unwrap();
+        let rows = by_cell(&axis, &[0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(rows, [vec![0.0, 0.5, 1.0], vec![1.0, 1.5, 2.0]]);
+    }
+}

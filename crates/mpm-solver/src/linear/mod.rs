@@ -1,0 +1,403 @@
+//! Direct solution of K x = b for the symmetric sparse tangent K of a load step.
+//!
+//! A [`Factorization`] lives as long as a run. [`Factorization::analyse`] orders the equations and
+//! finds the structure of the factor, or keeps both if the pattern is the last one;
+//! [`Factorization::factorise`] computes the factor, [`Factorization::solve`] solves with it and
+//! checks the solution against K itself.
+//!
+//! A stable state has a positive definite tangent and LLᵀ succeeds. Where it meets a pivot that is
+//! not positive, the equation is reported (the structure loses stability there, or a node carries
+//! almost no material) and LBLᵀ with Bunch–Kaufman pivots takes over. LU with partial pivoting is
+//! the last resort, and slow in three dimensions.
+//!
+//! Everything is sequential, so the bits of a solution never depend on the number of threads.
+//!
+//! ```
+//! use mpm_solver::linear::{Factorization, Method, SymmetricPattern};
+//!
+//! // Three nodes in a row with one equation each: K = tridiag(-1, 2, -1), lower triangle.
+//! let pattern = SymmetricPattern { column_start: &[0, 2, 4, 5], row: &[0, 1, 1, 2, 2] };
+//! let values = [2.0, -1.0, 2.0, -1.0, 2.0];
+//! let lattice = [[0, 0, 0], [1, 0, 0], [2, 0, 0]];
+//!
+//! let mut factorization = Factorization::new();
+//! factorization.analyse(pattern, &lattice, [None; 3], 1)?;
+//! let report = factorization.factorise(&values, Method::Llt)?;
+//! assert_eq!(report.method, Method::Llt);
+//!
+//! let mut x = [0.0, 0.0, 4.0];
+//! let solved = factorization.solve(&values, &mut x)?;
+//! assert!(solved.backward_error < 1e-15);
+//! assert!((x[2] - 3.0).abs() < 1e-14);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod cholesky;
+mod lu;
+mod residual;
+
+use crate::ordering::{BlockGraph, elimination_order};
+use cholesky::Cholesky;
+use lu::Lu;
+use residual::{Residual, holds_nothing, image_of_known};
+
+/// A solution is refined while its backward error is above this.
+const REFINE_ABOVE: f64 = 1e-12;
+/// Refinement steps at most.
+const REFINEMENTS: usize = 3;
+/// A factorisation whose solutions stay above this backward error is given up.
+const REJECT_ABOVE: f64 = 1e-8;
+
+/// Lower triangle of a symmetric sparse matrix by columns.
+///
+/// Rows ascend within a column and the diagonal, always present, is the first. Column j holds
+/// entries `column_start[j]..column_start[j + 1]`; there are n + 1 column starts.
+#[derive(Clone, Copy, Debug)]
+pub struct SymmetricPattern<'a> {
+    /// Where each column starts in `row`, and the number of entries at the end; n + 1 numbers.
+    pub column_start: &'a [usize],
+    /// Row of each entry.
+    pub row: &'a [usize],
+}
+
+/// A way to factorise, from the quick and particular to the slow and general.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Method {
+    /// K = L Lᵀ; exists if and only if K is positive definite.
+    Llt,
+    /// K = L B Lᵀ with Bunch–Kaufman pivots (1×1 and 2×2) chosen inside supernodes.
+    Lblt,
+    /// P K Q = L U with partial pivoting.
+    Lu,
+}
+
+/// Whether an analysis was made or kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Analysis {
+    /// The pattern is new: equations were ordered and memory was sized.
+    New,
+    /// The pattern equals the last one; everything was kept.
+    Reused,
+}
+
+/// A pivot of a factorisation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pivot {
+    /// Its equation, in the caller's numbering.
+    pub equation: usize,
+    /// What elimination left of the diagonal (the smaller eigenvalue in size for a 2×2 pivot) [K].
+    pub value: f64,
+    /// |value| over the diagonal entry of K in size: 1e-12 says that twelve digits cancelled.
+    pub relative: f64,
+}
+
+/// What a factorisation met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// The factorisation that was kept.
+    pub method: Method,
+    /// The pivot at which LLᵀ stopped, if it was tried and did. A physical signal: stability is
+    /// lost at the node of this equation.
+    pub not_positive: Option<Pivot>,
+    /// Negative eigenvalues of K (Sylvester's law of inertia); unknown for LU.
+    pub negative_pivots: Option<usize>,
+    /// The pivot that lost most digits of its diagonal; unknown for LU.
+    pub weakest: Option<Pivot>,
+    /// Smallest over largest pivot in size; unknown for LU.
+    pub pivot_ratio: Option<f64>,
+}
+
+/// How well a system was solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// Componentwise backward error of the solution: K and b need relative changes of this size,
+    /// entry by entry, to make it exact.
+    pub backward_error: f64,
+    /// Steps of iterative refinement taken.
+    pub refinements: usize,
+    /// The factorisation that solved it: LU if another one was found wanting.
+    pub method: Method,
+}
+
+/// The pattern is too large for this machine's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("not enough memory to factorise {equations} equations: the factor has {factor_entries} entries")]
+pub struct OutOfMemory {
+    /// Equations of the system.
+    pub equations: usize,
+    /// Entries of the factor; 0 if the structure of the factor itself did not fit.
+    pub factor_entries: usize,
+}
+
+/// A system that cannot be solved.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("no solution at equation {equation}: {cause}")]
+pub struct Singular {
+    /// The equation, in the caller's numbering, that shows it.
+    pub equation: usize,
+    /// Its pivot, where there is one [K].
+    pub pivot: Option<f64>,
+    /// What went wrong.
+    pub cause: Cause,
+}
+
+/// Why a system cannot be solved.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Cause {
+    /// All entries of the row are zero: nothing holds this degree of freedom.
+    #[error("its row is zero, nothing holds this degree of freedom")]
+    EmptyRow,
+    /// Elimination left no usable pivot.
+    #[error("the matrix is singular")]
+    NoPivot,
+    /// K has an entry that is not a finite number.
+    #[error("the matrix has an entry that is not finite")]
+    MatrixNotFinite,
+    /// b has an entry that is not a finite number.
+    #[error("the right-hand side is not finite")]
+    RightHandSideNotFinite,
+    /// No factorisation gave an acceptable solution.
+    #[error("the best solution has a backward error of {backward_error:.1e}")]
+    Inaccurate {
+        /// Backward error of that solution.
+        backward_error: f64,
+    },
+}
+
+/// A direct solver for one pattern after another.
+///
+/// Owns the pattern, the analysis, the factor and all scratch memory; they are reused while the
+/// pattern is unchanged, and their memory as long as it suffices.
+#[derive(Default)]
+pub struct Factorization {
+    column_start: Vec<usize>,
+    row: Vec<usize>,
+    cholesky: Option<Cholesky>,
+    /// Made when first needed for a pattern.
+    lu: Option<Lu>,
+    /// The factor at hand.
+    method: Option<Method>,
+    residual: Residual,
+}
+
+impl Factorization {
+    /// A solver that has not seen a pattern yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Prepares for matrices of this pattern.
+    ///
+    /// Node i has multi-index `lattice[i]` on the background grid and the equations
+    /// components·i … components·i + components − 1; `periodic` holds the number of lattice lines
+    /// of each direction that closes on itself. Both only serve to find an order with little fill.
+    ///
+    /// # Errors
+    /// If the factor does not fit into memory.
+    ///
+    /// # Panics
+    /// If the pattern is not as [`SymmetricPattern`] says, or not made of `components` equations
+    /// for each node.
+    pub fn analyse(
+        &mut self,
+        pattern: SymmetricPattern<'_>,
+        lattice: &[[u32; 3]],
+        periodic: [Option<u32>; 3],
+        components: usize,
+    ) -> Result<Analysis, OutOfMemory> {
+        if self.cholesky.is_some() && self.column_start == pattern.column_start && self.row == pattern.row {
+            return Ok(Analysis::Reused);
+        }
+        self.method = None;
+        self.lu = None;
+        let memory = self.cholesky.take().map(Cholesky::into_memory).unwrap_or_default();
+        let order = order(pattern, lattice, periodic, components);
+        let symbolic = cholesky::analyse(pattern, &order)?;
+        self.cholesky = Some(Cholesky::allocate(symbolic, memory)?);
+        self.column_start.clear();
+        self.column_start.extend_from_slice(pattern.column_start);
+        self.row.clear();
+        self.row.extend_from_slice(pattern.row);
+        Ok(Analysis::New)
+    }
+
+    /// Factorises the matrix with these `values` (one per entry of the pattern).
+    ///
+    /// Begins with `start` and goes on to the next method where that one fails. After an indefinite
+    /// matrix the next one is likely to be indefinite too: `start` = [`Method::Lblt`] then saves
+    /// the failing LLᵀ, until [`Report::negative_pivots`] is 0 again.
+    ///
+    /// # Errors
+    /// If the matrix is singular or has an entry that is not finite.
+    ///
+    /// # Panics
+    /// If no pattern was analysed or `values` does not fit it.
+    pub fn factorise(&mut self, values: &[f64], start: Method) -> Result<Report, Singular> {
+        assert_eq!(values.len(), self.row.len(), "one value per entry of the analysed pattern");
+        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        let cholesky = self.cholesky.as_mut().expect("analyse comes before factorise");
+        self.method = None;
+        if let Some(entry) = values.iter().position(|v| !v.is_finite()) {
+            let equation = self.column_start.partition_point(|&s| s <= entry) - 1;
+            return Err(Singular { equation, pivot: None, cause: Cause::MatrixNotFinite });
+        }
+
+        let mut not_positive = None;
+        if start == Method::Llt {
+            match cholesky.llt(pattern, values) {
+                Ok(report) => {
+                    self.method = Some(Method::Llt);
+                    return Ok(report);
+                }
+                Err(pivot) => not_positive = Some(pivot),
+            }
+        }
+        if let Some(equation) = holds_nothing(pattern, values) {
+            return Err(Singular { equation, pivot: Some(0.0), cause: Cause::EmptyRow });
+        }
+        let mut weakest = not_positive;
+        if start != Method::Lu {
+            match cholesky.lblt(pattern, values) {
+                Ok(report) => {
+                    self.method = Some(Method::Lblt);
+                    return Ok(Report { not_positive, ..report });
+                }
+                Err(pivot) => weakest = Some(pivot),
+            }
+        }
+        if let Err(equation) = self.factorise_lu(values) {
+            return Err(Singular {
+                equation: weakest.map_or(equation, |p| p.equation),
+                pivot: weakest.map(|p| p.value),
+                cause: Cause::NoPivot,
+            });
+        }
+        Ok(Report { method: Method::Lu, not_positive, negative_pivots: None, weakest: None, pivot_ratio: None })
+    }
+
+    /// Replaces the right-hand side b by the solution of K x = b, where K is the matrix last
+    /// factorised and `values` are its entries.
+    ///
+    /// The solution is checked against K, refined where the check is not satisfied, and computed
+    /// anew by LU where refinement does not help.
+    ///
+    /// # Errors
+    /// If no accurate solution was found or b is not finite; `rhs` is unchanged then.
+    ///
+    /// # Panics
+    /// If no matrix was factorised or `values` or `rhs` do not fit it.
+    pub fn solve(&mut self, values: &[f64], rhs: &mut [f64]) -> Result<SolveReport, Singular> {
+        assert_eq!(values.len(), self.row.len(), "one value per entry of the analysed pattern");
+        assert_eq!(rhs.len() + 1, self.column_start.len(), "one right-hand side entry per equation");
+        let method = self.method.expect("a successful factorise comes before solve");
+        if let Some(equation) = rhs.iter().position(|v| !v.is_finite()) {
+            return Err(Singular { equation, pivot: None, cause: Cause::RightHandSideNotFinite });
+        }
+        let mut report = self.solve_by(method, values, rhs);
+        if report.backward_error > REJECT_ABOVE && method != Method::Lu && self.factorise_lu(values).is_ok() {
+            report = self.solve_by(Method::Lu, values, rhs);
+        }
+        if report.backward_error > REJECT_ABOVE {
+            let cause = Cause::Inaccurate { backward_error: report.backward_error };
+            return Err(Singular { equation: self.residual.worst, pivot: None, cause });
+        }
+        rhs.copy_from_slice(&self.residual.solution);
+        Ok(report)
+    }
+
+    /// Equations of the analysed pattern.
+    pub fn equations(&self) -> usize {
+        self.column_start.len().saturating_sub(1)
+    }
+
+    /// Entries stored for the factor of the analysed pattern, 8 bytes each: the lower triangle of
+    /// L with the zeros that supernodes keep. Known before any factorisation.
+    pub fn factor_entries(&self) -> usize {
+        self.cholesky.as_ref().map_or(0, Cholesky::factor_entries)
+    }
+
+    /// LU factorisation, checked by a solution that is known to exist.
+    /// Otherwise returns the equation with the largest error.
+    fn factorise_lu(&mut self, values: &[f64]) -> Result<(), usize> {
+        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        self.method = None;
+        let lu = match self.lu.take() {
+            Some(lu) => Some(lu),
+            None => Lu::analyse(pattern),
+        };
+        self.lu = lu.and_then(|lu| lu.factorise(values));
+        if self.lu.is_none() {
+            return Err(0);
+        }
+        let probe = image_of_known(pattern, values);
+        let report = self.solve_by(Method::Lu, values, &probe);
+        if report.backward_error > REJECT_ABOVE {
+            return Err(self.residual.worst);
+        }
+        self.method = Some(Method::Lu);
+        Ok(())
+    }
+
+    /// Leaves the solution by one factorisation, refined, in `self.residual`.
+    fn solve_by(&mut self, method: Method, values: &[f64], b: &[f64]) -> SolveReport {
+        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        let cholesky = self.cholesky.as_mut().expect("analysed before");
+        let mut substitute = |x: &mut [f64]| match method {
+            Method::Llt => cholesky.solve_llt(x),
+            Method::Lblt => cholesky.solve_lblt(x),
+            Method::Lu => self.lu.as_mut().expect("factorised before").solve(x),
+        };
+        let check = &mut self.residual;
+        check.solution.clear();
+        check.solution.extend_from_slice(b);
+        substitute(&mut check.solution);
+        let mut backward_error = check.backward_error(pattern, values, b);
+        let mut refinements = 0;
+        while backward_error > REFINE_ABOVE && backward_error.is_finite() && refinements < REFINEMENTS {
+            refinements += 1;
+            substitute(&mut check.residual);
+            check.correct();
+            let refined = check.backward_error(pattern, values, b);
+            if refined.is_nan() || refined >= backward_error {
+                check.take_back();
+                break;
+            }
+            backward_error = refined;
+        }
+        SolveReport { backward_error, refinements, method }
+    }
+}
+
+/// Entries that the factor of a pattern will have (as [`Factorization::factor_entries`]), found
+/// from its structure alone, without memory for the factor. Arguments as for
+/// [`Factorization::analyse`].
+///
+/// # Errors
+/// If not even the structure of the factor fits into memory.
+pub fn predict_factor_entries(
+    pattern: SymmetricPattern<'_>,
+    lattice: &[[u32; 3]],
+    periodic: [Option<u32>; 3],
+    components: usize,
+) -> Result<usize, OutOfMemory> {
+    let order = order(pattern, lattice, periodic, components);
+    Ok(cholesky::analyse(pattern, &order)?.len_val())
+}
+
+/// Elimination order of the equations, after checks of the pattern.
+fn order(
+    pattern: SymmetricPattern<'_>,
+    lattice: &[[u32; 3]],
+    periodic: [Option<u32>; 3],
+    components: usize,
+) -> Vec<usize> {
+    let SymmetricPattern { column_start, row } = pattern;
+    assert_eq!(column_start.len(), lattice.len() * components + 1, "n + 1 column starts");
+    assert_eq!(column_start.last(), Some(&row.len()), "column starts end with the number of entries");
+    let diagonal_first = column_start.windows(2).enumerate().all(|(j, s)| s[0] < s[1] && row[s[0]] == j);
+    assert!(diagonal_first, "every column begins with its diagonal");
+    elimination_order(&BlockGraph::new(column_start, row, components), lattice, periodic, components)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,444 @@
+//! Elasticity on boxes, random matrices, and matrices that must fail.
+
+use super::*;
+use std::collections::BTreeMap;
+
+/// A matrix with the places of its nodes.
+struct Problem {
+    column_start: Vec<usize>,
+    row: Vec<usize>,
+    values: Vec<f64>,
+    lattice: Vec<[u32; 3]>,
+    periodic: [Option<u32>; 3],
+    components: usize,
+}
+
+impl Problem {
+    fn new(lattice: Vec<[u32; 3]>, components: usize, entries: &BTreeMap<(usize, usize), f64>) -> Self {
+        let n = lattice.len() * components;
+        let (mut column_start, mut row, mut values) = (vec![0; n + 1], Vec::new(), Vec::new());
+        for (&(j, i), &k) in entries {
+            column_start[j + 1] += 1;
+            row.push(i);
+            values.push(k);
+        }
+        for j in 0..n {
+            column_start[j + 1] += column_start[j];
+        }
+        Self { column_start, row, values, lattice, periodic: [None; 3], components }
+    }
+
+    fn pattern(&self) -> SymmetricPattern<'_> {
+        SymmetricPattern { column_start: &self.column_start, row: &self.row }
+    }
+
+    fn n(&self) -> usize {
+        self.column_start.len() - 1
+    }
+
+    fn analysed(&self) -> Factorization {
+        let mut factorization = Factorization::new();
+        factorization.analyse(self.pattern(), &self.lattice, self.periodic, self.components).unwrap();
+        factorization
+    }
+
+    /// K x.
+    fn times(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; self.n()];
+        for j in 0..self.n() {
+            for e in self.column_start[j]..self.column_start[j + 1] {
+                let i = self.row[e];
+                y[i] += self.values[e] * x[j];
+                if i != j {
+                    y[j] += self.values[e] * x[i];
+                }
+            }
+        }
+        y
+    }
+
+    /// ‖b − K x‖ / ‖b‖ after a solution by `start` or what follows it.
+    fn solve(&self, factorization: &mut Factorization, start: Method) -> (Report, SolveReport, f64) {
+        let b: Vec<f64> = (0..self.n()).map(|i| ((i * 7919) % 1000) as f64 / 1000.0 - 0.3).collect();
+        let report = factorization.factorise(&self.values, start).unwrap();
+        let mut x = b.clone();
+        let solved = factorization.solve(&self.values, &mut x).unwrap();
+        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
+        let r = norm(&mut self.times(&x).iter().zip(&b).map(|(kx, b)| b - kx)) / norm(&mut b.iter().copied());
+        (report, solved, r)
+    }
+
+    /// Sets row and column of an equation to zero, the diagonal to `diagonal`.
+    fn detach(&mut self, equation: usize, diagonal: f64) {
+        for j in 0..self.n() {
+            for e in self.column_start[j]..self.column_start[j + 1] {
+                if j == equation || self.row[e] == equation {
+                    self.values[e] = 0.0;
+                }
+            }
+        }
+        self.values[self.column_start[equation]] = diagonal;
+    }
+}
+
+/// Gradients of the corners' shape functions of the unit cell at x.
+fn gradients<const D: usize>(x: [f64; D]) -> Vec<[f64; D]> {
+    let one = |corner: usize, d: usize, along: usize| match (corner >> d & 1 == 1, d == along) {
+        (true, true) => 1.0,
+        (false, true) => -1.0,
+        (true, false) => x[d],
+        (false, false) => 1.0 - x[d],
+    };
+    (0..1 << D).map(|c| std::array::from_fn(|along| (0..D).map(|d| one(c, d, along)).product())).collect()
+}
+
+/// Linear elasticity (E = 1, ν = 0.3, plane strain for D = 2) on a box of unit cells, clamped at
+/// index 0 of the last direction, closed on itself in direction 0 if `ring`.
+fn elasticity<const D: usize>(cells: [u32; D], ring: bool) -> Problem {
+    let (lambda, mu) = (0.3 / (1.3 * 0.4), 1.0 / 2.6);
+    let nodes: [u32; D] = std::array::from_fn(|d| cells[d] + u32::from(d > 0 || !ring));
+    let number = |p: [u32; D]| (0..D).rev().fold(0, |n, d| n * nodes[d] as usize + p[d] as usize);
+    let count = |n: [u32; D]| n.iter().map(|&n| n as usize).product::<usize>();
+    let place = |n: [u32; D], mut i: usize| -> [u32; D] {
+        std::array::from_fn(|d| {
+            let at = i % n[d] as usize;
+            i /= n[d] as usize;
+            at as u32
+        })
+    };
+    let g = 0.5 / 3.0_f64.sqrt();
+    let mut entries = BTreeMap::new();
+    for cell in 0..count(cells) {
+        let origin = place(cells, cell);
+        let corner: Vec<usize> =
+            (0..1 << D).map(|c| number(std::array::from_fn(|d| (origin[d] + (c >> d & 1)) % nodes[d]))).collect();
+        let clamped = |a: usize| origin[D - 1] == 0 && a >> (D - 1) & 1 == 0;
+        for q in 0..1 << D {
+            let dn = gradients::<D>(std::array::from_fn(|d| 0.5 + if q >> d & 1 == 1 { g } else { -g }));
+            for (a, b) in (0..1 << D).flat_map(|a| (0..1 << D).map(move |b| (a, b))) {
+                let dot: f64 = (0..D).map(|d| dn[a][d] * dn[b][d]).sum();
+                for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+                    let (r, c) = (corner[a] * D + i, corner[b] * D + j);
+                    let same = if i == j { mu * dot } else { 0.0 };
+                    let k = (lambda * dn[a][i] * dn[b][j] + mu * dn[a][j] * dn[b][i] + same) / f64::from(1 << D);
+                    let k = match (clamped(a) || clamped(b), r == c) {
+                        (true, diagonal) => f64::from(u8::from(diagonal)),
+                        (false, _) => k,
+                    };
+                    if r >= c {
+                        *entries.entry((c, r)).or_insert(0.0) += k;
+                    }
+                }
+            }
+        }
+    }
+    let lattice = (0..count(nodes)).map(|v| {
+        let p = place(nodes, v);
+        std::array::from_fn(|d| if d < D { p[d] } else { 0 })
+    });
+    let mut problem = Problem::new(lattice.collect(), D, &entries);
+    problem.periodic[0] = ring.then_some(nodes[0]);
+    problem
+}
+
+/// Random values on the couplings of nodes at most `reach` lines apart in a box, with the
+/// diagonals `diagonal(equation, sum of the other entries' sizes)`.
+fn random(n: [u32; 3], reach: u32, components: usize, diagonal: impl Fn(usize, f64) -> f64) -> Problem {
+    let mut lattice = Vec::new();
+    for z in 0..n[2] {
+        for y in 0..n[1] {
+            lattice.extend((0..n[0]).map(|x| [x, y, z]));
+        }
+    }
+    let mut state = 7_u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    let mut entries = BTreeMap::new();
+    let mut sum = vec![0.0; lattice.len() * components];
+    for (v, w) in (0..lattice.len()).flat_map(|v| (v..lattice.len()).map(move |w| (v, w))) {
+        if (0..3).any(|d: usize| lattice[v][d].abs_diff(lattice[w][d]) > reach) {
+            continue;
+        }
+        for (i, j) in (0..components).flat_map(|i| (0..components).map(move |j| (i, j))) {
+            let (r, c) = (w * components + i, v * components + j);
+            if r > c {
+                let k = uniform();
+                entries.insert((c, r), k);
+                sum[r] += k.abs();
+                sum[c] += k.abs();
+            }
+        }
+    }
+    for (e, &sum) in sum.iter().enumerate() {
+        entries.insert((e, e), diagonal(e, sum));
+    }
+    Problem::new(lattice, components, &entries)
+}
+
+fn check_spd(problem: &Problem) {
+    let mut factorization = problem.analysed();
+    let (report, solved, r) = problem.solve(&mut factorization, Method::Llt);
+    assert_eq!((report.method, solved.method), (Method::Llt, Method::Llt));
+    assert_eq!((report.not_positive, report.negative_pivots), (None, Some(0)));
+    assert!(report.weakest.unwrap().relative > 1e-3);
+    assert!(solved.backward_error < 1e-12 && r < 1e-12, "{solved:?} {r}");
+    for start in [Method::Lblt, Method::Lu] {
+        let (report, solved, r) = problem.solve(&mut factorization, start);
+        assert_eq!((report.method, solved.method), (start, start));
+        assert!(solved.backward_error < 1e-12 && r < 1e-12, "{start:?} {solved:?} {r}");
+    }
+}
+
+#[test]
+fn plane_strain_elasticity() {
+    check_spd(&elasticity([23, 17], false));
+}
+
+#[test]
+fn hexahedral_elasticity() {
+    check_spd(&elasticity([7, 6, 5], false));
+}
+
+#[test]
+fn a_ring_of_cells() {
+    check_spd(&elasticity([40, 6], true));
+    check_spd(&elasticity([12, 4, 5], true));
+}
+
+#[test]
+fn random_positive_definite_with_thick_coupling() {
+    for (n, reach, components) in [([14, 11, 1], 2, 2), ([6, 5, 4], 2, 3), ([9, 9, 1], 3, 1)] {
+        check_spd(&random(n, reach, components, |_, sum| 1.1 * sum + 0.1));
+    }
+}
+
+#[test]
+fn no_equations_and_one_equation() {
+    let empty = Problem::new(Vec::new(), 2, &BTreeMap::new());
+    let mut factorization = empty.analysed();
+    assert_eq!(factorization.factorise(&[], Method::Llt).unwrap().weakest, None);
+    assert_eq!(factorization.solve(&[], &mut []).unwrap().backward_error, 0.0);
+    assert_eq!(factorization.factorise(&[], Method::Lblt).unwrap().method, Method::Lblt);
+
+    for (k, method) in [(4.0, Method::Llt), (-4.0, Method::Lblt)] {
+        let one = Problem::new(vec![[3, 0, 0]], 1, &BTreeMap::from([((0, 0), k)]));
+        let mut factorization = one.analysed();
+        let report = factorization.factorise(&one.values, Method::Llt).unwrap();
+        let weakest = Pivot { equation: 0, value: k, relative: 1.0 };
+        assert_eq!((report.method, report.weakest, report.pivot_ratio), (method, Some(weakest), Some(1.0)));
+        let mut x = [2.0];
+        factorization.solve(&one.values, &mut x).unwrap();
+        assert_eq!(x, [2.0 / k]);
+    }
+}
+
+#[test]
+fn indefinite_matrices_go_to_lblt_with_the_right_inertia() {
+    // Diagonally dominant with signs: the inertia is that of the diagonal (Gershgorin).
+    let sign = |e: usize| if e % 5 == 2 { -1.0 } else { 1.0 };
+    for (n, reach, components) in [([12, 9, 1], 1, 2), ([6, 5, 4], 2, 3)] {
+        let problem = random(n, reach, components, |e, sum| sign(e) * (1.1 * sum + 0.1));
+        let mut factorization = problem.analysed();
+        let (report, solved, r) = problem.solve(&mut factorization, Method::Llt);
+        assert_eq!((report.method, solved.method), (Method::Lblt, Method::Lblt));
+        let negative = (0..problem.n()).filter(|&e| sign(e) < 0.0).count();
+        assert_eq!(report.negative_pivots, Some(negative));
+        let stop = report.not_positive.unwrap();
+        assert!(sign(stop.equation) < 0.0 && stop.value < 0.0, "{stop:?}");
+        assert!(solved.backward_error < 1e-12 && r < 1e-12, "{solved:?} {r}");
+
+        // With the hint the failing LLᵀ is saved; the factor is the same.
+        let (hinted, again, _) = problem.solve(&mut factorization, Method::Lblt);
+        assert_eq!(hinted, Report { not_positive: None, ..report });
+        assert_eq!(again, solved);
+    }
+}
+
+#[test]
+fn general_indefinite_matrices_are_solved() {
+    // No dominance at all: pivots inside supernodes are weak, refinement or LU must repair it.
+    for reach in [1, 2] {
+        let problem = random([9, 8, 1], reach, 2, |e, _| if e % 2 == 0 { 0.0 } else { 0.3 });
+        let mut factorization = problem.analysed();
+        let (report, solved, r) = problem.solve(&mut factorization, Method::Llt);
+        assert!(report.not_positive.is_some() && report.method != Method::Llt);
+        assert!(solved.backward_error < 1e-12 && r < 1e-9, "{solved:?} {r}");
+    }
+}
+
+#[test]
+fn a_saddle_point_without_pivots_in_its_supernodes_goes_to_lu() {
+    // [[0, 1], [1, 0]] on nodes so far apart in the order that each stands alone at its turn.
+    let n = 60;
+    let mut entries = BTreeMap::new();
+    for j in 0..n {
+        entries.insert((j, j), 0.0);
+        if j + 1 < n {
+            entries.insert((j, j + 1), if j % 2 == 0 { 1.0 } else { 1e-3 });
+        }
+    }
+    let problem = Problem::new((0..n as u32).map(|x| [x, 0, 0]).collect(), 1, &entries);
+    let (_, solved, r) = problem.solve(&mut problem.analysed(), Method::Llt);
+    assert!(solved.backward_error < 1e-12 && r < 1e-9, "{solved:?} {r}");
+}
+
+#[test]
+fn the_pivot_that_fails_is_named_and_valued() {
+    // A detached equation keeps its diagonal as its pivot, wherever it stands in the order.
+    let base = elasticity([9, 8], false);
+    for equation in [20, 45, 77, 101, base.n() - 1] {
+        let mut problem = elasticity([9, 8], false);
+        problem.detach(equation, -0.25);
+        let (report, ..) = problem.solve(&mut problem.analysed(), Method::Llt);
+        let pivot = Pivot { equation, value: -0.25, relative: 1.0 };
+        assert_eq!(report.not_positive, Some(pivot));
+        assert_eq!(report.negative_pivots, Some(1));
+    }
+    // One large dense supernode, to see faer's blocks: the pivot 150 fails with a known value.
+    let n = 200;
+    let mut entries = BTreeMap::new();
+    for j in 0..n {
+        for i in j..n {
+            entries.insert((j, i), if i == j { 2.0 } else { 1.0 });
+        }
+    }
+    let mut problem = Problem::new((0..n as u32).map(|x| [x, 0, 0]).collect(), 1, &entries);
+    let at = problem.column_start[150];
+    problem.values[at] = -3.0;
+    let report = problem.analysed().factorise(&problem.values, Method::Llt).unwrap();
+    let stop = report.not_positive.unwrap();
+    assert_eq!((stop.equation, report.method, report.negative_pivots), (150, Method::Lblt, Some(1)));
+    // Schur complement of I + 1 1ᵀ of size 150: d − 150/151, if eliminated in natural order.
+    assert!((stop.value - (-3.0 - 150.0 / 151.0)).abs() < 1e-12, "{stop:?}");
+}
+
+#[test]
+fn a_free_node_is_named() {
+    for equation in [0, 31, 100] {
+        let mut problem = elasticity([8, 7], false);
+        problem.detach(equation, 0.0);
+        for start in [Method::Llt, Method::Lblt, Method::Lu] {
+            let error = problem.analysed().factorise(&problem.values, start).unwrap_err();
+            assert_eq!(error, Singular { equation, pivot: Some(0.0), cause: Cause::EmptyRow });
+        }
+    }
+}
+
+#[test]
+fn a_singular_block_is_named() {
+    // Equations 30 and 31, detached from the rest, make the exactly singular [[1, 1], [1, 1]].
+    let mut problem = elasticity([8, 7], false);
+    problem.detach(30, 1.0);
+    problem.detach(31, 1.0);
+    let coupling = problem.column_start[30] + 1;
+    assert_eq!(problem.row[coupling], 31);
+    problem.values[coupling] = 1.0;
+    let error = problem.analysed().factorise(&problem.values, Method::Llt).unwrap_err();
+    assert!(error.equation == 30 || error.equation == 31, "{error:?}");
+    assert_eq!((error.pivot, error.cause), (Some(0.0), Cause::NoPivot));
+}
+
+#[test]
+fn a_weak_node_is_named_without_failing() {
+    // A node held by a stiffness of 1e-9 beside neighbours of order 1, K = H + 1e-9 e eᵀ where
+    // H e = 0: digits of its diagonal cancel and the report says where.
+    let problem = {
+        let mut p = elasticity([6, 6], false);
+        p.detach(60, 1.0);
+        p.detach(61, 1.0 + 1e-9);
+        let coupling = p.column_start[60] + 1;
+        p.values[coupling] = 1.0;
+        p
+    };
+    let (report, solved, _) = problem.solve(&mut problem.analysed(), Method::Llt);
+    let weakest = report.weakest.unwrap();
+    assert!(weakest.equation == 61 || weakest.equation == 60);
+    assert!((weakest.relative / 1e-9 - 1.0).abs() < 1e-3, "{weakest:?}");
+    assert!(solved.backward_error < 1e-12);
+}
+
+#[test]
+fn what_is_not_finite_is_an_error_and_not_a_panic() {
+    let problem = elasticity([5, 4], false);
+    let mut factorization = problem.analysed();
+    for bad in [f64::NAN, f64::INFINITY] {
+        let mut values = problem.values.clone();
+        values[problem.column_start[17] + 2] = bad;
+        for start in [Method::Llt, Method::Lblt, Method::Lu] {
+            let error = factorization.factorise(&values, start).unwrap_err();
+            assert_eq!((error.equation, error.cause), (17, Cause::MatrixNotFinite));
+        }
+        factorization.factorise(&problem.values, Method::Llt).unwrap();
+        let mut b = vec![1.0; problem.n()];
+        b[5] = bad;
+        let error = factorization.solve(&problem.values, &mut b).unwrap_err();
+        assert_eq!((error.equation, error.cause), (5, Cause::RightHandSideNotFinite));
+    }
+    // Overflow on the way: finite entries, infinite products.
+    let huge = random([6, 5, 1], 1, 2, |_, _| 1e-200);
+    let values: Vec<f64> = huge.values.iter().map(|v| v * 1e300).collect();
+    for start in [Method::Llt, Method::Lblt, Method::Lu] {
+        let mut factorization = huge.analysed();
+        if factorization.factorise(&values, start).is_ok() {
+            let mut b = vec![1e300; huge.n()];
+            if factorization.solve(&values, &mut b).is_ok() {
+                assert!(b.iter().all(|x| x.is_finite()));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_analysis_is_kept_while_the_pattern_is_equal() {
+    let (a, b) = (elasticity([9, 5], false), elasticity([5, 9], false));
+    let mut factorization = Factorization::new();
+    let mut analyse = |p: &Problem| {
+        let analysis = factorization.analyse(p.pattern(), &p.lattice, p.periodic, p.components).unwrap();
+        let (_, _, r) = p.solve(&mut factorization, Method::Llt);
+        assert!(r < 1e-12);
+        analysis
+    };
+    assert_eq!(a.n(), b.n());
+    let seen = [&a, &a, &b, &a, &a].map(&mut analyse);
+    use Analysis::{New, Reused};
+    assert_eq!(seen, [New, Reused, New, New, Reused]);
+}
+
+#[test]
+fn a_reused_factorization_gives_the_bits_of_a_fresh_one() {
+    let spd = elasticity([6, 5, 4], false);
+    let mut indefinite = elasticity([6, 5, 4], false);
+    for e in (0..indefinite.n()).step_by(7) {
+        indefinite.values[indefinite.column_start[e]] *= -1.0;
+    }
+    let bits = |factorization: &mut Factorization, p: &Problem| {
+        factorization.factorise(&p.values, Method::Llt).unwrap();
+        let mut x: Vec<f64> = (0..p.n()).map(|i| (i as f64).sin()).collect();
+        factorization.solve(&p.values, &mut x).unwrap();
+        x.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    let mut kept = spd.analysed();
+    for problem in [&spd, &indefinite, &spd, &indefinite, &indefinite] {
+        assert_eq!(bits(&mut kept, problem), bits(&mut problem.analysed(), problem));
+    }
+}
+
+#[test]
+fn predicted_entries_are_those_of_the_factor() {
+    let problem = elasticity([11, 9], false);
+    let predicted =
+        predict_factor_entries(problem.pattern(), &problem.lattice, problem.periodic, problem.components).unwrap();
+    assert_eq!(predicted, problem.analysed().factor_entries());
+    let n = problem.n();
+    assert!(predicted > problem.row.len() && predicted < n * n / 2, "{predicted} entries for {n} equations");
+}
+
+#[test]
+fn fill_is_below_that_of_minimum_degree() {
+    let problem = elasticity([12, 12, 12], false);
+    let ours = problem.analysed().factor_entries() as f64;
+    let amd = cholesky::entries_by_minimum_degree(problem.pattern()) as f64;
+    assert!(ours < 0.8 * amd, "{ours} entries, {amd} by minimum degree");
+}

@@ -1,0 +1,210 @@
+//! A run through the load steps: the file to read first.
+
+use crate::error::{Error, StepFailure};
+use crate::linear::{Analysis, Factorization, SymmetricPattern};
+use crate::model::{Model, Prescribed};
+use crate::newton::{self, Problem, Workspace};
+use crate::observe::{Observer, Outcome};
+use crate::record::{Record, StepResult, Summary};
+use crate::schedule::{Pace, Step};
+use crate::timing::{Phase, Timings};
+use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, Pattern};
+use mpm_basis::{ActiveNodes, Links, Stencils};
+use mpm_grid::{Mesh, Vector};
+
+/// Runs a model through its load steps.
+///
+/// Each load step (Coombs & Augarde 2020, figure 3; Wang et al. 2018, slides 8-9):
+/// 1. take the mesh of this step and connect points to nodes,
+/// 2. find the nodal displacements that balance the forces,
+/// 3. advance the points,
+/// 4. let the observer look. The mesh is then replaced by that of the next step.
+///
+/// A step that cannot be solved is halved; the points are those of the last converged step until
+/// the next one has converged.
+///
+/// # Errors
+/// [`Error::Step`] where a step fails at its smallest length, [`Error::Observer`] where the record
+/// cannot be written. All load steps before have been shown to the observer.
+pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+    let mut timings = Timings::new();
+    let mut record = Record::new(model);
+    observer.start(&record.start()).map_err(Error::Observer)?;
+
+    let outcome = steps(model, observer, &mut record, &mut timings);
+    let said = match &outcome {
+        Ok(()) => Outcome::Completed,
+        Err(error) => Outcome::Failed(error.to_string()),
+    };
+    let closed = observer.finish(&said, timings.phases()).map_err(Error::Observer);
+    outcome.and(closed)?;
+    Ok(record.summary(model, &timings))
+}
+
+fn steps<const D: usize>(
+    model: &mut Model<D>,
+    observer: &mut dyn Observer,
+    record: &mut Record,
+    timings: &mut Timings,
+) -> Result<(), Error> {
+    let mut factorization = Factorization::new();
+    let mut workspace = Workspace::default();
+    let mut pace = Pace::new(model.schedule);
+    record.show_initial(model, observer, timings)?;
+
+    while let Some(step) = pace.next() {
+        match load_step(model, &step, &mut factorization, &mut workspace, timings) {
+            Ok(result) => {
+                for named in &mut model.bodies {
+                    named.body.commit();
+                }
+                pace.succeed();
+                record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
+            }
+            Err(reason) => {
+                if !pace.cut() {
+                    return Err(Error::Step {
+                        step: record.rows(),
+                        from: step.start.get(),
+                        to: step.end.get(),
+                        level: step.level,
+                        reason,
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Finds the equilibrium of one load step and prepares the points for it; commits nothing.
+fn load_step<const D: usize>(
+    model: &mut Model<D>,
+    step: &Step,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace,
+    timings: &mut Timings,
+) -> Result<StepResult<D>, StepFailure> {
+    let mesh = model.motion.mesh_at(&model.layout, step.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
+    let (active, connections, pattern) = timings.time(Phase::Connect, || connect(model, &mesh))?;
+    let constraints = constrain(model, &mesh, &active, step)?;
+    let external = external_force(model, &connections, active.len(), step);
+    let round_off = round_off(model, &connections, active.len());
+
+    let analysis = timings.time(Phase::Analyse, || {
+        let columns = SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() };
+        factorization.analyse(columns, &active.lattice_indices(), periods(&mesh), D)
+    });
+    let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
+    if analysis == Analysis::Reused {
+        timings.skip_analyses += 1;
+    }
+
+    let problem = Problem {
+        bodies: &model.bodies,
+        connections: &connections,
+        mesh: &mesh,
+        active: &active,
+        pattern: &pattern,
+        constraints: &constraints,
+        external: &external,
+        round_off,
+        tolerance: model.tolerance,
+    };
+    let equilibrium = newton::solve(&problem, factorization, workspace, timings)?;
+
+    timings.time(Phase::Advance, || {
+        let converged = Converged { mesh: &mesh, active: &active, increment: &equilibrium.increment };
+        for (named, connection) in model.bodies.iter_mut().zip(&connections) {
+            named
+                .body
+                .prepare(connection, converged)
+                .map_err(|reason| StepFailure::Advance { body: named.name.clone(), reason })?;
+        }
+        Ok(())
+    })?;
+    Ok(StepResult { active, equilibrium, equations: constraints.n_free(), analysis })
+}
+
+/// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
+pub(crate) fn connect<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+) -> Result<(ActiveNodes<D>, Vec<Connection<D>>, Pattern<D>), StepFailure> {
+    let stencils: Vec<Stencils<D>> = model
+        .bodies
+        .iter()
+        .map(|named| {
+            named
+                .body
+                .stencils(mesh)
+                .map_err(|it| StepFailure::Outside { body: named.name.clone(), reason: it.to_string() })
+        })
+        .collect::<Result<_, _>>()?;
+    let active = ActiveNodes::of(mesh.lattice(), &stencils);
+    let links: Vec<Links<D>> = stencils.into_iter().map(|stencils| Links::of(stencils, &active)).collect();
+    let pattern = Pattern::of(active.len(), &links);
+    let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
+    Ok((active, connections, pattern))
+}
+
+/// What the supports prescribe on the active nodes over the step.
+fn constrain<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    active: &ActiveNodes<D>,
+    step: &Step,
+) -> Result<Constraints<D>, StepFailure> {
+    let mut constraints = Constraints::none(active.len());
+    for support in &model.supports {
+        for &node in &support.nodes {
+            let Some(number) = active.number(node) else { continue };
+            for (component, prescribed) in support.components.iter().enumerate() {
+                let increment = match prescribed {
+                    None => continue,
+                    Some(Prescribed::Held) => 0.0,
+                    Some(Prescribed::Driven(ramp)) => ramp.value(step.end) - ramp.value(step.start),
+                    Some(Prescribed::FollowMesh) => model
+                        .motion
+                        .displacement(&model.layout, node, mesh, step.start, step.end)
+                        .map_err(|it| StepFailure::Mesh(it.to_string()))?[component],
+                };
+                constraints.prescribe(number, component, increment);
+            }
+        }
+    }
+    Ok(constraints)
+}
+
+/// `f_ext` of every active node at the end of the step [F].
+fn external_force<const D: usize>(
+    model: &Model<D>,
+    connections: &[Connection<D>],
+    n_active: usize,
+    step: &Step,
+) -> Vec<Vector<D>> {
+    let mut external = vec![Vector::zeros(); n_active];
+    let acceleration = model.loads.acceleration(step.end);
+    for (index, (named, connection)) in model.bodies.iter().zip(connections).enumerate() {
+        let point_forces = model.loads.point_forces(index, step.end);
+        let loads = BodyLoads { acceleration, point_forces: &point_forces };
+        named.body.external_force(connection.links(), &loads, &mut external);
+    }
+    external
+}
+
+/// Out-of-balance force that rounding alone can cause: a few units in the last place of strain in
+/// every point [F].
+fn round_off<const D: usize>(model: &Model<D>, connections: &[Connection<D>], n_active: usize) -> f64 {
+    let mut scale = vec![0.0; n_active];
+    for (named, connection) in model.bodies.iter().zip(connections) {
+        named.body.stiffness_force(connection.links(), &mut scale);
+    }
+    2.0 * f64::EPSILON * scale.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Lattice lines of the directions that close on themselves.
+pub(crate) fn periods<const D: usize>(mesh: &Mesh<D>) -> [Option<u32>; 3] {
+    let (periodic, nodes) = (mesh.lattice().periodic(), mesh.lattice().nodes());
+    std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d]))
+}

@@ -1,0 +1,113 @@
+//! A compiled scene: nouns with everything resolved, nothing left to look up.
+
+use mpm_assembly::Body;
+use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Vector};
+
+/// All that a run needs to know.
+pub struct Model<const D: usize> {
+    /// Where the mesh's nodes stand at rest.
+    pub layout: Layout<D>,
+    /// How they move.
+    pub motion: MeshMotion<D>,
+    /// The bodies, in the order of the scene.
+    pub bodies: Vec<NamedBody<D>>,
+    /// The supports, in the order of the scene.
+    pub supports: Vec<Support<D>>,
+    /// Forces.
+    pub loads: Loads<D>,
+    /// Load steps.
+    pub schedule: Schedule,
+    /// When a load step counts as solved.
+    pub tolerance: Tolerance,
+}
+
+/// A body and its name.
+pub struct NamedBody<const D: usize> {
+    /// Its name in the scene.
+    pub name: String,
+    /// Its points, law and basis.
+    pub body: Box<dyn Body<D>>,
+}
+
+/// Prescribed displacements of a set of nodes.
+#[derive(Clone, Debug)]
+pub struct Support<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Its nodes, ascending; those that carry no material are ignored.
+    pub nodes: Vec<NodeId>,
+    /// What is prescribed of each component, if anything.
+    pub components: [Option<Prescribed>; D],
+}
+
+/// How a component of displacement is prescribed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Prescribed {
+    /// Zero.
+    Held,
+    /// A displacement against the load fraction [L].
+    Driven(Ramp),
+    /// The motion of the mesh.
+    FollowMesh,
+}
+
+/// Forces on the bodies.
+#[derive(Clone, Debug, Default)]
+pub struct Loads<const D: usize> {
+    /// Body forces: force per mass at full load [L/T²] and its ramp.
+    pub body_forces: Vec<(Vector<D>, Ramp)>,
+    /// Forces on single points.
+    pub point_loads: Vec<PointLoad<D>>,
+}
+
+/// One load carried by points of one body.
+#[derive(Clone, Debug)]
+pub struct PointLoad<const D: usize> {
+    /// Index of the body.
+    pub body: usize,
+    /// Points and the part of the force that each carries, ascending in point; the parts sum to 1.
+    pub shares: Vec<(usize, f64)>,
+    /// The whole force at full load [F].
+    pub force: Vector<D>,
+    /// Part of it against the load fraction.
+    pub ramp: Ramp,
+}
+
+impl<const D: usize> Loads<D> {
+    /// Body force per mass at a load fraction, if any acts at all [L/T²].
+    pub fn acceleration(&self, at: LoadFraction) -> Option<Vector<D>> {
+        if self.body_forces.is_empty() {
+            return None;
+        }
+        Some(self.body_forces.iter().fold(Vector::zeros(), |sum, (force, ramp)| sum + force * ramp.value(at)))
+    }
+
+    /// Forces on the points of one body at a load fraction, ascending in point [F].
+    pub fn point_forces(&self, body: usize, at: LoadFraction) -> Vec<(usize, Vector<D>)> {
+        let mut forces: Vec<(usize, Vector<D>)> = Vec::new();
+        for load in self.point_loads.iter().filter(|load| load.body == body) {
+            let force = load.force * load.ramp.value(at);
+            forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
+        }
+        forces.sort_by_key(|&(point, _)| point);
+        forces
+    }
+}
+
+/// Equal load steps, and how often one may be halved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Schedule {
+    /// Number of nominal load steps.
+    pub steps: u32,
+    /// Halvings of a nominal step before the run gives up.
+    pub cuts: u8,
+}
+
+/// When a load step counts as solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// `|f_oob| / (|f_ext| + |f_reaction|)` [-].
+    pub residual: f64,
+    /// Newton iterations before the step is cut.
+    pub iterations: u32,
+}

@@ -1,0 +1,290 @@
+//! Equilibrium of one load step by Newton's method with the consistent tangent.
+
+use crate::error::StepFailure;
+use crate::linear::{Cause, Factorization, Method, Singular};
+use crate::model::NamedBody;
+use crate::timing::{Phase, Timings};
+use mpm_assembly::{Connection, Constraints, PassInput, Pattern, Sums, TangentSums, finish_tangent};
+use mpm_basis::ActiveNodes;
+use mpm_grid::{Mesh, NodeId, Vector};
+
+/// Halvings of one correction before the load step is cut.
+const HALVINGS: u32 = 8;
+
+/// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
+const DIVERGED: f64 = 1e8;
+
+/// Everything that stays fixed while one load step is balanced.
+pub(crate) struct Problem<'a, const D: usize> {
+    pub bodies: &'a [NamedBody<D>],
+    pub connections: &'a [Connection<D>],
+    pub mesh: &'a Mesh<D>,
+    pub active: &'a ActiveNodes<D>,
+    pub pattern: &'a Pattern<D>,
+    pub constraints: &'a Constraints<D>,
+    /// `f_ext` of every active node [F].
+    pub external: &'a [Vector<D>],
+    /// Out-of-balance force that rounding alone can cause [F].
+    pub round_off: f64,
+    pub tolerance: crate::model::Tolerance,
+}
+
+/// Nodal displacement that balances the forces of a load step.
+pub(crate) struct Equilibrium<const D: usize> {
+    /// `Δu_v` of every active node [L].
+    pub increment: Vec<Vector<D>>,
+    /// `f_int - f_ext`: on prescribed components the reaction [F].
+    pub reaction: Vec<Vector<D>>,
+    /// Relative out-of-balance force after each linear solution.
+    pub residuals: Vec<f64>,
+    /// The most general factorisation that was needed.
+    pub method: Method,
+    /// Halved corrections.
+    pub halvings: u32,
+    /// Node at which LLᵀ last met a pivot that was not positive.
+    pub unstable_node: Option<NodeId>,
+    /// Smallest `det ΔF` of any point.
+    pub smallest_determinant: f64,
+}
+
+/// Buffers kept from step to step.
+#[derive(Default)]
+pub(crate) struct Workspace {
+    values: Vec<f64>,
+    rhs: Vec<f64>,
+}
+
+/// Whether a pass over the points also sums the tangent.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Force,
+    ForceAndTangent,
+}
+
+/// Balances the forces of a load step: full Newton from `Δu = 0`, prescribed displacements held
+/// exactly from the first iterate on.
+pub(crate) fn solve<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace,
+    timings: &mut Timings,
+) -> Result<Equilibrium<D>, StepFailure> {
+    let n = problem.active.len();
+    let lift = problem.constraints.increment();
+    workspace.values.resize(problem.pattern.n_entries(), 0.0);
+    let mut state = Equilibrium {
+        increment: vec![Vector::zeros(); n],
+        reaction: vec![Vector::zeros(); n],
+        residuals: Vec::new(),
+        method: Method::Llt,
+        halvings: 0,
+        unstable_node: None,
+        smallest_determinant: f64::INFINITY,
+    };
+
+    // Linear predictor: the prescribed increments enter once, through the tangent.
+    let mut lifted = if problem.constraints.is_driven() { vec![Vector::zeros(); n] } else { Vec::new() };
+    let mut out_of_balance =
+        evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut lifted, timings)?;
+    if !problem.constraints.is_driven() && problem.is_balanced(&out_of_balance, &state.reaction) {
+        return Ok(state);
+    }
+    for (force, lifted) in out_of_balance.iter_mut().zip(&lifted) {
+        *force -= lifted;
+    }
+    problem.constraints.free_part(&mut out_of_balance);
+    let mut has_tangent = true;
+
+    for iteration in 1..=problem.tolerance.iterations {
+        if !has_tangent {
+            timings.skip_tangents -= 1;
+            evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut [], timings)?;
+        }
+        let mut correction =
+            correction(problem, factorization, workspace, &out_of_balance, &mut state, timings)?;
+        if iteration == 1 {
+            for (correction, lift) in correction.iter_mut().zip(lift) {
+                *correction += lift;
+            }
+        }
+
+        // A tangent is not worth its cost where this iterate should be the last.
+        let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
+            timings.skip_tangents += 1;
+            Wanted::Force
+        } else {
+            Wanted::ForceAndTangent
+        };
+        has_tangent = wanted == Wanted::ForceAndTangent;
+        // Halving the first correction would let go of the prescribed displacements.
+        let halvings = if iteration == 1 { 0 } else { HALVINGS };
+        out_of_balance =
+            correct(problem, &mut state, &mut correction, halvings, wanted, &mut workspace.values, timings)?;
+
+        let residual = problem.relative(&out_of_balance, &state.reaction);
+        state.residuals.push(residual);
+        if residual < problem.tolerance.residual || problem.is_balanced(&out_of_balance, &state.reaction) {
+            return Ok(state);
+        }
+        let best = state.residuals.iter().copied().fold(f64::INFINITY, f64::min);
+        if !residual.is_finite() || residual > DIVERGED * best {
+            break;
+        }
+    }
+    Err(StepFailure::NotConverged { residuals: state.residuals })
+}
+
+impl<const D: usize> Problem<'_, D> {
+    /// `|f_oob| / (|f_ext| + |f_reaction|)`.
+    fn relative(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> f64 {
+        let mut supported = 0.0;
+        for (v, force) in reaction.iter().enumerate() {
+            for i in (0..D).filter(|&i| self.constraints.is_prescribed(v, i)) {
+                supported += force[i] * force[i];
+            }
+        }
+        let scale = norm(self.external) + f64::sqrt(supported);
+        let force = norm(out_of_balance);
+        if force == 0.0 { 0.0 } else { force / scale }
+    }
+
+    /// Whether what is out of balance is small against the forces, or no more than rounding.
+    fn is_balanced(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> bool {
+        norm(out_of_balance) <= self.round_off
+            || self.relative(out_of_balance, reaction) < self.tolerance.residual
+    }
+}
+
+fn norm<const D: usize>(field: &[Vector<D>]) -> f64 {
+    field.iter().map(|x| x.norm_squared()).sum::<f64>().sqrt()
+}
+
+/// Whether quadratic convergence would carry the next residual well below the tolerance.
+fn expects_convergence(residuals: &[f64], tolerance: f64) -> bool {
+    match residuals {
+        [.., before, last] => last * (last / before).powi(2) < 0.01 * tolerance,
+        _ => false,
+    }
+}
+
+/// Adds the correction, or a half, a quarter, … of it until no point is inverted.
+fn correct<const D: usize>(
+    problem: &Problem<'_, D>,
+    state: &mut Equilibrium<D>,
+    correction: &mut [Vector<D>],
+    halvings: u32,
+    wanted: Wanted,
+    values: &mut [f64],
+    timings: &mut Timings,
+) -> Result<Vec<Vector<D>>, StepFailure> {
+    let start = state.increment.clone();
+    for halving in 0.. {
+        for ((increment, start), correction) in state.increment.iter_mut().zip(&start).zip(&*correction) {
+            *increment = start + correction;
+        }
+        match evaluate(problem, state, wanted, values, &mut [], timings) {
+            Err(StepFailure::Inverted { .. }) if halving < halvings => {
+                state.halvings += 1;
+                for correction in correction.iter_mut() {
+                    *correction *= 0.5;
+                }
+            }
+            result => return result,
+        }
+    }
+    unreachable!("the last halving returns")
+}
+
+/// Forces (and tangent) under the state's increment: sets the reaction, returns `f_ext - f_int` of
+/// the components that are free.
+fn evaluate<const D: usize>(
+    problem: &Problem<'_, D>,
+    state: &mut Equilibrium<D>,
+    wanted: Wanted,
+    values: &mut [f64],
+    lift: &mut [Vector<D>],
+    timings: &mut Timings,
+) -> Result<Vec<Vector<D>>, StepFailure> {
+    let phase = match wanted {
+        Wanted::Force => Phase::Stress,
+        Wanted::ForceAndTangent => Phase::Assemble,
+    };
+    timings.time(phase, || {
+        state.smallest_determinant = f64::INFINITY;
+        state.reaction.fill(Vector::zeros());
+        if wanted == Wanted::ForceAndTangent {
+            values.fill(0.0);
+        }
+        for (named, connection) in problem.bodies.iter().zip(problem.connections) {
+            let input = PassInput {
+                pattern: problem.pattern,
+                constraints: problem.constraints,
+                increment: &state.increment,
+            };
+            let tangent = (wanted == Wanted::ForceAndTangent).then(|| TangentSums {
+                values: &mut *values,
+                lift: if lift.is_empty() { None } else { Some(&mut *lift) },
+            });
+            let sums = Sums { internal: &mut state.reaction, tangent };
+            let determinant = named.body.assemble(connection, input, sums).map_err(|it| {
+                StepFailure::Inverted {
+                    body: named.name.clone(),
+                    point: it.point,
+                    determinant: it.determinant,
+                }
+            })?;
+            state.smallest_determinant = state.smallest_determinant.min(determinant);
+        }
+        if wanted == Wanted::ForceAndTangent {
+            finish_tangent(problem.pattern, problem.constraints, values);
+        }
+        // Internal force becomes f_int - f_ext; what is free of it must vanish.
+        let mut out_of_balance = Vec::with_capacity(state.reaction.len());
+        for (reaction, external) in state.reaction.iter_mut().zip(problem.external) {
+            *reaction -= external;
+            out_of_balance.push(-*reaction);
+        }
+        problem.constraints.free_part(&mut out_of_balance);
+        Ok(out_of_balance)
+    })
+}
+
+/// `K⁻¹ f`, zero on prescribed components.
+fn correction<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace,
+    force: &[Vector<D>],
+    state: &mut Equilibrium<D>,
+    timings: &mut Timings,
+) -> Result<Vec<Vector<D>>, StepFailure> {
+    let values = &workspace.values;
+    let failed = |error| linear_failure(problem, error);
+    let report = timings.time(Phase::Factorise, || factorization.factorise(values, state.method)).map_err(failed)?;
+    state.method = state.method.max(report.method);
+    if let Some(pivot) = report.not_positive {
+        state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);
+    }
+
+    let rhs = &mut workspace.rhs;
+    rhs.clear();
+    rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
+    let report = timings.time(Phase::Solve, || factorization.solve(values, rhs)).map_err(failed)?;
+    state.method = state.method.max(report.method);
+    Ok(rhs.chunks_exact(D).map(Vector::from_column_slice).collect())
+}
+
+fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {
+    match error.cause {
+        Cause::EmptyRow | Cause::NoPivot | Cause::Inaccurate { .. } => {
+            let node = problem.active.nodes()[error.equation / D];
+            StepFailure::Singular {
+                node: node.index(),
+                position: problem.mesh.position(node).iter().copied().collect(),
+                component: error.equation % D,
+                cause: error.cause.to_string(),
+            }
+        }
+        Cause::MatrixNotFinite | Cause::RightHandSideNotFinite => StepFailure::Linear(error.to_string()),
+    }
+}

@@ -1,0 +1,176 @@
+//! What a run lets others see: an [`Observer`] is called once per converged load step.
+//!
+//! The solver decides which columns a history has ([`Column`]); an observer that stores or prints
+//! them needs no knowledge of physics. Fields of points are computed when asked for, or never.
+
+use std::error::Error;
+
+/// What one entry of a history column is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// A count; stored as an unsigned integer.
+    Count,
+    /// A real number.
+    Real,
+}
+
+/// One column of the history: `width` numbers per load step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Path below `/history`, for example `newton_iterations` or `reaction/pulled`.
+    pub name: String,
+    /// Counts or reals.
+    pub kind: ColumnKind,
+    /// Numbers per row; a column of width 1 is stored as a vector, a wider one as a matrix.
+    pub width: usize,
+}
+
+/// The values of one column in one row, `Column::width` of them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// Values of a [`ColumnKind::Count`] column.
+    Count(Vec<u64>),
+    /// Values of a [`ColumnKind::Real`] column.
+    Real(Vec<f64>),
+}
+
+/// A quantity of the material points that a scene can ask for.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[non_exhaustive]
+pub enum Field {
+    /// Displacement since the start, three components [L].
+    Displacement,
+    /// Deformation gradient F, nine components row by row [-].
+    DeformationGradient,
+    /// Cauchy stress σ = τ/J, nine components row by row [F/L²].
+    CauchyStress,
+    /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row [-].
+    ElasticStrain,
+    /// Current volume J V⁰ (plane strain: per unit thickness) [L^D].
+    Volume,
+    /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress [F/L²].
+    Rho,
+    /// 1 where the last load step was plastic, else 0.
+    Plastic,
+    /// Number of the body (in the order of the scene) that the point belongs to.
+    Body,
+}
+
+impl Field {
+    /// Name of the field's dataset.
+    pub fn name(self) -> &'static str {
+        match self {
+            Field::Displacement => "displacement",
+            Field::DeformationGradient => "deformation_gradient",
+            Field::CauchyStress => "cauchy_stress",
+            Field::ElasticStrain => "elastic_strain",
+            Field::Volume => "volume",
+            Field::Rho => "rho",
+            Field::Plastic => "plastic",
+            Field::Body => "body",
+        }
+    }
+
+    /// Numbers per point.
+    pub fn components(self) -> usize {
+        match self {
+            Field::Displacement => 3,
+            Field::DeformationGradient | Field::CauchyStress | Field::ElasticStrain => 9,
+            Field::Volume | Field::Rho | Field::Plastic | Field::Body => 1,
+        }
+    }
+}
+
+/// Access to the material points at the end of a load step.
+pub trait Fields {
+    /// Number of material points.
+    fn n_points(&self) -> usize;
+    /// Positions, three components per point (z = 0 in plane strain) [L].
+    fn positions(&self) -> Vec<f64>;
+    /// One field, `field.components()` numbers per point, point by point.
+    fn field(&self, field: Field) -> Vec<f64>;
+}
+
+/// What a run is, said once before its first step.
+#[derive(Clone, Debug)]
+pub struct RunStart {
+    /// Columns of the history.
+    pub columns: Vec<Column>,
+    /// Material points at the start.
+    pub points: usize,
+    /// Nominal number of load steps.
+    pub steps: usize,
+}
+
+/// One converged load step, or (with `index` 0) the initial state.
+pub struct LoadStep<'a> {
+    /// Row of the history: 0 is the initial state.
+    pub index: usize,
+    /// Load fraction at the end of the step.
+    pub fraction: f64,
+    /// The row, one entry per column of [`RunStart::columns`].
+    pub row: &'a [Entry],
+    /// Relative out-of-balance force of every iterate of this step, first to last.
+    pub residuals: &'a [f64],
+    /// Seconds and counts per phase since the start of the run.
+    pub timings: &'a [Timing],
+    /// The material points.
+    pub fields: &'a dyn Fields,
+}
+
+/// Time spent in one phase of the run so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timing {
+    /// Name of the phase: connect, stress, assemble, analyse, factorise, solve, advance, output, …
+    pub phase: &'static str,
+    /// Wall seconds.
+    pub seconds: f64,
+    /// Times the phase was entered.
+    pub count: u64,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// All load steps converged.
+    Completed,
+    /// The run stopped early, for this reason.
+    Failed(String),
+}
+
+/// Anything that can go wrong in an observer (a full disk, say) ends the run with this.
+pub type ObserverError = Box<dyn Error + Send + Sync>;
+
+/// Looks at a run: called before it, after every converged load step, and at its end.
+pub trait Observer {
+    /// Called once, before the initial state is shown.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from working; the run does not start.
+    fn start(&mut self, _run: &RunStart) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    /// Called for the initial state and after every converged load step.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from working; the run stops and keeps what was recorded.
+    fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError>;
+
+    /// Called once at the end, also of a run that failed.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from closing its record.
+    fn finish(&mut self, _outcome: &Outcome, _timings: &[Timing]) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
+
+/// Sees nothing.
+impl Observer for () {
+    fn load_step(&mut self, _: &LoadStep<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,301 @@
+//! The record of a run: history columns, fields of the points, and the summary at its end.
+
+use crate::error::Error;
+use crate::linear::{Analysis, Method};
+use crate::model::{Model, NamedBody};
+use crate::newton::Equilibrium;
+use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, RunStart, Timing};
+use crate::schedule::Step;
+use crate::timing::{Phase, Timings};
+use mpm_assembly::{PointView, views};
+use mpm_basis::ActiveNodes;
+use mpm_grid::Vector;
+use mpm_material::{SymmetricTensor, log_strain};
+use nalgebra::Matrix3;
+use std::time::Instant;
+
+/// What one converged load step leaves for the record.
+pub(crate) struct StepResult<const D: usize> {
+    pub active: ActiveNodes<D>,
+    pub equilibrium: Equilibrium<D>,
+    /// Free components of displacement.
+    pub equations: usize,
+    pub analysis: Analysis,
+}
+
+/// A run in a few numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Converged load steps.
+    pub steps: usize,
+    /// Linear solutions.
+    pub iterations: u64,
+    /// Times a step was halved.
+    pub cuts: u64,
+    /// Times a Newton correction was halved.
+    pub halvings: u64,
+    /// Steps in which the tangent was not positive definite.
+    pub indefinite_steps: u64,
+    /// Smallest `det ΔF` of any point in any step [-].
+    pub smallest_determinant: f64,
+    /// Material points at the end.
+    pub points: usize,
+    /// Seconds and counts per phase.
+    pub timings: Vec<Timing>,
+    /// What the scene did not need and the run did not do: a name and a count.
+    pub skipped: Vec<(&'static str, u64)>,
+}
+
+/// Builds the rows of the history and keeps the running totals.
+pub(crate) struct Record {
+    columns: Vec<Column>,
+    points: usize,
+    nominal_steps: usize,
+    rows: usize,
+    /// Mean displacement of each support's nodes so far.
+    displacement: Vec<Vec<f64>>,
+    clock: Instant,
+    cuts_before: u64,
+    summary: Totals,
+}
+
+#[derive(Default)]
+struct Totals {
+    iterations: u64,
+    cuts: u64,
+    halvings: u64,
+    indefinite_steps: u64,
+    smallest_determinant: Option<f64>,
+    active_nodes: u64,
+}
+
+impl Record {
+    pub(crate) fn new<const D: usize>(model: &Model<D>) -> Self {
+        let count = |name: &str| Column { name: name.into(), kind: ColumnKind::Count, width: 1 };
+        let real = |name: String, width| Column { name, kind: ColumnKind::Real, width };
+        let mut columns = vec![
+            real("load_fraction".into(), 1),
+            count("newton_iterations"),
+            real("residual".into(), 1),
+            count("equations"),
+            count("active_nodes"),
+            count("symbolic_reused"),
+            count("factorization"),
+            count("unstable_node"),
+            count("cuts"),
+            count("halvings"),
+            real("smallest_det_increment".into(), 1),
+            real("wall_seconds".into(), 1),
+        ];
+        for support in &model.supports {
+            columns.push(real(format!("reaction/{}", support.name), D));
+            columns.push(real(format!("displacement/{}", support.name), D));
+        }
+        Self {
+            columns,
+            points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+            nominal_steps: model.schedule.steps as usize,
+            rows: 0,
+            displacement: vec![vec![0.0; D]; model.supports.len()],
+            clock: Instant::now(),
+            cuts_before: 0,
+            summary: Totals::default(),
+        }
+    }
+
+    pub(crate) fn start(&self) -> RunStart {
+        RunStart { columns: self.columns.clone(), points: self.points, steps: self.nominal_steps }
+    }
+
+    /// Rows shown so far; the number of the next load step.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Shows the state before the first load step.
+    pub(crate) fn show_initial<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        observer: &mut dyn Observer,
+        timings: &mut Timings,
+    ) -> Result<(), Error> {
+        let row: Vec<Entry> = self
+            .columns
+            .iter()
+            .map(|column| match column.kind {
+                ColumnKind::Count => Entry::Count(vec![0; column.width]),
+                ColumnKind::Real if column.name == "smallest_det_increment" => Entry::Real(vec![1.0]),
+                ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
+            })
+            .collect();
+        self.show(model, 0.0, &row, &[], observer, timings)
+    }
+
+    /// Shows a converged load step; the bodies hold its state.
+    pub(crate) fn show_step<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        step: &Step,
+        result: &StepResult<D>,
+        cuts: u64,
+        observer: &mut dyn Observer,
+        timings: &mut Timings,
+    ) -> Result<(), Error> {
+        let StepResult { active, equilibrium, equations, analysis } = result;
+        let cuts_here = cuts - self.cuts_before;
+        self.cuts_before = cuts;
+        let seconds = self.clock.elapsed().as_secs_f64();
+        self.clock = Instant::now();
+        let iterations = equilibrium.residuals.len() as u64;
+        let method = match equilibrium.method {
+            Method::Llt => 0,
+            Method::Lblt => 1,
+            Method::Lu => 2,
+        };
+        let mut row = vec![
+            Entry::Real(vec![step.end.get()]),
+            Entry::Count(vec![iterations]),
+            Entry::Real(vec![equilibrium.residuals.last().copied().unwrap_or(0.0)]),
+            Entry::Count(vec![*equations as u64]),
+            Entry::Count(vec![active.len() as u64]),
+            Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),
+            Entry::Count(vec![method]),
+            // Number of the node from 1; 0 where the tangent was positive definite.
+            Entry::Count(vec![equilibrium.unstable_node.map_or(0, |node| node.index() as u64 + 1)]),
+            Entry::Count(vec![cuts_here]),
+            Entry::Count(vec![equilibrium.halvings.into()]),
+            Entry::Real(vec![equilibrium.smallest_determinant]),
+            Entry::Real(vec![seconds]),
+        ];
+        for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
+            let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
+            for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+                moved += equilibrium.increment[number];
+                carrying += 1;
+                for i in (0..D).filter(|&i| support.components[i].is_some()) {
+                    reaction[i] += equilibrium.reaction[number][i];
+                }
+            }
+            for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
+                *total += moved / f64::from(carrying.max(1));
+            }
+            row.push(Entry::Real(reaction.iter().copied().collect()));
+            row.push(Entry::Real(displacement.clone()));
+        }
+
+        let totals = &mut self.summary;
+        totals.iterations += iterations;
+        totals.cuts = cuts;
+        totals.halvings += u64::from(equilibrium.halvings);
+        totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
+        let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
+        totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
+        totals.active_nodes = active.len() as u64;
+        self.show(model, step.end.get(), &row, &equilibrium.residuals, observer, timings)
+    }
+
+    fn show<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        fraction: f64,
+        row: &[Entry],
+        residuals: &[f64],
+        observer: &mut dyn Observer,
+        timings: &mut Timings,
+    ) -> Result<(), Error> {
+        let so_far = timings.phases().to_vec();
+        let fields = BodyFields { bodies: &model.bodies };
+        let step =
+            LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
+        timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
+        let totals = &self.summary;
+        let nodes = model.layout.lattice().n_nodes() as u64;
+        Summary {
+            steps: self.rows.saturating_sub(1),
+            iterations: totals.iterations,
+            cuts: totals.cuts,
+            halvings: totals.halvings,
+            indefinite_steps: totals.indefinite_steps,
+            smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
+            points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+            timings: timings.phases().to_vec(),
+            skipped: vec![
+                ("grid nodes without material", nodes.saturating_sub(totals.active_nodes)),
+                ("symbolic analyses kept", timings.skip_analyses),
+                ("tangents not needed", timings.skip_tangents),
+            ],
+        }
+    }
+}
+
+/// The material points of all bodies, one after the other.
+struct BodyFields<'a, const D: usize> {
+    bodies: &'a [NamedBody<D>],
+}
+
+impl<const D: usize> BodyFields<'_, D> {
+    fn collect(&self, components: usize, mut each: impl FnMut(usize, &PointView<D>, &mut Vec<f64>)) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.n_points() * components);
+        for (index, named) in self.bodies.iter().enumerate() {
+            for view in views(&*named.body) {
+                each(index, &view, &mut values);
+            }
+        }
+        values
+    }
+}
+
+impl<const D: usize> Fields for BodyFields<'_, D> {
+    fn n_points(&self) -> usize {
+        self.bodies.iter().map(|named| named.body.n_points()).sum()
+    }
+
+    fn positions(&self) -> Vec<f64> {
+        self.collect(3, |_, view, out| out.extend(spatial(&view.position)))
+    }
+
+    fn field(&self, field: Field) -> Vec<f64> {
+        self.collect(field.components(), |body, view, out| match field {
+            Field::Displacement => {
+                let rest = view.reference_position.unwrap_or(view.position);
+                out.extend(spatial(&(view.position - rest)));
+            }
+            Field::DeformationGradient => {
+                let mut f = Matrix3::identity();
+                for i in 0..D {
+                    for j in 0..D {
+                        f[(i, j)] = view.deformation_gradient[(i, j)];
+                    }
+                }
+                out.extend(f.transpose().iter());
+            }
+            Field::CauchyStress => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
+            Field::ElasticStrain => extend(out, &log_strain(&view.elastic_excess), 1.0),
+            Field::Volume => out.push(view.volume_ratio * view.reference_volume),
+            Field::Rho => out.push(rho(&view.kirchhoff)),
+            Field::Plastic => out.push(f64::from(u8::from(view.plastic))),
+            Field::Body => out.push(body as f64),
+        })
+    }
+}
+
+/// Padded with zeros to three components.
+fn spatial<const D: usize>(x: &Vector<D>) -> [f64; 3] {
+    std::array::from_fn(|i| if i < D { x[i] } else { 0.0 })
+}
+
+fn extend(out: &mut Vec<f64>, t: &SymmetricTensor, scale: f64) {
+    out.extend([t.xx, t.xy, t.zx, t.xy, t.yy, t.yz, t.zx, t.yz, t.zz].map(|x| x * scale));
+}
+
+/// `|dev τ|`.
+fn rho(tau: &SymmetricTensor) -> f64 {
+    let mean = tau.trace() / 3.0;
+    let deviator = SymmetricTensor { xx: tau.xx - mean, yy: tau.yy - mean, zz: tau.zz - mean, ..*tau };
+    deviator.norm()
+}

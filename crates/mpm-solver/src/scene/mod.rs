@@ -1,0 +1,443 @@
+//! The input language: what a scene file may say.
+//!
+//! A scene is a RON file that opens with the space it lives in, `PlaneStrain( … )` or `Solid( … )`.
+//! Units are any consistent set; the documentation of each field gives its dimension in length [L],
+//! force [F], mass [M] and time [T]. Numbers are checked as they are read, so that a wrong one is
+//! reported with its line; what only the whole scene can tell (a region without nodes, say) is
+//! checked when the scene is compiled.
+
+mod number;
+mod position;
+
+pub use number::{Coordinates, Count, Finite, Fraction, Poisson, Positive};
+pub use position::{Position, position_of};
+
+use crate::observe::Field;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Scene {
+    /// The plane: nothing moves or varies in the third direction; forces and volumes are per unit thickness.
+    PlaneStrain(SceneIn<2, PlaneBasis>),
+    /// Three dimensions.
+    Solid(SceneIn<3, SolidBasis>),
+}
+
+/// A scene in a space of two or three dimensions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneIn<const D: usize, B> {
+    /// What the scene shows, for people.
+    #[serde(default)]
+    pub title: String,
+    /// The background mesh at rest.
+    pub mesh: MeshInput,
+    /// How the mesh moves with the load fraction.
+    #[serde(default)]
+    pub motion: MotionInput<D>,
+    /// How material points influence the nodes of the mesh.
+    pub basis: B,
+    /// Laws by name.
+    pub materials: BTreeMap<String, MaterialInput>,
+    /// What is made of material points.
+    pub bodies: Vec<BodyInput<D>>,
+    /// Where displacements of the mesh's nodes are prescribed.
+    #[serde(default)]
+    pub supports: Vec<SupportInput<D>>,
+    /// Forces.
+    #[serde(default)]
+    pub loads: Vec<LoadInput<D>>,
+    /// How the load fraction goes from 0 to 1.
+    pub schedule: ScheduleInput,
+    /// When a load step counts as solved.
+    #[serde(default)]
+    pub tolerance: ToleranceInput,
+    /// What the results file holds.
+    #[serde(default)]
+    pub output: OutputInput,
+}
+
+/// Bases of the plane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum PlaneBasis {
+    /// Standard MPM: the cell's own shape functions at the point.
+    Smpm,
+}
+
+/// Bases of three-dimensional space.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum SolidBasis {
+    /// Standard MPM: the cell's own shape functions at the point.
+    Smpm,
+}
+
+/// The background mesh at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum MeshInput {
+    /// A box of quadrilaterals or hexahedra.
+    Box {
+        /// One axis per direction: x, y and, in three dimensions, z.
+        axes: Vec<AxisInput>,
+    },
+}
+
+/// Where the mesh's nodes stand along one direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum AxisInput {
+    /// Cells of equal length.
+    Uniform {
+        /// First coordinate [L].
+        from: Finite,
+        /// Last coordinate [L].
+        to: Finite,
+        /// Number of cells.
+        cells: Count,
+    },
+    /// Cells whose lengths form a geometric series.
+    Graded {
+        /// First coordinate [L].
+        from: Finite,
+        /// Last coordinate [L].
+        to: Finite,
+        /// Number of cells.
+        cells: Count,
+        /// Length of the last cell over that of the first [-].
+        ratio: Positive,
+    },
+    /// The coordinates themselves, increasing [L].
+    Nodes(Vec<Finite>),
+}
+
+/// A direction of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+pub enum Direction {
+    /// The first direction.
+    X,
+    /// The second direction.
+    Y,
+    /// The third direction; three dimensions only.
+    Z,
+}
+
+impl Direction {
+    /// 0, 1 or 2.
+    pub fn index(self) -> usize {
+        match self {
+            Direction::X => 0,
+            Direction::Y => 1,
+            Direction::Z => 2,
+        }
+    }
+}
+
+/// How the mesh moves; a pure function of the load fraction.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum MotionInput<const D: usize> {
+    /// It does not: after every load step the mesh is reset.
+    #[default]
+    Fixed,
+    /// Along each listed axis the nodes between an anchored and a driven plane are evenly re-spaced
+    /// as the driven plane moves; nodes beyond the driven plane move with it.
+    Stretch(Vec<StretchInput>),
+}
+
+/// Stretch of the mesh along one axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StretchInput {
+    /// The axis.
+    pub axis: Direction,
+    /// Coordinate of the plane that stays [L].
+    pub anchor: Finite,
+    /// Coordinate of the plane that moves, at rest [L].
+    pub driven: Finite,
+    /// How far it moves in all [L].
+    pub displacement: Finite,
+    /// Part of the displacement against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A piecewise linear function of the load fraction, as knots (load fraction, factor), held constant
+/// before the first and after the last. Left out, it rises linearly from 0 to 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct RampInput(pub Vec<(Fraction, Finite)>);
+
+impl Default for RampInput {
+    fn default() -> Self {
+        Self(vec![(Fraction(0.0), Finite(0.0)), (Fraction(1.0), Finite(1.0))])
+    }
+}
+
+/// A law. Stress is work-conjugate to elastic logarithmic strain: `τ = λ tr(ε_e) I + 2G ε_e`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum MaterialInput {
+    /// Hencky elasticity.
+    Hencky {
+        /// Young's modulus E [F/L²].
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 [-].
+        poisson: Poisson,
+        /// Mass per reference volume; needed where a body force acts [M/L³].
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Hencky elasticity with von Mises perfect plasticity.
+    VonMises {
+        /// Young's modulus E [F/L²].
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 [-].
+        poisson: Poisson,
+        /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress [F/L²].
+        yield_radius: Positive,
+        /// Mass per reference volume; needed where a body force acts [M/L³].
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+}
+
+/// A body of material points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyInput<const D: usize> {
+    /// Its name.
+    pub name: String,
+    /// Name of its law.
+    pub material: String,
+    /// What it fills at rest.
+    pub shape: ShapeInput<D>,
+    /// Material points per cell and direction, evenly spaced.
+    pub points_per_cell: Count,
+}
+
+/// What a body fills at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ShapeInput<const D: usize> {
+    /// A box along the axes. Along a direction in which both its ends lie on mesh lines, points are
+    /// spaced evenly in each cell; along any other, evenly over the whole box and at least as densely.
+    Box {
+        /// Corner with the lowest coordinates [L].
+        from: Coordinates<D>,
+        /// Corner with the highest coordinates [L].
+        to: Coordinates<D>,
+    },
+}
+
+/// Nodes of the mesh, chosen by where they stand at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum RegionInput<const D: usize> {
+    /// Nodes on a plane (in the plane: a line) across an axis.
+    Plane {
+        /// The axis.
+        axis: Direction,
+        /// Its coordinate [L].
+        at: Finite,
+    },
+    /// Nodes inside a box or on its faces.
+    Box {
+        /// Corner with the lowest coordinates [L].
+        from: Coordinates<D>,
+        /// Corner with the highest coordinates [L].
+        to: Coordinates<D>,
+    },
+    /// The node at a position [L].
+    Point(Coordinates<D>),
+    /// Every node.
+    Everywhere,
+    /// Nodes that lie in every one of these regions.
+    All(Vec<RegionInput<D>>),
+}
+
+/// Prescribed displacements of the nodes of a region. Components that are not named are free.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SupportInput<const D: usize> {
+    /// Its name in the results: `/history/reaction/<name>`, `/history/displacement/<name>`.
+    pub name: String,
+    /// Its nodes.
+    pub region: RegionInput<D>,
+    /// Components held at zero.
+    #[serde(default)]
+    pub fix: Vec<Direction>,
+    /// Components displaced by a given amount.
+    #[serde(default)]
+    pub displace: Vec<DisplaceInput>,
+    /// Components that move as the mesh does.
+    #[serde(default)]
+    pub follow_mesh: Vec<Direction>,
+}
+
+/// Prescribed displacement of one component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DisplaceInput {
+    /// The component.
+    pub axis: Direction,
+    /// Displacement in all [L].
+    pub by: Finite,
+    /// Part of it against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum LoadInput<const D: usize> {
+    /// A force on the mass of every body.
+    BodyForce {
+        /// Force per mass [L/T²].
+        acceleration: Coordinates<D>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// A force shared equally by the material points nearest to a position at rest.
+    PointForce {
+        /// Name of the body.
+        body: String,
+        /// The position [L].
+        near: Coordinates<D>,
+        /// How many points share the force; points at equal distance count in their order.
+        #[serde(default = "Count::one")]
+        points: Count,
+        /// The whole force (in the plane: per unit thickness) [F].
+        force: Coordinates<D>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// A dead traction on the part of a body's boundary that lies on a plane across an axis at rest,
+    /// carried by the material points next to it in proportion to their share of the boundary.
+    Traction {
+        /// Name of the body.
+        body: String,
+        /// The axis that the plane cuts.
+        axis: Direction,
+        /// Coordinate of the plane at rest [L].
+        at: Finite,
+        /// Bounds of the loaded part of the plane; all of it if left out.
+        #[serde(default)]
+        within: Option<BoundsInput<D>>,
+        /// The whole force (in the plane: per unit thickness) [F].
+        resultant: Coordinates<D>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+}
+
+/// A box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoundsInput<const D: usize> {
+    /// Corner with the lowest coordinates [L].
+    pub from: Coordinates<D>,
+    /// Corner with the highest coordinates [L].
+    pub to: Coordinates<D>,
+}
+
+/// Load steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScheduleInput {
+    /// Number of equal load steps.
+    pub steps: Count,
+    /// How often a step that does not converge may be halved before the run ends; steps grow again
+    /// by doubling, and every one of the equal steps ends where it would have.
+    #[serde(default = "default_cuts")]
+    pub cuts: u8,
+}
+
+fn default_cuts() -> u8 {
+    10
+}
+
+/// When a load step counts as solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ToleranceInput {
+    /// Out-of-balance force over external plus reaction force [-].
+    pub residual: Positive,
+    /// Newton iterations per load step before it is cut.
+    pub iterations: Count,
+}
+
+impl Default for ToleranceInput {
+    fn default() -> Self {
+        Self { residual: Positive(1e-9), iterations: Count(20) }
+    }
+}
+
+/// What the results file holds besides the history.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputInput {
+    /// Fields of the material points.
+    pub fields: Vec<Field>,
+    /// Points are recorded every so many load steps, and always at the start and the end.
+    pub every: Count,
+}
+
+impl Default for OutputInput {
+    fn default() -> Self {
+        Self { fields: vec![Field::CauchyStress, Field::Displacement], every: Count(1) }
+    }
+}
+
+impl Scene {
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// What is wrong, and where in the text.
+    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
+        let options = ron::Options::default()
+            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+            .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
+        options.from_str(text).map_err(|error| ReadError {
+            reason: error.code.to_string(),
+            start: Position { line: error.span.start.line, column: error.span.start.col },
+            end: Position { line: error.span.end.line, column: error.span.end.col },
+        })
+    }
+
+    /// What the scene wants recorded.
+    pub fn output(&self) -> &OutputInput {
+        match self {
+            Scene::PlaneStrain(scene) => &scene.output,
+            Scene::Solid(scene) => &scene.output,
+        }
+    }
+
+    /// What the scene shows.
+    pub fn title(&self) -> &str {
+        match self {
+            Scene::PlaneStrain(scene) => &scene.title,
+            Scene::Solid(scene) => &scene.title,
+        }
+    }
+}
+
+/// A text that is not a scene.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}:{}: {reason}", start.line, start.column)]
+pub struct ReadError {
+    /// What was found and what was expected.
+    pub reason: String,
+    /// Where the offending text begins.
+    pub start: Position,
+    /// Where it ends.
+    pub end: Position,
+}

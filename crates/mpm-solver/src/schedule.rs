@@ -1,0 +1,126 @@
+//! How the load fraction goes from 0 to 1: equal steps, halved where one does not converge.
+
+use crate::model::Schedule;
+use mpm_grid::LoadFraction;
+
+/// One load step to be tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Load fraction at its start.
+    pub start: LoadFraction,
+    /// Load fraction at its end.
+    pub end: LoadFraction,
+    /// Nominal step that it is (a part of), from 1.
+    pub nominal: u32,
+    /// Times that the nominal step is halved.
+    pub level: u8,
+}
+
+/// Walks through the load steps.
+///
+/// A nominal step may be halved up to [`Schedule::cuts`] times. After a success the next step is
+/// twice as long where it can be, so that every nominal step ends exactly where it would have.
+#[derive(Clone, Debug)]
+pub struct Pace {
+    schedule: Schedule,
+    /// Nominal steps completed.
+    done: u32,
+    /// Position inside the present nominal step, in units of its smallest part.
+    position: u64,
+    level: u8,
+    cuts: u64,
+}
+
+impl Pace {
+    /// At the start.
+    pub fn new(schedule: Schedule) -> Self {
+        Self { schedule, done: 0, position: 0, level: 0, cuts: 0 }
+    }
+
+    fn parts(&self) -> u64 {
+        1 << self.schedule.cuts
+    }
+
+    /// Load fraction at `position` of the present nominal step.
+    fn fraction(&self, position: u64) -> LoadFraction {
+        let steps = f64::from(self.schedule.steps);
+        let inside = position as f64 / self.parts() as f64;
+        let fraction = (f64::from(self.done) + inside) / steps;
+        LoadFraction::new(fraction.min(1.0)).expect("between 0 and 1")
+    }
+
+    /// The next step to try; `None` at the end.
+    pub fn next(&self) -> Option<Step> {
+        (self.done < self.schedule.steps).then(|| Step {
+            start: self.fraction(self.position),
+            end: self.fraction(self.position + (self.parts() >> self.level)),
+            nominal: self.done + 1,
+            level: self.level,
+        })
+    }
+
+    /// The step converged.
+    pub fn succeed(&mut self) {
+        self.position += self.parts() >> self.level;
+        if self.position == self.parts() {
+            self.position = 0;
+            self.done += 1;
+        }
+        // Grow where the longer step starts on its own raster.
+        if self.level > 0 && self.position % (self.parts() >> (self.level - 1)) == 0 {
+            self.level -= 1;
+        }
+    }
+
+    /// The step did not converge: halve it. `false` where it may not be halved again.
+    pub fn cut(&mut self) -> bool {
+        if self.level == self.schedule.cuts {
+            return false;
+        }
+        self.level += 1;
+        self.cuts += 1;
+        true
+    }
+
+    /// Cuts so far.
+    pub fn cuts(&self) -> u64 {
+        self.cuts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_steps_end_on_their_stations() {
+        let mut pace = Pace::new(Schedule { steps: 3, cuts: 4 });
+        let mut ends = Vec::new();
+        while let Some(step) = pace.next() {
+            ends.push(step.end.get());
+            pace.succeed();
+        }
+        assert_eq!(ends, [1.0 / 3.0, 2.0 / 3.0, 1.0]);
+    }
+
+    #[test]
+    fn a_cut_step_grows_again_and_meets_every_station() {
+        let mut pace = Pace::new(Schedule { steps: 2, cuts: 3 });
+        assert!(pace.cut() && pace.cut());
+        let mut ends = Vec::new();
+        while let Some(step) = pace.next() {
+            ends.push(step.end.get());
+            pace.succeed();
+        }
+        // A quarter, a quarter, then a half of the first step, and the whole second.
+        assert_eq!(ends, [0.125, 0.25, 0.5, 1.0]);
+        assert_eq!(pace.cuts(), 2);
+    }
+
+    #[test]
+    fn the_floor_is_reached_after_the_stated_cuts() {
+        let mut pace = Pace::new(Schedule { steps: 1, cuts: 2 });
+        assert!(pace.cut() && pace.cut() && !pace.cut());
+        assert_eq!(pace.next().unwrap().end.get(), 0.25);
+    }
+}

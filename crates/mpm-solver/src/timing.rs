@@ -1,0 +1,62 @@
+//! Where the time of a run goes, and what it did not have to do.
+
+use crate::observe::Timing;
+use std::time::Instant;
+
+/// The phases of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// Points to nodes: stencils, active nodes, pattern.
+    Connect,
+    /// Internal force alone.
+    Stress,
+    /// Internal force and tangent.
+    Assemble,
+    /// Order and symbolic factorisation.
+    Analyse,
+    /// Numeric factorisation.
+    Factorise,
+    /// Forward and backward substitution, refinement.
+    Solve,
+    /// Points take their new state.
+    Advance,
+    /// The observer.
+    Output,
+}
+
+const NAMES: [&str; 8] =
+    ["connect", "stress", "assemble", "analyse", "factorise", "solve", "advance", "output"];
+
+/// Seconds and counts per phase, and counters of what was skipped.
+#[derive(Clone, Debug)]
+pub(crate) struct Timings {
+    phases: [Timing; 8],
+    /// Passes in which no tangent was summed because convergence was foreseen.
+    pub skip_tangents: u64,
+    /// Symbolic analyses kept from the step before.
+    pub skip_analyses: u64,
+}
+
+impl Timings {
+    pub(crate) fn new() -> Self {
+        Self {
+            phases: NAMES.map(|phase| Timing { phase, seconds: 0.0, count: 0 }),
+            skip_tangents: 0,
+            skip_analyses: 0,
+        }
+    }
+
+    /// Runs `work` on the clock of `phase`.
+    pub(crate) fn time<T>(&mut self, phase: Phase, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        let timing = &mut self.phases[phase as usize];
+        timing.seconds += start.elapsed().as_secs_f64();
+        timing.count += 1;
+        result
+    }
+
+    pub(crate) fn phases(&self) -> &[Timing] {
+        &self.phases
+    }
+}
