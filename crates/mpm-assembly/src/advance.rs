@@ -117,8 +117,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Work<'_, D, B, M> {
             let middle = (from + to) / 2;
             let at = links.group_points(middle).start - links.group_points(from).start;
             let (low, high) = columns.split_at(at);
-            let (low, high) =
-                rayon::join(|| self.groups(from, middle, low), || self.groups(middle, to, high));
+            let (low, high) = rayon::join(|| self.groups(from, middle, low), || self.groups(middle, to, high));
             return low.and(high);
         }
         let mut du = Vec::new();

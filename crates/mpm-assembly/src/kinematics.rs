@@ -28,7 +28,8 @@ pub(crate) fn inverse_and_determinant<const D: usize>(m: &Block<D>) -> (Block<D>
                 let (c, d) = ((j + 1) % 3, (j + 2) % 3);
                 m[(a, c)] * m[(b, d)] - m[(a, d)] * m[(b, c)]
             };
-            let determinant = m[(0, 0)] * cofactor(0, 0) + m[(0, 1)] * cofactor(0, 1) + m[(0, 2)] * cofactor(0, 2);
+            let determinant =
+                m[(0, 0)] * cofactor(0, 0) + m[(0, 1)] * cofactor(0, 1) + m[(0, 2)] * cofactor(0, 2);
             let scale = 1.0 / determinant;
             for i in 0..3 {
                 for j in 0..3 {
@@ -75,9 +76,11 @@ pub(crate) fn trial_excess<const D: usize>(h: &Block<D>, excess: &SymmetricTenso
         3 => {
             let mut f = *h;
             let mut c = Block::<D>::zeros();
-            for (i, row) in [[excess.xx, excess.xy, excess.zx], [excess.xy, excess.yy, excess.yz], [
-                excess.zx, excess.yz, excess.zz,
-            ]]
+            for (i, row) in [
+                [excess.xx, excess.xy, excess.zx],
+                [excess.xy, excess.yy, excess.yz],
+                [excess.zx, excess.yz, excess.zz],
+            ]
             .iter()
             .enumerate()
             {

@@ -222,7 +222,13 @@ fn sum_strip<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
             if !part.lift.is_empty() {
                 add_lift(view.nodes, &scratch.tangent, input.constraints, &mut part);
             }
-            add_tangent(view.nodes, &connection.slots[connection.slot_start[group]..], &scratch.tangent, input, &mut part);
+            add_tangent(
+                view.nodes,
+                &connection.slots[connection.slot_start[group]..],
+                &scratch.tangent,
+                input,
+                &mut part,
+            );
         }
     }
     Ok(smallest)

@@ -38,7 +38,8 @@ impl<const D: usize> Pattern<D> {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
                         for &(group, position) in incidence.at(node) {
-                            found.extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
+                            found
+                                .extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
                         }
                     }
                     found.sort_unstable();

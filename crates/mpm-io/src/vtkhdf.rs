@@ -11,8 +11,11 @@ use mpm_solver::observe::Field;
 use crate::rows::Rows;
 use crate::writer::{Precision, Snapshot};
 
-/// Most rows per chunk of positions and fields.
-const CHUNK: usize = 32_768;
+/// Most rows per chunk of positions and fields when chunks are compressed as a whole.
+const COMPRESSED_CHUNK: usize = 1 << 17;
+
+/// Most rows per chunk otherwise; HDF5 allows 4 GiB.
+const PLAIN_CHUNK: usize = 1 << 24;
 
 /// Where the points of one recorded step lie.
 pub(crate) struct Placed {
@@ -70,7 +73,8 @@ impl PointCloud {
         n_steps.write_scalar(&0_i64)?;
 
         // Equal chunks that together hold one step: a step never shares a chunk with another.
-        let chunk = points.div_ceil(points.div_ceil(CHUNK).max(1));
+        let most = if level > 0 { COMPRESSED_CHUNK } else { PLAIN_CHUNK };
+        let chunk = points.div_ceil(points.div_ceil(most).max(1));
         let data = root.create_group("PointData")?;
         let data_starts = steps.create_group("PointDataOffsets")?;
         let fields = fields.iter().map(|field| {
@@ -88,7 +92,7 @@ impl PointCloud {
             precision,
             parts: Vec::new(),
             connectivity: Rows::create::<i64>(&root, "Connectivity", 1, chunk, 0)?,
-            offsets: Rows::create::<i64>(&root, "Offsets", 1, (points + 1).min(CHUNK), 0)?,
+            offsets: Rows::create::<i64>(&root, "Offsets", 1, (points + 1).min(PLAIN_CHUNK), 0)?,
             types: Rows::create::<u8>(&root, "Types", 1, chunk, 0)?,
             part_sizes: [
                 small(&root, "NumberOfPoints")?,

@@ -5,6 +5,7 @@ use std::mem;
 use std::path::{Path, PathBuf};
 
 use hdf5::plist::file_access::LibraryVersion;
+use hdf5::plist::file_create::FileSpaceStrategy;
 use hdf5::types::{FixedUnicode, VarLenUnicode};
 use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
@@ -26,6 +27,9 @@ pub enum Precision {
     /// 4 bytes: enough to look at.
     Single,
 }
+
+/// Unit in which the file grows [bytes]: the page of the operating system, see [`ResultsWriter`].
+const PAGE: u64 = 4096;
 
 /// What to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -131,7 +135,10 @@ impl ResultsWriter {
             hdf5::silence_errors(true);
             let file = File::with_options()
                 .with_fapl(|access| access.libver_v18())
-                .with_fcpl(|create| create.obj_track_times(false))
+                .with_fcpl(|create| {
+                    let pages = FileSpaceStrategy::FreeSpaceManager { paged: true, persist: false, threshold: 1 };
+                    create.obj_track_times(false).file_space_strategy(pages).file_space_page_size(PAGE)
+                })
                 .create(path)?;
             file.new_attr::<VarLenUnicode>().create("format")?.write_scalar(&plain(FORMAT))?;
             file.new_attr::<i64>().create("version")?.write_scalar(&VERSION)?;

@@ -72,9 +72,8 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
     law: &MaterialInput,
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, String> {
-    let elasticity = |young: f64, poisson: f64| {
-        Elasticity::from_young_poisson(young, poisson).map_err(|it| it.to_string())
-    };
+    let elasticity =
+        |young: f64, poisson: f64| Elasticity::from_young_poisson(young, poisson).map_err(|it| it.to_string());
     match law {
         MaterialInput::Hencky { young, poisson, .. } => {
             fill(basis, Hencky(elasticity(young.0, poisson.0)?), plan)
@@ -89,9 +88,7 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
 fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
     let layout = layout(&scene.mesh)?;
     let motion = motion(&scene.motion)?;
-    let mesh = motion
-        .mesh_at(&layout, LoadFraction::START)
-        .map_err(|it| SceneError::new("motion", it))?;
+    let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
     let (bodies, faces) = bodies(scene, &mesh)?;
@@ -102,10 +99,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         motion,
         bodies,
         schedule: schedule(scene)?,
-        tolerance: Tolerance {
-            residual: scene.tolerance.residual.0,
-            iterations: scene.tolerance.iterations.0,
-        },
+        tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
     check_start(&model, &mesh)?;
     Ok(model)
@@ -183,7 +177,10 @@ fn bodies<const D: usize, B: FillBody<D>>(
     for (b, input) in scene.bodies.iter().enumerate() {
         let path = format!("bodies[{b}]");
         if scene.bodies[..b].iter().any(|other| other.name == input.name) {
-            return Err(SceneError::new(format!("{path}.name"), format!("a second body named `{}`", input.name)));
+            return Err(SceneError::new(
+                format!("{path}.name"),
+                format!("a second body named `{}`", input.name),
+            ));
         }
         if let Some(other) = scene.bodies[..b].iter().find(|other| overlap(other, input)) {
             return Err(SceneError::new(
@@ -259,11 +256,15 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
     })
 }
 
-fn supports<const D: usize, B>(scene: &SceneIn<D, B>, layout: &Layout<D>) -> Result<Vec<Support<D>>, SceneError> {
+fn supports<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    layout: &Layout<D>,
+) -> Result<Vec<Support<D>>, SceneError> {
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
     for (k, input) in scene.supports.iter().enumerate() {
         let path = format!("supports[{k}]");
-        if input.name.is_empty() || input.name.contains('/') || supports.iter().any(|it| it.name == input.name) {
+        if input.name.is_empty() || input.name.contains('/') || supports.iter().any(|it| it.name == input.name)
+        {
             return Err(SceneError::new(
                 format!("{path}.name"),
                 format!("expected a name of its own, not empty and without `/`, got `{}`", input.name),
@@ -279,7 +280,10 @@ fn supports<const D: usize, B>(scene: &SceneIn<D, B>, layout: &Layout<D>) -> Res
     Ok(supports)
 }
 
-fn components<const D: usize>(input: &SupportInput<D>, path: &str) -> Result<[Option<Prescribed>; D], SceneError> {
+fn components<const D: usize>(
+    input: &SupportInput<D>,
+    path: &str,
+) -> Result<[Option<Prescribed>; D], SceneError> {
     let held = input.fix.iter().map(|axis| Ok((*axis, Prescribed::Held)));
     let following = input.follow_mesh.iter().map(|axis| Ok((*axis, Prescribed::FollowMesh)));
     let driven = input.displace.iter().enumerate().map(|(k, displace)| {
@@ -296,7 +300,10 @@ fn components<const D: usize>(input: &SupportInput<D>, path: &str) -> Result<[Op
         components[component] = Some(prescribed);
     }
     if components.iter().all(Option::is_none) {
-        return Err(SceneError::new(path, "expected `fix`, `displace` or `follow_mesh` with at least one direction"));
+        return Err(SceneError::new(
+            path,
+            "expected `fix`, `displace` or `follow_mesh` with at least one direction",
+        ));
     }
     Ok(components)
 }

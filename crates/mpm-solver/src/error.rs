@@ -79,8 +79,10 @@ pub enum StepFailure {
         residuals: Vec<f64>,
     },
     /// The tangent is singular.
-    #[error("the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
-        material there is not held, or barely reaches the node's cells")]
+    #[error(
+        "the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
+        material there is not held, or barely reaches the node's cells"
+    )]
     Singular {
         /// Number of the node in the grid.
         node: usize,

@@ -57,7 +57,9 @@ where
         rows.push(by_cell(&axes[d], &lines));
     }
     if pieces > MOST_POINTS {
-        return Err(format!("{pieces:e} material points are more than the {MOST_POINTS:e} that a body can have"));
+        return Err(format!(
+            "{pieces:e} material points are more than the {MOST_POINTS:e} that a body can have"
+        ));
     }
 
     let mut points = Points::<D, B, M>::default();

@@ -85,7 +85,8 @@ fn load_step<const D: usize>(
     workspace: &mut Workspace,
     timings: &mut Timings,
 ) -> Result<StepResult<D>, StepFailure> {
-    let mesh = model.motion.mesh_at(&model.layout, step.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
+    let mesh =
+        model.motion.mesh_at(&model.layout, step.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
     let (active, connections, pattern) = timings.time(Phase::Connect, || connect(model, &mesh))?;
     let constraints = constrain(model, &mesh, &active, step)?;
     let external = external_force(model, &connections, active.len(), step);

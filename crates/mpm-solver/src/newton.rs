@@ -227,11 +227,7 @@ fn evaluate<const D: usize>(
             });
             let sums = Sums { internal: &mut state.reaction, tangent };
             let determinant = named.body.assemble(connection, input, sums).map_err(|it| {
-                StepFailure::Inverted {
-                    body: named.name.clone(),
-                    point: it.point,
-                    determinant: it.determinant,
-                }
+                StepFailure::Inverted { body: named.name.clone(), point: it.point, determinant: it.determinant }
             })?;
             state.smallest_determinant = state.smallest_determinant.min(determinant);
         }
@@ -260,7 +256,8 @@ fn correction<const D: usize>(
 ) -> Result<Vec<Vector<D>>, StepFailure> {
     let values = &workspace.values;
     let failed = |error| linear_failure(problem, error);
-    let report = timings.time(Phase::Factorise, || factorization.factorise(values, state.method)).map_err(failed)?;
+    let report =
+        timings.time(Phase::Factorise, || factorization.factorise(values, state.method)).map_err(failed)?;
     state.method = state.method.max(report.method);
     if let Some(pivot) = report.not_positive {
         state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);

@@ -205,8 +205,7 @@ impl Record {
     ) -> Result<(), Error> {
         let so_far = timings.phases().to_vec();
         let fields = BodyFields { bodies: &model.bodies };
-        let step =
-            LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
+        let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
         timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
         self.rows += 1;
         Ok(())
@@ -239,7 +238,11 @@ struct BodyFields<'a, const D: usize> {
 }
 
 impl<const D: usize> BodyFields<'_, D> {
-    fn collect(&self, components: usize, mut each: impl FnMut(usize, &PointView<D>, &mut Vec<f64>)) -> Vec<f64> {
+    fn collect(
+        &self,
+        components: usize,
+        mut each: impl FnMut(usize, &PointView<D>, &mut Vec<f64>),
+    ) -> Vec<f64> {
         let mut values = Vec::with_capacity(self.n_points() * components);
         for (index, named) in self.bodies.iter().enumerate() {
             for view in views(&*named.body) {

@@ -24,14 +24,17 @@ pub(super) fn analyse(pattern: SymmetricPattern<'_>, order: &[usize]) -> Result<
     for (k, &equation) in order.iter().enumerate() {
         position[equation] = k;
     }
-    let params = CholeskySymbolicParams {
+    let order = SymmetricOrdering::Custom(PermRef::new_checked(order, &position, n));
+    factorize_symbolic_cholesky(structure(pattern), Side::Lower, order, symbolic_params())
+        .map_err(|_| OutOfMemory { equations: n, factor_entries: 0 })
+}
+
+fn symbolic_params() -> CholeskySymbolicParams<'static> {
+    CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
         supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
         ..Default::default()
-    };
-    let order = SymmetricOrdering::Custom(PermRef::new_checked(order, &position, n));
-    factorize_symbolic_cholesky(structure(pattern), Side::Lower, order, params)
-        .map_err(|_| OutOfMemory { equations: n, factor_entries: 0 })
+    }
 }
 
 fn structure(pattern: SymmetricPattern<'_>) -> SymbolicSparseColMatRef<'_, usize> {
@@ -269,4 +272,11 @@ impl Pivots {
             pivot_ratio: self.range.map(|(least, most)| least / most),
         }
     }
+}
+
+/// Entries of the factor with faer's minimum-degree order and our supernodes, to compare with.
+#[cfg(test)]
+pub(super) fn entries_by_minimum_degree(pattern: SymmetricPattern<'_>) -> usize {
+    let params = symbolic_params();
+    factorize_symbolic_cholesky(structure(pattern), Side::Lower, SymmetricOrdering::Amd, params).unwrap().len_val()
 }

@@ -52,14 +52,22 @@ impl TryFrom<f64> for Finite {
 impl TryFrom<f64> for Positive {
     type Error = String;
     fn try_from(x: f64) -> Result<Self, String> {
-        if x.is_finite() && x > 0.0 { Ok(Self(x)) } else { Err(format!("expected a finite number above 0, got {x}")) }
+        if x.is_finite() && x > 0.0 {
+            Ok(Self(x))
+        } else {
+            Err(format!("expected a finite number above 0, got {x}"))
+        }
     }
 }
 
 impl TryFrom<f64> for Fraction {
     type Error = String;
     fn try_from(x: f64) -> Result<Self, String> {
-        if (0.0..=1.0).contains(&x) { Ok(Self(x)) } else { Err(format!("expected a load fraction from 0 to 1, got {x}")) }
+        if (0.0..=1.0).contains(&x) {
+            Ok(Self(x))
+        } else {
+            Err(format!("expected a load fraction from 0 to 1, got {x}"))
+        }
     }
 }
 
@@ -138,7 +146,8 @@ impl<'de, const D: usize> Deserialize<'de> for Coordinates<D> {
             fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Self::Value, A::Error> {
                 let mut coordinates = [0.0; D];
                 for (i, x) in coordinates.iter_mut().enumerate() {
-                    let Finite(next) = numbers.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    let Finite(next) =
+                        numbers.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                     *x = next;
                 }
                 Ok(Coordinates(coordinates))
