@@ -52,8 +52,8 @@ pub trait Body<const D: usize>: Send + Sync {
     /// One point as the outside may see it.
     fn point(&self, point: usize) -> PointView<D>;
 
-    /// Bytes of all columns of the points.
-    fn bytes(&self) -> usize;
+    /// Name and bytes of every column of the points; a column that the scene does not need has none.
+    fn columns(&self) -> [(&'static str, usize); 9];
 }
 
 /// Loads on one body at one moment.
@@ -187,17 +187,19 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         }
     }
 
-    fn bytes(&self) -> usize {
+    fn columns(&self) -> [(&'static str, usize); 9] {
         let points = &self.points;
-        size_of_val(&points.position[..])
-            + size_of_val(&points.reference_position[..])
-            + size_of_val(&points.reference_volume[..])
-            + size_of_val(&points.mass[..])
-            + size_of_val(&points.domain[..])
-            + size_of_val(&points.deformation_gradient[..])
-            + size_of_val(&points.elastic_excess[..])
-            + size_of_val(&points.history[..])
-            + size_of_val(&points.plastic[..])
+        [
+            ("position", size_of_val(&points.position[..])),
+            ("position at rest", size_of_val(&points.reference_position[..])),
+            ("volume at rest", size_of_val(&points.reference_volume[..])),
+            ("mass", size_of_val(&points.mass[..])),
+            ("domain", size_of_val(&points.domain[..])),
+            ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
+            ("elastic state", size_of_val(&points.elastic_excess[..])),
+            ("history of the law", size_of_val(&points.history[..])),
+            ("plastic state", size_of_val(&points.plastic[..])),
+        ]
     }
 }
 

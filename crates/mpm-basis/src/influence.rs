@@ -37,6 +37,21 @@ impl<const D: usize> Stencil<D> {
         self.entries.push(Influence { node, value, gradient });
     }
 
+    /// Adds to the influence that was the `at`-th to be added.
+    #[inline]
+    pub(crate) fn add_to(&mut self, at: usize, value: f64, gradient: Vector<D>) {
+        let entry = &mut self.entries[at];
+        entry.value += value;
+        entry.gradient += gradient;
+    }
+
+    /// Drops influences that are exactly zero: nodes opposite to the grid line that a corner of a
+    /// domain lies on.
+    #[inline]
+    pub(crate) fn drop_zeros(&mut self) {
+        self.entries.retain(|it| it.value != 0.0 || it.gradient != Vector::<D>::zeros());
+    }
+
     /// Sorts by node and sums the additions to each node in the order they were made.
     #[inline]
     pub fn finish(&mut self) {

@@ -4,9 +4,22 @@
 //! nodes. [`Stencils`], [`ActiveNodes`] and [`Links`] hold these as data, from which everything else
 //! (active equations, sparsity pattern, order of sums) is derived.
 //!
-//! | basis | domain of a point | source |
-//! |---|---|---|
-//! | [`Smpm`] | none | Sulsky, Chen & Schreyer 1994 |
+//! | basis | domain of a point | D | source |
+//! |---|---|---|---|
+//! | [`Smpm`] | none | any | Sulsky, Chen & Schreyer 1994 |
+//! | [`Gimp`] | a box along the axes; rectilinear meshes only | any | Bardenhagen & Kober 2004; updates: Charlton, Coombs & Augarde 2017, Coombs et al. 2020 |
+//! | [`Cpdi1`] | a parallelogram or parallelepiped that deforms with F | any | Sadeghirad, Brannon & Burghardt 2011 |
+//! | [`Cpdi2q`] | a quadrilateral with convected corners | 2 | Sadeghirad, Brannon & Guilkey 2013 |
+//! | [`Cpdi2Hexahedron`] | a hexahedron with convected corners | 3 | Sadeghirad, Brannon & Guilkey 2013 |
+//! | [`Cpdi2t`] | a triangle with convected corners | 2 | Nguyen et al. 2017; Wang et al. 2019 |
+//! | [`Cpdi2Tetrahedron`] | a tetrahedron with convected corners | 3 | Leavy et al. 2019 |
+//! | [`Fallback`] | another basis' domain, CPDI1's where that has degenerated | as that | here |
+//!
+//! Wang et al. 2019, *On the use of domain-based material point methods for problems involving large
+//! distortion* (Computer Methods in Applied Mechanics and Engineering), compare them under rotation
+//! and distortion. All reproduce linear fields on every mesh they suit: `Σ S = 1`, `Σ ∇S = 0`,
+//! `Σ x_v ⊗ ∇S = I`, and `Σ S x_v` is the point's position. Parts of a domain up to half a cell outside
+//! the mesh see the boundary cell's functions continued.
 //!
 //! ```
 //! use mpm_basis::{ActiveNodes, Links, Smpm, Stencils};
@@ -30,13 +43,31 @@
 //! ```
 
 mod connectivity;
+mod cpdi1;
+mod cpdi2_hexahedron;
+mod cpdi2_tetrahedron;
+mod cpdi2q;
+mod cpdi2t;
+mod fallback;
+mod gimp;
 mod influence;
+mod sampled;
+mod simplex;
 mod smpm;
+mod tensor;
 
 pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
+pub use cpdi1::{Cpdi1, Parallelepiped};
+pub use cpdi2_hexahedron::{Cpdi2Hexahedron, Hexahedron};
+pub use cpdi2_tetrahedron::Cpdi2Tetrahedron;
+pub use cpdi2q::{CornerWeights, Cpdi2q, Quadrilateral};
+pub use cpdi2t::{Cpdi2t, TriangleSplit};
+pub use fallback::{Fallback, FallbackDomain};
+pub use gimp::{Gimp, GimpUpdate, HalfLengths};
 pub use influence::{Influence, Stencil};
 /// A part of a cell at rest, from which a basis seeds points.
 pub use mpm_grid::LinearCell as Piece;
+pub use simplex::Simplex;
 pub use smpm::Smpm;
 
 use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
@@ -88,6 +119,61 @@ pub trait Basis<const D: usize>: Send + Sync {
         position: &mut Vector<D>,
         step: &Convection<'_, D>,
     ) -> Result<(), ConvectionError>;
+
+    /// How far the shape of a domain is from one that this basis can be trusted with [-]: the basis'
+    /// own objective measure, 0 where the domain cannot go bad. [`Fallback`] acts on it.
+    fn distortion(&self, _domain: &Self::Domain) -> f64 {
+        0.0
+    }
+
+    /// The health of a point's domain in this mesh.
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn diagnose(
+        &self,
+        _mesh: &Mesh<D>,
+        _x: &Vector<D>,
+        _domain: &Self::Domain,
+    ) -> Result<DomainReport, OutsideMesh<D>> {
+        Ok(DomainReport::default())
+    }
+
+    /// Corners of the domain [L] for drawing: round the outline in the plane, a list in space
+    /// (lexicographic for boxes and hexahedra); none where there is no domain.
+    fn outline(&self, _x: &Vector<D>, _domain: &Self::Domain) -> Vec<Vector<D>> {
+        Vec::new()
+    }
+}
+
+/// The health of a point's domain; the default is that of a point without one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DomainReport {
+    /// Signed volume of the domain over that at rest [-]; not above zero once inside out.
+    pub measure: f64,
+    /// [`Basis::distortion`] [-].
+    pub distortion: f64,
+    /// The smallest `w_c` [-].
+    pub smallest_weight: f64,
+    /// Number of nodes that receive the point through a single corner of its domain.
+    pub single_corner_nodes: usize,
+    /// Number of corners outside the mesh.
+    pub corners_outside: usize,
+    /// Whether [`Fallback`] has replaced the domain.
+    pub fallen_back: bool,
+}
+
+impl Default for DomainReport {
+    fn default() -> Self {
+        Self {
+            measure: 1.0,
+            distortion: 0.0,
+            smallest_weight: 1.0,
+            single_corner_nodes: 0,
+            corners_outside: 0,
+            fallen_back: false,
+        }
+    }
 }
 
 /// A new point of a body at rest.
@@ -130,8 +216,16 @@ pub enum ConvectionError {
     /// The domain turned inside out or lost its volume.
     #[error("its domain inverted (volume {volume:e})")]
     Inverted {
-        /// Signed volume of the domain [L^D].
+        /// Volume of the domain, negative once inside out [L^D].
         volume: f64,
+    },
+    /// A box along the axes lost its extent in one direction.
+    #[error("its domain has half length {half_length:e} along axis {axis}")]
+    HalfLength {
+        /// Direction, from 0.
+        axis: usize,
+        /// The half length [L].
+        half_length: f64,
     },
     /// A part of the domain left the mesh.
     #[error("its domain left the mesh: {0}")]

@@ -54,15 +54,18 @@
 //! ```
 
 mod error;
+mod options;
 mod reader;
 mod rows;
+mod source;
 mod vtkhdf;
 mod writer;
 mod xdmf;
 
 pub use error::ResultsError;
+pub use options::{Options, Precision};
 pub use reader::{PhaseTime, Results, Table};
-pub use writer::{Options, Precision, ResultsWriter};
+pub use writer::ResultsWriter;
 
 /// Value of the root attribute `format`.
 const FORMAT: &str = "mpm-results";

@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
-use hdf5::{Dataset, File, Group, H5Type};
-use mpm_solver::observe::{Column, ColumnKind};
+use hdf5::File;
+use mpm_solver::observe::Column;
 
 use crate::error::{ResultsError, reason};
+use crate::source::Source;
 use crate::writer::PhaseName;
 use crate::{FORMAT, VERSION};
 
@@ -153,7 +153,8 @@ impl Results {
     /// [`ResultsError::Missing`] for an unknown name.
     pub fn column(&self, name: &str) -> Result<Table, ResultsError> {
         let column = self.columns.iter().find(|column| column.name == name);
-        let column = column.ok_or_else(|| ResultsError::missing(&self.path, format!("history column {name:?}")))?;
+        let column =
+            column.ok_or_else(|| ResultsError::missing(&self.path, format!("history column {name:?}")))?;
         self.table(&format!("history/{name}"), 0, self.rows, column.width)
     }
 
@@ -166,9 +167,9 @@ impl Results {
             return Err(ResultsError::missing(&self.path, format!("row {row}")));
         }
         let first = if row == 0 { 0 } else { self.offset[row - 1] };
-        let n = self.offset[row].checked_sub(first).ok_or_else(|| {
-            self.source().malformed("newton/offset", format!("decreases at row {row}"))
-        })?;
+        let n = self.offset[row]
+            .checked_sub(first)
+            .ok_or_else(|| self.source().malformed("newton/offset", format!("decreases at row {row}")))?;
         Ok(self.table("newton/residual", first as usize, n as usize, 1)?.values)
     }
 
@@ -196,7 +197,7 @@ impl Results {
         &self.fractions
     }
 
-    /// Positions of the material points at a recorded step, three numbers per point [L].
+    /// Positions of the material points at a recorded step, three numbers per point \[L\].
     ///
     /// # Errors
     /// [`ResultsError::Missing`] for a step that was not recorded.
@@ -254,112 +255,5 @@ impl Results {
 
     fn source(&self) -> Source<'_> {
         Source { path: &self.path }
-    }
-}
-
-/// Reads with checks; knows the path for its errors.
-struct Source<'a> {
-    path: &'a Path,
-}
-
-impl Source<'_> {
-    fn malformed(&self, item: &str, reason: impl ToString) -> ResultsError {
-        ResultsError::malformed(self.path, item, reason)
-    }
-
-    fn text(&self, file: &File, name: &str) -> Result<String, ResultsError> {
-        let text = file.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>());
-        let text = text.map_err(|error| self.malformed(name, reason(&error)))?;
-        Ok(String::from_utf8_lossy(text.as_bytes()).into_owned())
-    }
-
-    fn count(&self, group: &Group, name: &str) -> Result<usize, ResultsError> {
-        let count = group.attr(name).and_then(|attribute| attribute.read_scalar::<i64>());
-        let count = count.map_err(|error| self.malformed(name, reason(&error)))?;
-        usize::try_from(count).map_err(|_| self.malformed(name, format!("is {count}")))
-    }
-
-    fn group(&self, file: &File, name: &str) -> Result<Group, ResultsError> {
-        file.group(name).map_err(|error| self.malformed(name, reason(&error)))
-    }
-
-    /// Columns below `group`.
-    fn find_columns(
-        &self,
-        group: &Group,
-        prefix: &str,
-        found: &mut Vec<Column>,
-    ) -> Result<(), ResultsError> {
-        const DEEPEST: usize = 8; // links of a hostile file can form a ring
-        if prefix.matches('/').count() > DEEPEST {
-            return Err(self.malformed("history", "is nested too deeply"));
-        }
-        let names = group.member_names().map_err(|error| self.malformed("history", reason(&error)))?;
-        for name in names {
-            let path = format!("{prefix}{name}");
-            if let Ok(below) = group.group(&name) {
-                self.find_columns(&below, &format!("{path}/"), found)?;
-                continue;
-            }
-            let item = format!("history/{path}");
-            let dataset = group.dataset(&name).map_err(|error| self.malformed(&item, reason(&error)))?;
-            let kind = dataset.dtype().and_then(|kind| kind.to_descriptor());
-            let kind = match kind.map_err(|error| self.malformed(&item, reason(&error)))? {
-                TypeDescriptor::Unsigned(IntSize::U8) => ColumnKind::Count,
-                TypeDescriptor::Float(FloatSize::U8) => ColumnKind::Real,
-                other => return Err(self.malformed(&item, format!("holds {other}, not u64 or f64"))),
-            };
-            let (_, width) = self.shape(&dataset, &item)?;
-            found.push(Column { name: path, kind, width });
-        }
-        Ok(())
-    }
-
-    /// Rows and width of a dataset, after a check that the file can hold that much.
-    fn shape(&self, dataset: &Dataset, item: &str) -> Result<(usize, usize), ResultsError> {
-        let (rows, width) = match dataset.shape()[..] {
-            [rows] => (rows, 1),
-            [rows, width] if width > 0 => (rows, width),
-            ref shape => return Err(self.malformed(item, format!("has shape {shape:?}"))),
-        };
-        // Deflate shrinks at most 1032 times, and every chunk of an honest file is stored.
-        const MOST_EXPANSION: u64 = 1032;
-        const SLACK: u64 = 1 << 16; // a killed run: the last row is counted, its chunk is not
-        let size = dataset.dtype().map_err(|error| self.malformed(item, reason(&error)))?.size();
-        let bytes = rows.checked_mul(width).and_then(|n| n.checked_mul(size)).map(|n| n as u64);
-        match bytes {
-            Some(bytes) if bytes / MOST_EXPANSION <= dataset.storage_size() + SLACK => Ok((rows, width)),
-            _ => Err(self.malformed(item, format!("claims {rows} rows, more than the file holds"))),
-        }
-    }
-
-    fn vector<T: H5Type + Clone>(&self, file: &File, name: &str) -> Result<Vec<T>, ResultsError> {
-        let dataset = file.dataset(name).map_err(|error| self.malformed(name, reason(&error)))?;
-        match self.shape(&dataset, name)? {
-            (rows, 1) => Ok(self.slice(file, name, 0, rows)?.1),
-            (_, width) => Err(self.malformed(name, format!("has {width} numbers per row, not 1"))),
-        }
-    }
-
-    /// Rows `first..first + rows` of a dataset, and their width.
-    fn slice<T: H5Type + Clone>(
-        &self,
-        file: &File,
-        name: &str,
-        first: usize,
-        rows: usize,
-    ) -> Result<(usize, Vec<T>), ResultsError> {
-        let dataset = file.dataset(name).map_err(|error| self.malformed(name, reason(&error)))?;
-        let (stored, width) = self.shape(&dataset, name)?;
-        let end = first.checked_add(rows).filter(|&end| end <= stored);
-        let end = end.ok_or_else(|| {
-            self.malformed(name, format!("has {stored} rows; {rows} from row {first} on are needed"))
-        })?;
-        let values = if dataset.ndim() == 1 {
-            dataset.read_slice_1d::<T, _>(first..end).map(|array| array.into_raw_vec_and_offset().0)
-        } else {
-            dataset.read_slice_2d::<T, _>((first..end, ..)).map(|array| array.into_raw_vec_and_offset().0)
-        };
-        Ok((width, values.map_err(|error| self.malformed(name, reason(&error)))?))
     }
 }

@@ -1,6 +1,5 @@
 //! A dataset that grows by rows.
 
-use hdf5::plist::dataset_create::FillTime;
 use hdf5::{Dataset, Group, H5Type};
 use ndarray::ArrayView2;
 
@@ -23,8 +22,9 @@ impl Rows {
         level: u8,
     ) -> hdf5::Result<Self> {
         let chunk = chunk.max(1);
-        // Rows are written as soon as they exist, and times would make equal runs differ.
-        let mut builder = group.new_dataset::<T>().fill_time(FillTime::IfSet).obj_track_times(false);
+        // Without a cache of chunks, rows take their place in the file at once, not at a flush.
+        // Times of change are not wanted: they would make every write a change of the header.
+        let mut builder = group.new_dataset::<T>().chunk_cache(1, 0, 1.0).obj_track_times(false);
         if level > 0 {
             builder = builder.shuffle().deflate(level);
         }

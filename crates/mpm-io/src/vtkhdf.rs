@@ -8,8 +8,9 @@ use hdf5::types::FixedAscii;
 use hdf5::{Attribute, Group};
 use mpm_solver::observe::Field;
 
+use crate::options::Precision;
 use crate::rows::Rows;
-use crate::writer::{Precision, Snapshot};
+use crate::writer::Snapshot;
 
 /// Most rows per chunk of positions and fields when chunks are compressed as a whole.
 const COMPRESSED_CHUNK: usize = 1 << 17;

@@ -9,68 +9,30 @@ use hdf5::plist::file_create::FileSpaceStrategy;
 use hdf5::types::{FixedUnicode, VarLenUnicode};
 use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
-    Column, ColumnKind, Entry, Field, LoadStep, Observer, ObserverError, Outcome, RunStart, Timing,
+    Column, ColumnKind, Entry, LoadStep, Observer, ObserverError, Outcome, RunStart, Timing,
 };
 
 use crate::error::{ResultsError, reason};
+use crate::options::Options;
 use crate::rows::Rows;
 use crate::vtkhdf::PointCloud;
 use crate::xdmf::Xdmf;
 use crate::{FORMAT, VERSION};
 
-/// Number format of the point fields; positions are always `f64`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// 8 bytes: what the solver computed.
-    #[default]
-    Double,
-    /// 4 bytes: enough to look at.
-    Single,
-}
-
 /// Unit in which the file grows [bytes]: the page of the operating system, see [`ResultsWriter`].
 const PAGE: u64 = 4096;
-
-/// What to write.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Options {
-    /// The scene as it was read, kept in the file.
-    pub scene: String,
-    /// Name and version of the program, for example `mpm 0.1.0`.
-    pub program: String,
-    /// Fields of the material points.
-    pub fields: Vec<Field>,
-    /// Points are recorded at every n-th load step (0 counts as 1), and always at the first and last.
-    pub every: usize,
-    /// 0: plain (default, hundreds of MB/s). 1 to 9: gzip with shuffle, about 1.7 times smaller
-    /// for smooth f64 fields and tens of times slower; levels above 1 gain nothing.
-    pub compression: u8,
-    /// Number format of the fields.
-    pub precision: Precision,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            scene: String::new(),
-            program: String::new(),
-            fields: Vec::new(),
-            every: 1,
-            compression: 0,
-            precision: Precision::Double,
-        }
-    }
-}
 
 /// An [`Observer`] that writes a results file (layout: [crate]).
 ///
 /// **Killed runs.** Every load step is flushed, and nothing that is already stored is moved or
 /// re-indexed, so a run killed at any moment (also within a flush, also by an error of ours such
 /// as a full disk) leaves a file that plain HDF5 opens, with all earlier load steps. This rests
-/// on four choices:
+/// on five choices:
 /// * superblock 2, which has no "open for writing" flag (SWMR needs superblock 3, whose flag
 ///   survives a kill and then keeps readers out), yet the chunk indices of HDF5 1.10, which only
 ///   grow, where the older B-trees split and move entries;
+/// * metadata in pages of 4096 bytes, the unit in which a kill can tear a write: a checksummed
+///   block that straddled two would be lost with all it describes;
 /// * every object is created, and flushed, before the first load step;
 /// * stored chunks stay where they are: small datasets are plain and filled in place, compressed
 ///   points start a new chunk each step;
@@ -79,7 +41,9 @@ impl Default for Options {
 ///
 /// Beyond these counts a killed run can leave one more row, in some columns only; where that row
 /// is the first of a new chunk (every 1024th) it can be unreadable. [`Results`] keeps to the
-/// counts. Flushing hands the data to the operating system; it does not wait for the disk, so
+/// counts. Past some 8000 recorded steps (2000 if compressed) blocks of the index outgrow a page,
+/// and a kill in the very middle of writing one can cost the
+/// steps it describes. Flushing hands the data to the operating system; it does not wait for the disk, so
 /// this says nothing of power cuts.
 ///
 /// [`Results`]: crate::Results
@@ -88,6 +52,8 @@ pub struct ResultsWriter {
     options: Options,
     /// `None` once the run has finished and the file is closed.
     file: Option<File>,
+    /// The same file, to see that there is room for what HDF5 is about to write.
+    room: fs::File,
     run: Option<Run>,
 }
 
@@ -136,7 +102,8 @@ impl ResultsWriter {
             let file = File::with_options()
                 .with_fapl(|access| access.libver_v18())
                 .with_fcpl(|create| {
-                    let pages = FileSpaceStrategy::FreeSpaceManager { paged: true, persist: false, threshold: 1 };
+                    let pages =
+                        FileSpaceStrategy::FreeSpaceManager { paged: true, persist: false, threshold: 1 };
                     create.obj_track_times(false).file_space_strategy(pages).file_space_page_size(PAGE)
                 })
                 .create(path)?;
@@ -152,7 +119,8 @@ impl ResultsWriter {
                 .open_rw(path)
         })();
         let file = file.map_err(|error| fail(&reason(&error)))?;
-        Ok(Self { path: path.into(), options, file: Some(file), run: None })
+        let room = fs::OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
+        Ok(Self { path: path.into(), options, file: Some(file), room, run: None })
     }
 
     fn file(&self) -> &File {
@@ -166,8 +134,12 @@ impl ResultsWriter {
         assert_eq!(step.row.len(), run.columns.len(), "a row has one entry per column");
         for ((rows, column), entry) in run.history.iter_mut().zip(&run.columns).zip(step.row) {
             match (entry, column.kind) {
-                (Entry::Count(values), ColumnKind::Count) if values.len() == column.width => rows.append(values)?,
-                (Entry::Real(values), ColumnKind::Real) if values.len() == column.width => rows.append(values)?,
+                (Entry::Count(values), ColumnKind::Count) if values.len() == column.width => {
+                    rows.append(values)?
+                }
+                (Entry::Real(values), ColumnKind::Real) if values.len() == column.width => {
+                    rows.append(values)?
+                }
                 _ => panic!("the entry of column {} is of its kind and width", column.name),
             };
         }
@@ -179,9 +151,22 @@ impl ResultsWriter {
     /// Flushes what was appended, then the counts that make it visible.
     fn commit(&self) -> hdf5::Result<()> {
         let run = self.run.as_ref().expect("a run starts before its first load step");
-        self.file().flush()?;
+        self.flush()?;
         run.rows.write_scalar(&(run.offset.len() as i64))?;
         run.cloud.count()?;
+        self.flush()
+    }
+
+    /// Extends the file to the length that its header will promise, then flushes.
+    ///
+    /// If the length is not to be had (a limit on the size of files), HDF5 would find out after
+    /// it has written the header, and readers refuse a file that is shorter than promised.
+    fn flush(&self) -> hdf5::Result<()> {
+        let promised = self.file().size();
+        let length = self.room.metadata().map_err(|error| error.to_string())?.len();
+        if length < promised {
+            self.room.set_len(promised).map_err(|error| error.to_string())?;
+        }
         self.file().flush()
     }
 
@@ -233,7 +218,7 @@ impl ResultsWriter {
             run.write_timings(timings)?;
         }
         self.file().attr("status")?.write_scalar(&plain(&status))?;
-        self.file().flush()?;
+        self.flush()?;
         self.run = None;
         self.file.take().map_or(Ok(()), File::close)
     }
@@ -287,7 +272,7 @@ impl Observer for ResultsWriter {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         assert!(self.run.is_none(), "a writer observes one run");
         let created = Run::create(self.file(), run, &self.options, &self.path);
-        let created = created.and_then(|created| self.file().flush().map(|()| created));
+        let created = created.and_then(|created| self.flush().map(|()| created));
         self.run = Some(created.map_err(|error| self.give_up("the layout of the run", &error))?);
         Ok(())
     }

@@ -6,8 +6,8 @@ use std::{fs, io};
 
 use mpm_solver::observe::Field;
 
+use crate::options::Precision;
 use crate::vtkhdf::Placed;
-use crate::writer::Precision;
 
 /// Writer of the file; its text grows by one grid per recorded step.
 pub(crate) struct Xdmf {

@@ -54,13 +54,15 @@ fn compressed_single_precision() -> Result<(), Box<dyn Error + Send + Sync>> {
 
 #[test]
 fn more_points_than_a_chunk() -> Result<(), Box<dyn Error + Send + Sync>> {
-    check(Options { compression: 1, every: 5, ..fake::options() }, |_| 40_001)
+    check(Options { compression: 1, every: 5, ..fake::options() }, |_| 131_073)
 }
 
 #[test]
 fn a_changing_number_of_points() -> Result<(), Box<dyn Error + Send + Sync>> {
     for compression in [0, 1] {
-        check(Options { compression, ..fake::options() }, |step| [30, 30, 41, 41, 29, 30, 77, 200, 5, 41][step])?;
+        check(Options { compression, ..fake::options() }, |step| {
+            [30, 30, 41, 41, 29, 30, 77, 200, 5, 41][step]
+        })?;
     }
     Ok(())
 }

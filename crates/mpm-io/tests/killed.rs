@@ -69,7 +69,11 @@ fn write_on_and_on(path: &str) -> Result<(), Box<dyn Error + Send + Sync>> {
 fn check(path: &std::path::Path, announced: usize) -> Result<(), Box<dyn Error + Send + Sync>> {
     let results = Results::open(path)?;
     assert_eq!(results.status(), "running");
-    assert!((announced..=announced + 1).contains(&results.rows()), "{} rows, {announced} announced", results.rows());
+    assert!(
+        (announced..=announced + 1).contains(&results.rows()),
+        "{} rows, {announced} announced",
+        results.rows()
+    );
     for column in fake::columns() {
         let table = results.column(&column.name)?;
         for row in 0..results.rows() {
@@ -85,12 +89,19 @@ fn check(path: &std::path::Path, announced: usize) -> Result<(), Box<dyn Error +
         assert_eq!(results.residuals(row)?, fake::residuals(row), "row {row}");
     }
     let recorded = results.fractions().len();
-    assert!(recorded >= announced.div_ceil(EVERY) && recorded <= (announced + 1).div_ceil(EVERY), "{recorded} recorded");
+    assert!(
+        recorded >= announced.div_ceil(EVERY) && recorded <= (announced + 1).div_ceil(EVERY),
+        "{recorded} recorded"
+    );
     for k in 0..recorded {
         let cloud = fake::Cloud { step: k * EVERY, points: POINTS };
         assert_eq!(results.points(k)?.values(), cloud.positions(), "recorded step {k}");
         for field in fake::fields() {
-            assert_eq!(results.field(field.name(), k)?.values(), cloud.field(field), "{field:?}, recorded step {k}");
+            assert_eq!(
+                results.field(field.name(), k)?.values(),
+                cloud.field(field),
+                "{field:?}, recorded step {k}"
+            );
         }
     }
     Ok(())

@@ -26,7 +26,7 @@ fn write(path: &Path, options: Options, steps: usize, points: usize, outcome: &O
 fn all_numbers_come_back() -> Check {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("run.h5");
-    for (compression, points) in [(0, 7), (0, 32_769), (1, 7), (9, 32_769), (0, 0)] {
+    for (compression, points) in [(0, 7), (0, 32_769), (1, 7), (9, 131_073), (0, 0)] {
         write(&path, Options { compression, ..fake::options() }, 6, points, &Outcome::Completed)?;
         let results = Results::open(&path)?;
         assert_eq!(results.scene(), fake::options().scene);
@@ -66,6 +66,15 @@ fn all_numbers_come_back() -> Check {
 fn first_and_last_steps_are_recorded() -> Check {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("run.h5");
+    let mut writer = ResultsWriter::create(&path, fake::options())?;
+    assert!(ResultsWriter::create(&path, fake::options()).is_err());
+    fake::start(&mut writer, 5)?;
+    drop(writer);
+    let results = Results::open(&path)?;
+    assert_eq!((results.rows(), results.fractions().len(), results.timings()?.len()), (0, 0, 0));
+    assert!(results.column("load_fraction")?.is_empty());
+    drop(results);
+
     let failed = Outcome::Failed("no equilibrium at step 8".into());
     write(&path, Options { every: 3, ..fake::options() }, 7, 5, &failed)?;
     let results = Results::open(&path)?;
@@ -127,7 +136,11 @@ fn unwritable_paths_are_refused_and_keep_what_is_there() -> Check {
     assert!(create(directory.path()).contains("is a directory"));
     assert!(create(&directory.path().join("missing/run.h5")).contains("there is no directory"));
     assert!(create(&directory.path().join("run.xdmf")).contains("choose another ending"));
-    assert!(create(Path::new("/proc/run.h5")).contains("No such file"), "{}", create(Path::new("/proc/run.h5")));
+    assert!(
+        create(Path::new("/proc/run.h5")).contains("No such file"),
+        "{}",
+        create(Path::new("/proc/run.h5"))
+    );
 
     let running = directory.path().join("running.h5");
     let mut writer = ResultsWriter::create(&running, fake::options())?;

@@ -1,17 +1,19 @@
 //! A scene becomes a model: the only place that asks what kind of thing something is.
 
 use crate::error::{Error, SceneError};
-use crate::fill::{Face, Filled, Plan, fill};
+use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::load_step::{connect, run};
 use crate::model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Support, Tolerance};
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
-    AxisInput, BodyInput, Direction, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, RampInput,
-    RegionInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput,
+    AxisInput, BodyInput, Direction, Finite, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
+    RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput,
 };
 use mpm_basis::{Basis, Smpm};
-use mpm_grid::{Axis, DrivenPlane, Layout, LoadFraction, MeshMotion, Ramp, Region, Vector};
+use mpm_grid::{
+    Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region, Reindexing, Span, Vector,
+};
 use mpm_material::{Elasticity, Hencky, VonMises};
 
 /// A model in the space of its scene.
@@ -87,11 +89,11 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
 
 fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
     let layout = layout(&scene.mesh)?;
-    let motion = motion(&scene.motion)?;
+    let motion = motion(&scene.motion, &layout)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &mesh)?;
+    let (bodies, faces) = bodies(scene, &layout)?;
     let model = Model {
         supports: supports(scene, &layout)?,
         loads: loads(scene, &bodies, faces)?,
@@ -106,7 +108,20 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
 }
 
 fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
-    let MeshInput::Box { axes } = mesh;
+    let axes = match mesh {
+        MeshInput::Box { axes } => axes,
+        MeshInput::Ring { centre, radii, sectors, angles, height } => {
+            let radii = axis(radii).map_err(|it| SceneError::new("mesh.radii", it))?;
+            let height = height.as_ref().map(axis).transpose();
+            let height = height.map_err(|it| SceneError::new("mesh.height", it))?;
+            let span = angles.map_or(Span::Full, |(from, to)| Span::Sector {
+                from: from.0.to_radians(),
+                to: to.0.to_radians(),
+            });
+            let ring = Layout::ring(plane_point(centre), radii, sectors.0, span, height);
+            return ring.map_err(|it| SceneError::new("mesh", it));
+        }
+    };
     let made: Vec<Axis> = axes
         .iter()
         .enumerate()
@@ -126,6 +141,11 @@ fn axis(input: &AxisInput) -> Result<Axis, mpm_grid::AxisError> {
     }
 }
 
+fn plane_point(point: &PlanePoint) -> [f64; 2] {
+    let PlanePoint((x, y)) = point;
+    [x.0, y.0]
+}
+
 fn ramp(input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
     let knots = input.0.iter().map(|(fraction, factor)| (fraction.0, factor.0 * scale)).collect();
     Ramp::new(knots).map_err(|it| SceneError::new(path, it))
@@ -139,7 +159,7 @@ fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, 
     Err(SceneError::new(path, format!("{direction:?} is not a direction of a scene in {D} dimensions")))
 }
 
-fn motion<const D: usize>(input: &MotionInput<D>) -> Result<MeshMotion<D>, SceneError> {
+fn motion<const D: usize>(input: &MotionInput<D>, layout: &Layout<D>) -> Result<MeshMotion<D>, SceneError> {
     match input {
         MotionInput::Fixed => Ok(MeshMotion::Fixed),
         MotionInput::Stretch(stretches) => {
@@ -158,7 +178,54 @@ fn motion<const D: usize>(input: &MotionInput<D>) -> Result<MeshMotion<D>, Scene
             }
             MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
         }
+        MotionInput::Corners(moved) => {
+            let mut path: Vec<[Ramp; D]> = vec![std::array::from_fn(|_| Ramp::constant(0.0)); 1 << D];
+            let mut given = vec![false; 1 << D];
+            for (k, input) in moved.iter().enumerate() {
+                let at = format!("motion[{k}]");
+                let corner = box_corner(layout, &input.corner.0)
+                    .map_err(|reason| SceneError::new(format!("{at}.corner"), reason))?;
+                if std::mem::replace(&mut given[corner], true) {
+                    return Err(SceneError::new(at, "this corner is moved twice"));
+                }
+                for (ramp_of, displacement) in path[corner].iter_mut().zip(input.displacement.0) {
+                    *ramp_of = ramp(&input.ramp, displacement, &format!("{at}.ramp"))?;
+                }
+            }
+            MeshMotion::corners(path).map_err(|it| SceneError::new("motion", it))
+        }
+        MotionInput::Rotate { centre, angle, ramp: input } => {
+            let angle = ramp(input, angle.0.to_radians(), "motion.ramp")?;
+            MeshMotion::rotate(plane_point(centre), angle).map_err(|it| SceneError::new("motion", it))
+        }
+        MotionInput::Twist { inner, outer, ramp: input, reindexing } => {
+            let Layout::Ring { centre, radii, .. } = layout else {
+                return Err(SceneError::new("motion", "a twist needs a ring mesh"));
+            };
+            let angle = |angle: &Finite| ramp(input, angle.0.to_radians(), "motion.ramp");
+            let reindexing = match reindexing {
+                ReindexingInput::WholeCells => Reindexing::WholeCells,
+                ReindexingInput::Off => Reindexing::Off,
+            };
+            let (inner, outer) = ((radii.first(), angle(inner)?), (radii.last(), angle(outer)?));
+            MeshMotion::twist(*centre, inner, outer, reindexing).map_err(|it| SceneError::new("motion", it))
+        }
     }
+}
+
+/// Number of the corner of a box layout that stands at `x`.
+fn box_corner<const D: usize>(layout: &Layout<D>, x: &[f64; D]) -> Result<usize, &'static str> {
+    let Layout::Box { axes, .. } = layout else { return Err("only a box has corners") };
+    let mut corner = 0;
+    for (d, axis) in axes.iter().enumerate() {
+        let near = 1e-9 * (axis.last() - axis.first());
+        if (x[d] - axis.last()).abs() <= near {
+            corner |= 1 << d;
+        } else if (x[d] - axis.first()).abs() > near {
+            return Err("expected a corner of the mesh's box at rest");
+        }
+    }
+    Ok(corner)
 }
 
 type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f64)>>>);
@@ -167,8 +234,9 @@ type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f6
 /// the loads.
 fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
-    mesh: &mpm_grid::Mesh<D>,
+    layout: &Layout<D>,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
+    let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
         return Err(SceneError::new("bodies", "expected at least one body"));
     }
@@ -213,11 +281,9 @@ fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
-        let ShapeInput::Box { from, to } = &input.shape;
         let plan = Plan {
             mesh,
-            from: from.0,
-            to: to.0,
+            shape: shape(&input.shape, layout).map_err(|it| SceneError::new(format!("{path}.shape"), it))?,
             points_per_cell: input.points_per_cell.0,
             density: density.filter(|_| heavy).map(|density| density.0),
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement),
@@ -230,12 +296,40 @@ fn bodies<const D: usize, B: FillBody<D>>(
     Ok((bodies, all_faces))
 }
 
+fn shape<const D: usize>(input: &ShapeInput<D>, layout: &Layout<D>) -> Result<Shape<D>, String> {
+    match (input, layout) {
+        (ShapeInput::Box { from, to }, Layout::Box { .. }) => Ok(Shape::Box { from: from.0, to: to.0 }),
+        (ShapeInput::Box { .. }, _) => Err("a box can only be filled in a box mesh".into()),
+        (ShapeInput::Ring { inner, outer }, Layout::Ring { radii, .. }) => {
+            let ring = |radius: f64| {
+                line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
+            };
+            let (from, to) = (ring(inner.0)?, ring(outer.0)?);
+            if from >= to {
+                return Err(format!("the ring is empty: from radius {} to {}", inner.0, outer.0));
+            }
+            let (mut low, mut high) = ([0; D], layout.lattice().cells());
+            (low[1], high[1]) = (from, to);
+            Ok(Shape::Cells { low, high })
+        }
+        (ShapeInput::Ring { .. }, _) => Err("a ring can only be filled in a ring mesh".into()),
+    }
+}
+
 fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
-    let (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) = (&a.shape, &b.shape);
-    (0..D).all(|d| {
-        let common = a1.0[d].min(b1.0[d]) - a0.0[d].max(b0.0[d]);
-        common > 1e-9 * (a1.0[d] - a0.0[d]).min(b1.0[d] - b0.0[d])
-    })
+    let common = |a: (f64, f64), b: (f64, f64)| {
+        a.1.min(b.1) - a.0.max(b.0) > 1e-9 * (a.1 - a.0).abs().min((b.1 - b.0).abs())
+    };
+    match (&a.shape, &b.shape) {
+        (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) => {
+            (0..D).all(|d| common((a0.0[d], a1.0[d]), (b0.0[d], b1.0[d])))
+        }
+        (ShapeInput::Ring { inner: a0, outer: a1 }, ShapeInput::Ring { inner: b0, outer: b1 }) => {
+            common((a0.0, a1.0), (b0.0, b1.0))
+        }
+        // One of them does not suit the mesh, which is reported when it is filled.
+        _ => false,
+    }
 }
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
@@ -245,6 +339,9 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
         }
         RegionInput::Box { from, to } => Region::Box { from: Vector::from(from.0), to: Vector::from(to.0) },
         RegionInput::Point(x) => Region::Point(Vector::from(x.0)),
+        RegionInput::Circle { centre, radius } => {
+            Region::Circle { centre: plane_point(centre), radius: radius.0 }
+        }
         RegionInput::Everywhere => Region::Everywhere,
         RegionInput::All(regions) => Region::All(
             regions
@@ -274,7 +371,12 @@ fn supports<const D: usize, B>(
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), "the region holds no node of the mesh"));
         }
-        supports.push(Support { name: input.name.clone(), nodes, components: components(input, &path)? });
+        supports.push(Support {
+            name: input.name.clone(),
+            nodes,
+            components: components(input, &path)?,
+            moment_about: input.moment_about.as_ref().map(plane_point),
+        });
     }
     refuse_contradictions(&supports)?;
     Ok(supports)
@@ -311,7 +413,7 @@ fn components<const D: usize>(
 /// Two supports may share nodes only where they prescribe the same.
 fn refuse_contradictions<const D: usize>(supports: &[Support<D>]) -> Result<(), SceneError> {
     for component in 0..D {
-        let mut claims: Vec<(mpm_grid::NodeId, usize)> = supports
+        let mut claims: Vec<(NodeId, usize)> = supports
             .iter()
             .enumerate()
             .filter(|(_, support)| support.components[component].is_some())
@@ -418,7 +520,7 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
 }
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
-fn check_start<const D: usize>(model: &Model<D>, mesh: &mpm_grid::Mesh<D>) -> Result<(), SceneError> {
+fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(), SceneError> {
     let (active, _, _) = connect(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);

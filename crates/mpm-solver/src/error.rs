@@ -24,6 +24,9 @@ pub enum Error {
         /// What went wrong in the last try.
         reason: StepFailure,
     },
+    /// The model does not fit into this machine's memory.
+    #[error("{0}")]
+    TooLarge(String),
     /// An observer (the results file, say) could not go on.
     #[error("the run's record could not be written: {0}")]
     Observer(ObserverError),

@@ -11,9 +11,7 @@ const MOST_POINTS: f64 = 4e9;
 /// What a body is to be filled with.
 pub(crate) struct Plan<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
-    /// Corners of the box [L].
-    pub from: [f64; D],
-    pub to: [f64; D],
+    pub shape: Shape<D>,
     pub points_per_cell: u32,
     /// Given where a body force acts [M/L^D].
     pub density: Option<f64>,
@@ -21,6 +19,14 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub keep_reference_positions: bool,
     /// Parts of the boundary that carry tractions.
     pub faces: Vec<Face<D>>,
+}
+
+/// What is filled.
+pub(crate) enum Shape<const D: usize> {
+    /// A box in a rectilinear mesh, by its corners [L].
+    Box { from: [f64; D], to: [f64; D] },
+    /// Whole cells, from the multi-index `low` up to but without `high`.
+    Cells { low: [u32; D], high: [u32; D] },
 }
 
 /// A part of a plane across an axis.
@@ -48,42 +54,21 @@ where
 {
     basis.suits(plan.mesh)?;
     let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
-    let axes = plan.mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
-    let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
-    let mut pieces = 1.0;
-    for d in 0..D {
-        let lines = lines(&axes[d], plan.from[d], plan.to[d], pieces_per_cell)?;
-        pieces *= (lines.len() - 1) as f64;
-        rows.push(by_cell(&axes[d], &lines));
-    }
-    if pieces > MOST_POINTS {
-        return Err(format!(
-            "{pieces:e} material points are more than the {MOST_POINTS:e} that a body can have"
-        ));
-    }
-
     let mut points = Points::<D, B, M>::default();
     let mut faces = vec![Vec::new(); plan.faces.len()];
-    // Cell by cell, and piece by piece inside a cell: points that share nodes stay together.
-    for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
-        let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
-        for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
-            let low = Vector::from_fn(|d, _| row[d][piece[d]]);
-            let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
-            let piece = box_piece(&low, &high);
-            let first = points.len();
-            basis.seed(&piece, &mut |seed| points.push(seed));
-            for (face, shares) in plan.faces.iter().zip(&mut faces) {
-                if let Some((area, centre)) = area_on(face, &low, &high) {
-                    let nearest = (first..points.len()).min_by(|&a, &b| {
-                        let distance = |p: usize| (points.position[p] - centre).norm_squared();
-                        distance(a).total_cmp(&distance(b))
-                    });
-                    shares.push((nearest.expect("a piece has a point"), area));
-                }
+    for_each_piece(plan.mesh, &plan.shape, pieces_per_cell, |piece| {
+        let first = points.len();
+        basis.seed(piece, &mut |seed| points.push(seed));
+        for (face, shares) in plan.faces.iter().zip(&mut faces) {
+            if let Some((area, centre)) = area_on(face, piece) {
+                let nearest = (first..points.len()).min_by(|&a, &b| {
+                    let distance = |p: usize| (points.position[p] - centre).norm_squared();
+                    distance(a).total_cmp(&distance(b))
+                });
+                shares.push((nearest.expect("a piece has a point"), area));
             }
-        });
-    });
+        }
+    })?;
     for shares in &mut faces {
         shares.sort_by_key(|&(point, _)| point);
     }
@@ -94,6 +79,56 @@ where
         points.keep_reference_positions();
     }
     Ok(Filled { body: Box::new(MaterialBody::new(basis, law, points)), faces })
+}
+
+/// Cuts a shape into pieces, cell by cell and piece by piece inside a cell: points that share nodes
+/// stay together.
+fn for_each_piece<const D: usize>(
+    mesh: &Mesh<D>,
+    shape: &Shape<D>,
+    pieces_per_cell: u32,
+    mut each: impl FnMut(&Piece<D>),
+) -> Result<(), String> {
+    let refuse = |pieces: f64| {
+        let most = format!("the {MOST_POINTS:e} that a body can have");
+        if pieces > MOST_POINTS { Err(format!("{pieces:e} material points are more than {most}")) } else { Ok(()) }
+    };
+    match shape {
+        Shape::Box { from, to } => {
+            let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
+            let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
+            let mut pieces = 1.0;
+            for d in 0..D {
+                let lines = lines(&axes[d], from[d], to[d], pieces_per_cell)?;
+                pieces *= (lines.len() - 1) as f64;
+                rows.push(by_cell(&axes[d], &lines));
+            }
+            refuse(pieces)?;
+            for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
+                let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
+                for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
+                    let low = Vector::from_fn(|d, _| row[d][piece[d]]);
+                    let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
+                    each(&box_piece(&low, &high));
+                });
+            });
+        }
+        Shape::Cells { low, high } => {
+            let extent: [usize; D] = std::array::from_fn(|d| (high[d] - low[d]) as usize);
+            let cells: f64 = extent.iter().map(|&n| n as f64).product();
+            refuse(cells * f64::from(pieces_per_cell).powi(D as i32))?;
+            let local = |k: usize| 2.0 * k as f64 / f64::from(pieces_per_cell) - 1.0;
+            for_each(extent, |offset: [usize; D]| {
+                let cell = std::array::from_fn(|d| low[d] + offset[d] as u32);
+                for_each([pieces_per_cell as usize; D], |piece: [usize; D]| {
+                    let from = Vector::from_fn(|d, _| local(piece[d]));
+                    let to = Vector::from_fn(|d, _| local(piece[d] + 1));
+                    each(&mesh.piece(cell, &from, &to));
+                });
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Coordinates of the pieces of one cell along one direction, ends included.
@@ -142,7 +177,7 @@ fn lines(axis: &Axis, from: f64, to: f64, n: u32) -> Result<Vec<f64>, String> {
 }
 
 /// Number of the mesh line at a coordinate, if one is there.
-fn line_at(axis: &Axis, x: f64) -> Option<u32> {
+pub(crate) fn line_at(axis: &Axis, x: f64) -> Option<u32> {
     let (cell, local) = axis.locate(x.clamp(axis.first(), axis.last()));
     let line = if local > 0.0 { cell + 1 } else { cell };
     ((axis.node(line) - x).abs() <= 1e-9 * axis.size(cell)).then_some(line)
@@ -183,21 +218,37 @@ fn box_piece<const D: usize>(low: &Vector<D>, high: &Vector<D>) -> Piece<D> {
     }))
 }
 
-/// Area and centre of the side of a box that lies on a face, if one does.
-fn area_on<const D: usize>(face: &Face<D>, low: &Vector<D>, high: &Vector<D>) -> Option<(f64, Vector<D>)> {
-    let size = high - low;
-    let near = 1e-9 * size[face.axis];
-    let side = [low, high].into_iter().find(|side| (side[face.axis] - face.at).abs() <= near)?;
-    let mut centre = (low + high) * 0.5;
-    centre[face.axis] = side[face.axis];
-    if let Some((from, to)) = &face.within {
-        let inside = |d: usize| (from[d]..=to[d]).contains(&centre[d]);
-        if !(0..D).all(|d| d == face.axis || inside(d)) {
+/// Area and centre of the side of a piece that lies on a face, if one does.
+fn area_on<const D: usize>(face: &Face<D>, piece: &Piece<D>) -> Option<(f64, Vector<D>)> {
+    let corners = &piece.corners()[..1 << D];
+    let size = (corners[0] - corners[corners.len() - 1]).norm();
+    for (direction, bit) in (0..D).flat_map(|d| [(d, 0), (d, 1)]) {
+        let mut side = corners.iter().enumerate().filter(|(c, _)| c >> direction & 1 == bit).map(|(_, x)| x);
+        if !side.clone().all(|x| (x[face.axis] - face.at).abs() <= 1e-9 * size) {
+            continue;
+        }
+        let count = side.clone().count() as f64;
+        let centre = side.clone().sum::<Vector<D>>() / count;
+        if let Some((from, to)) = &face.within
+            && (0..D).any(|d| d != face.axis && !(from[d]..=to[d]).contains(&centre[d]))
+        {
             return None;
         }
+        let mut next = || *side.next().expect("a side has 2^(D-1) corners");
+        let area = match D {
+            2 => (next() - next()).norm(),
+            _ => {
+                let (a, b, c, d) = (next(), next(), next(), next());
+                triangle_area(&(b - a), &(c - a)) + triangle_area(&(b - d), &(c - d))
+            }
+        };
+        return Some((area, centre));
     }
-    let area = (0..D).filter(|&d| d != face.axis).map(|d| size[d]).product();
-    Some((area, centre))
+    None
+}
+
+fn triangle_area<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
+    0.5 * (a.norm_squared() * b.norm_squared() - a.dot(b).powi(2)).max(0.0).sqrt()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod compile;
 mod error;
+mod estimate;
 mod fill;
 pub mod linear;
 mod load_step;
@@ -16,6 +17,7 @@ mod timing;
 
 pub use compile::{Compiled, compile};
 pub use error::{Error, SceneError, StepFailure};
+pub use estimate::{Estimate, Memory};
 pub use load_step::run;
 pub use model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Support, Tolerance};
 pub use record::Summary;

@@ -124,7 +124,7 @@ fn load_step<const D: usize>(
         }
         Ok(())
     })?;
-    Ok(StepResult { active, equilibrium, equations: constraints.n_free(), analysis })
+    Ok(StepResult { mesh, active, equilibrium, equations: constraints.n_free(), analysis })
 }
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.

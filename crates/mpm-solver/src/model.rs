@@ -38,6 +38,8 @@ pub struct Support<const D: usize> {
     pub nodes: Vec<NodeId>,
     /// What is prescribed of each component, if anything.
     pub components: [Option<Prescribed>; D],
+    /// Point about which the moment of the reaction is recorded, if it is [L].
+    pub moment_about: Option<[f64; 2]>,
 }
 
 /// How a component of displacement is prescribed.

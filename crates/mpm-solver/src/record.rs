@@ -9,13 +9,14 @@ use crate::schedule::Step;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
 use mpm_basis::ActiveNodes;
-use mpm_grid::Vector;
+use mpm_grid::{Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
 use std::time::Instant;
 
 /// What one converged load step leaves for the record.
 pub(crate) struct StepResult<const D: usize> {
+    pub mesh: Mesh<D>,
     pub active: ActiveNodes<D>,
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
@@ -90,6 +91,9 @@ impl Record {
         for support in &model.supports {
             columns.push(real(format!("reaction/{}", support.name), D));
             columns.push(real(format!("displacement/{}", support.name), D));
+            if support.moment_about.is_some() {
+                columns.push(real(format!("reaction_moment/{}", support.name), 1));
+            }
         }
         Self {
             columns,
@@ -141,7 +145,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { active, equilibrium, equations, analysis } = result;
+        let StepResult { mesh, active, equilibrium, equations, analysis } = result;
         let cuts_here = cuts - self.cuts_before;
         self.cuts_before = cuts;
         let seconds = self.clock.elapsed().as_secs_f64();
@@ -169,11 +173,20 @@ impl Record {
         ];
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
-            for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+            let mut moment = 0.0;
+            for &node in &support.nodes {
+                let Some(number) = active.number(node) else { continue };
                 moved += equilibrium.increment[number];
                 carrying += 1;
-                for i in (0..D).filter(|&i| support.components[i].is_some()) {
-                    reaction[i] += equilibrium.reaction[number][i];
+                let mut force = equilibrium.reaction[number];
+                for i in (0..D).filter(|&i| support.components[i].is_none()) {
+                    force[i] = 0.0;
+                }
+                reaction += force;
+                if let Some([x, y]) = support.moment_about {
+                    // The arm reaches to where the node is at the end of the step.
+                    let end = mesh.position(node) + equilibrium.increment[number];
+                    moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
                 }
             }
             for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
@@ -181,6 +194,9 @@ impl Record {
             }
             row.push(Entry::Real(reaction.iter().copied().collect()));
             row.push(Entry::Real(displacement.clone()));
+            if support.moment_about.is_some() {
+                row.push(Entry::Real(vec![moment]));
+            }
         }
 
         let totals = &mut self.summary;

@@ -70,7 +70,12 @@ pub fn fields() -> Vec<Field> {
 }
 
 pub fn options() -> Options {
-    Options { scene: "(name: \"Zugstab – 1 m²\")".into(), program: "mpm test".into(), fields: fields(), ..Options::default() }
+    Options {
+        scene: "(name: \"Zugstab – 1 m²\")".into(),
+        program: "mpm test".into(),
+        fields: fields(),
+        ..Options::default()
+    }
 }
 
 pub fn start(writer: &mut ResultsWriter, points: usize) -> Result<(), ObserverError> {

@@ -4,21 +4,20 @@ use super::{Method, OutOfMemory, Pivot, Report, SymmetricPattern};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
-/// Adjacent supernodes of at most so many columns together are merged if the merged one holds at
-/// most this fraction of zeros: more arithmetic, in larger blocks (measured).
-const RELAX: &[(usize, f64)] = &[(16, 1.0), (32, 0.5), (64, 0.2), (usize::MAX, 0.05)];
-
 /// Structure of the factor of a pattern, eliminated in this order (new to old).
-pub(super) fn analyse(pattern: SymmetricPattern<'_>, order: &[usize]) -> Result<SymbolicCholesky<usize>, OutOfMemory> {
+pub(super) fn analyse(
+    pattern: SymmetricPattern<'_>,
+    order: &[usize],
+) -> Result<SymbolicCholesky<usize>, OutOfMemory> {
     let n = order.len();
     let mut position = vec![0; n];
     for (k, &equation) in order.iter().enumerate() {
@@ -29,10 +28,11 @@ pub(super) fn analyse(pattern: SymmetricPattern<'_>, order: &[usize]) -> Result<
         .map_err(|_| OutOfMemory { equations: n, factor_entries: 0 })
 }
 
+/// Always supernodes: LBLᵀ pivots inside them. faer's rule for merging small ones was the best of
+/// those tried.
 fn symbolic_params() -> CholeskySymbolicParams<'static> {
     CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-        supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
         ..Default::default()
     }
 }
@@ -187,12 +187,13 @@ impl Cholesky {
     pub(super) fn solve_lblt(&mut self, x: &mut [f64]) {
         let n = x.len();
         let exchange = PermRef::new_checked(&self.exchange, &self.exchange_inverse, n);
-        IntranodeLbltRef::new(&self.symbolic, &self.factor, &self.off_diagonal, exchange).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(x, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        IntranodeLbltRef::new(&self.symbolic, &self.factor, &self.off_diagonal, exchange)
+            .solve_in_place_with_conj(
+                Conj::No,
+                MatMut::from_column_major_slice_mut(x, n, 1),
+                Par::Seq,
+                MemStack::new(&mut self.scratch),
+            );
     }
 
     /// Calls `see` with each step of elimination and the diagonal entry of its column of the factor.
@@ -278,5 +279,7 @@ impl Pivots {
 #[cfg(test)]
 pub(super) fn entries_by_minimum_degree(pattern: SymmetricPattern<'_>) -> usize {
     let params = symbolic_params();
-    factorize_symbolic_cholesky(structure(pattern), Side::Lower, SymmetricOrdering::Amd, params).unwrap().len_val()
+    factorize_symbolic_cholesky(structure(pattern), Side::Lower, SymmetricOrdering::Amd, params)
+        .unwrap()
+        .len_val()
 }

@@ -110,8 +110,9 @@ fn elasticity<const D: usize>(cells: [u32; D], ring: bool) -> Problem {
     let mut entries = BTreeMap::new();
     for cell in 0..count(cells) {
         let origin = place(cells, cell);
-        let corner: Vec<usize> =
-            (0..1 << D).map(|c| number(std::array::from_fn(|d| (origin[d] + (c >> d & 1)) % nodes[d]))).collect();
+        let corner: Vec<usize> = (0..1 << D)
+            .map(|c| number(std::array::from_fn(|d| (origin[d] + (c >> d & 1)) % nodes[d])))
+            .collect();
         let clamped = |a: usize| origin[D - 1] == 0 && a >> (D - 1) & 1 == 0;
         for q in 0..1 << D {
             let dn = gradients::<D>(std::array::from_fn(|d| 0.5 + if q >> d & 1 == 1 { g } else { -g }));
@@ -120,7 +121,8 @@ fn elasticity<const D: usize>(cells: [u32; D], ring: bool) -> Problem {
                 for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
                     let (r, c) = (corner[a] * D + i, corner[b] * D + j);
                     let same = if i == j { mu * dot } else { 0.0 };
-                    let k = (lambda * dn[a][i] * dn[b][j] + mu * dn[a][j] * dn[b][i] + same) / f64::from(1 << D);
+                    let k =
+                        (lambda * dn[a][i] * dn[b][j] + mu * dn[a][j] * dn[b][i] + same) / f64::from(1 << D);
                     let k = match (clamped(a) || clamped(b), r == c) {
                         (true, diagonal) => f64::from(u8::from(diagonal)),
                         (false, _) => k,
@@ -429,7 +431,8 @@ fn a_reused_factorization_gives_the_bits_of_a_fresh_one() {
 fn predicted_entries_are_those_of_the_factor() {
     let problem = elasticity([11, 9], false);
     let predicted =
-        predict_factor_entries(problem.pattern(), &problem.lattice, problem.periodic, problem.components).unwrap();
+        predict_factor_entries(problem.pattern(), &problem.lattice, problem.periodic, problem.components)
+            .unwrap();
     assert_eq!(predicted, problem.analysed().factor_entries());
     let n = problem.n();
     assert!(predicted > problem.row.len() && predicted < n * n / 2, "{predicted} entries for {n} equations");

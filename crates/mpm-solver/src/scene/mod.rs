@@ -8,9 +8,11 @@
 
 mod number;
 mod position;
+mod read;
 
 pub use number::{Coordinates, Count, Finite, Fraction, Poisson, Positive};
 pub use position::{Position, position_of};
+pub use read::ReadError;
 
 use crate::observe::Field;
 use schemars::JsonSchema;
@@ -41,6 +43,7 @@ pub struct SceneIn<const D: usize, B> {
     /// How material points influence the nodes of the mesh.
     pub basis: B,
     /// Laws by name.
+    #[serde(deserialize_with = "number::unique_keys")]
     pub materials: BTreeMap<String, MaterialInput>,
     /// What is made of material points.
     pub bodies: Vec<BodyInput<D>>,
@@ -84,6 +87,22 @@ pub enum MeshInput {
     Box {
         /// One axis per direction: x, y and, in three dimensions, z.
         axes: Vec<AxisInput>,
+    },
+    /// Rings of nodes around a centre, joined by straight edges; in three dimensions stacked along z.
+    Ring {
+        /// Centre (x, y) [L].
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Radii of the rings of nodes, the innermost above 0.
+        radii: AxisInput,
+        /// Number of cells around.
+        sectors: Count,
+        /// First and last angle of an open ring, anticlockwise from the x axis [degrees]; a full ring if left out.
+        #[serde(default)]
+        angles: Option<(Finite, Finite)>,
+        /// Where nodes stand along z; three dimensions only.
+        #[serde(default)]
+        height: Option<AxisInput>,
     },
 }
 
@@ -147,7 +166,55 @@ pub enum MotionInput<const D: usize> {
     /// Along each listed axis the nodes between an anchored and a driven plane are evenly re-spaced
     /// as the driven plane moves; nodes beyond the driven plane move with it.
     Stretch(Vec<StretchInput>),
+    /// The mesh is the multilinear image of its box as corners of the box move; corners that are not
+    /// listed stay.
+    Corners(Vec<CornerInput<D>>),
+    /// The mesh turns as a rigid body about a centre (in three dimensions, about an axis along z).
+    Rotate {
+        /// Centre (x, y) [L].
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Angle in all, anticlockwise [degrees].
+        angle: Finite,
+        /// Part of the angle against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// Rings of nodes of a ring mesh turn by an angle that varies linearly with their radius.
+    Twist {
+        /// Angle of the innermost ring in all, anticlockwise [degrees].
+        inner: Finite,
+        /// Angle of the outermost ring in all, anticlockwise [degrees].
+        #[serde(default = "zero")]
+        outer: Finite,
+        /// Part of the angles against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+        /// What becomes of angles larger than a cell.
+        #[serde(default)]
+        reindexing: ReindexingInput,
+    },
 }
+
+/// What a twist of the mesh does with angles larger than a cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ReindexingInput {
+    /// Each ring's angle is reduced by whole cells, which leaves the ring's polygon as it is: the mesh
+    /// is never sheared by more than a cell.
+    #[default]
+    WholeCells,
+    /// Rings keep their angle; the run ends when a cell folds.
+    Off,
+}
+
+fn zero() -> Finite {
+    Finite(0.0)
+}
+
+/// A point (x, y) of the plane [L]; the origin if left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct PlanePoint(pub (Finite, Finite));
 
 /// Stretch of the mesh along one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -161,6 +228,19 @@ pub struct StretchInput {
     pub driven: Finite,
     /// How far it moves in all [L].
     pub displacement: Finite,
+    /// Part of the displacement against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A corner of the mesh's box that moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CornerInput<const D: usize> {
+    /// The corner, by its position at rest [L].
+    pub corner: Coordinates<D>,
+    /// How far it moves in all [L].
+    pub displacement: Coordinates<D>,
     /// Part of the displacement against the load fraction; linear if left out.
     #[serde(default)]
     pub ramp: RampInput,
@@ -232,6 +312,13 @@ pub enum ShapeInput<const D: usize> {
         /// Corner with the highest coordinates [L].
         to: Coordinates<D>,
     },
+    /// All cells of a ring mesh between two of its rings of nodes; exactly the polygon's volume.
+    Ring {
+        /// Radius of the inner ring of nodes [L].
+        inner: Finite,
+        /// Radius of the outer ring of nodes [L].
+        outer: Finite,
+    },
 }
 
 /// Nodes of the mesh, chosen by where they stand at rest.
@@ -254,6 +341,14 @@ pub enum RegionInput<const D: usize> {
     },
     /// The node at a position [L].
     Point(Coordinates<D>),
+    /// Nodes at a distance from a centre (in three dimensions, from an axis along z).
+    Circle {
+        /// Centre (x, y) [L].
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Distance [L].
+        radius: Positive,
+    },
     /// Every node.
     Everywhere,
     /// Nodes that lie in every one of these regions.
@@ -277,6 +372,10 @@ pub struct SupportInput<const D: usize> {
     /// Components that move as the mesh does.
     #[serde(default)]
     pub follow_mesh: Vec<Direction>,
+    /// Point (x, y) about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`;
+    /// not recorded if left out [L].
+    #[serde(default)]
+    pub moment_about: Option<PlanePoint>,
 }
 
 /// Prescribed displacement of one component.
@@ -398,21 +497,6 @@ impl Default for OutputInput {
 }
 
 impl Scene {
-    /// Reads a scene.
-    ///
-    /// # Errors
-    /// What is wrong, and where in the text.
-    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
-        let options = ron::Options::default()
-            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
-            .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
-        options.from_str(text).map_err(|error| ReadError {
-            reason: error.code.to_string(),
-            start: Position { line: error.span.start.line, column: error.span.start.col },
-            end: Position { line: error.span.end.line, column: error.span.end.col },
-        })
-    }
-
     /// What the scene wants recorded.
     pub fn output(&self) -> &OutputInput {
         match self {
@@ -428,16 +512,4 @@ impl Scene {
             Scene::Solid(scene) => &scene.title,
         }
     }
-}
-
-/// A text that is not a scene.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}:{}: {reason}", start.line, start.column)]
-pub struct ReadError {
-    /// What was found and what was expected.
-    pub reason: String,
-    /// Where the offending text begins.
-    pub start: Position,
-    /// Where it ends.
-    pub end: Position,
 }

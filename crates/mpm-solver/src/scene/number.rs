@@ -1,13 +1,15 @@
 //! Numbers that are checked as they are read, so that a wrong one is reported where it stands.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{Error, SeqAccess, Visitor};
+use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
+use std::marker::PhantomData;
 
 /// A finite number.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
 pub struct Finite(pub f64);
 
@@ -150,11 +152,42 @@ impl<'de, const D: usize> Deserialize<'de> for Coordinates<D> {
                         numbers.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                     *x = next;
                 }
+                if numbers.next_element::<IgnoredAny>()?.is_some() {
+                    return Err(A::Error::invalid_length(D + 1, &self));
+                }
                 Ok(Coordinates(coordinates))
             }
         }
         deserializer.deserialize_tuple(D, Numbers)
     }
+}
+
+/// Reads a map in which no key may stand twice (the last would win).
+pub(super) fn unique_keys<'de, V, De>(deserializer: De) -> Result<BTreeMap<String, V>, De::Error>
+where
+    V: Deserialize<'de>,
+    De: Deserializer<'de>,
+{
+    struct Entries<V>(PhantomData<V>);
+    impl<'de, V: Deserialize<'de>> Visitor<'de> for Entries<V> {
+        type Value = BTreeMap<String, V>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("named entries in braces")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut entries = BTreeMap::new();
+            while let Some(key) = map.next_key::<String>()? {
+                if entries.contains_key(&key) {
+                    return Err(A::Error::custom(format!("the name `{key}` is given twice")));
+                }
+                entries.insert(key, map.next_value()?);
+            }
+            Ok(entries)
+        }
+    }
+    deserializer.deserialize_map(Entries(PhantomData))
 }
 
 impl<const D: usize> JsonSchema for Coordinates<D> {

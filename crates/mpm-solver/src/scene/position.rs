@@ -12,6 +12,24 @@ pub struct Position {
     pub column: usize,
 }
 
+impl Position {
+    /// The place of the byte at `offset`, which lies on the border of a character.
+    pub fn of(text: &str, offset: usize) -> Self {
+        place(text, offset)
+    }
+
+    /// The byte at this place; the end of the line or text where the place lies beyond it.
+    pub fn offset(self, text: &str) -> usize {
+        let line_start = match self.line {
+            0 | 1 => 0,
+            line => text.match_indices('\n').nth(line - 2).map_or(text.len(), |(newline, _)| newline + 1),
+        };
+        let line = text[line_start..].split('\n').next().unwrap_or_default();
+        let column = line.char_indices().nth(self.column.saturating_sub(1)).map_or(line.len(), |(at, _)| at);
+        line_start + column
+    }
+}
+
 /// Start and end of the value at `path` in a RON text that is known to be well formed.
 ///
 /// A path is what field names and list indices it takes to get there, `bodies[0].shape.from`; names

@@ -1,0 +1,79 @@
+//! `mpm check`.
+
+use crate::complaint::Complaint;
+use crate::report::{count, unwritten};
+use crate::{input, say};
+use mpm_solver::{Error, Estimate};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Says how large a scene is.
+pub fn check(file: &Path) -> Result<(), Complaint> {
+    let input = input::read(file)?;
+    let estimate = input.compiled.estimate().map_err(|error| match error {
+        Error::Scene(error) => input::refused(file, &input.text, error),
+        error => Complaint::unfinished(error.to_string()),
+    })?;
+    say(&sizes(&estimate, input.scene.title(), &unwritten(&input.scene)))
+}
+
+fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:<18}{value}");
+    };
+    if !title.is_empty() {
+        line("scene", title.to_string());
+    }
+    line("dimensions", it.dimensions.to_string());
+    line("material points", count(it.points));
+    line("cells", format!("{}, {} with material", count(it.cells), count(it.cells_with_material)));
+    line("nodes", format!("{}, {} active", count(it.nodes), count(it.active_nodes)));
+    line("equations", format!("{} ({} more prescribed)", count(it.equations), count(it.prescribed)));
+    line("tangent entries", count(it.tangent_entries));
+    line("factor entries", count(it.factor_entries));
+    let memory = &it.memory;
+    line(
+        "memory",
+        format!(
+            "about {}: points {}, connectivity {}, tangent {}, factor {}",
+            bytes(memory.total()),
+            bytes(memory.points),
+            bytes(memory.connectivity),
+            bytes(memory.tangent),
+            bytes(memory.factor)
+        ),
+    );
+    line("load steps", count(it.steps));
+
+    let mut skipped = vec![
+        format!("{} empty cells", count(it.cells - it.cells_with_material)),
+        format!("{} nodes without material", count(it.nodes - it.active_nodes)),
+    ];
+    if !it.columns_not_stored.is_empty() {
+        skipped.push(format!("not stored per point: {}", it.columns_not_stored.join(", ")));
+    }
+    if it.columns_not_stored.contains(&"plastic state") {
+        skipped.push("no yield checks".into());
+    }
+    if !unwritten.is_empty() {
+        skipped.push(format!("fields not written: {}", unwritten.join(", ")));
+    }
+    for (k, what) in skipped.into_iter().enumerate() {
+        line(if k == 0 { "skipped" } else { "" }, what);
+    }
+    text
+}
+
+fn bytes(number: usize) -> String {
+    let mut value = number as f64;
+    let mut unit = "B";
+    for next in ["kB", "MB", "GB", "TB"] {
+        if value < 1000.0 {
+            break;
+        }
+        (value, unit) = (value / 1000.0, next);
+    }
+    format!("{value:.3} {unit}").replace(".000 B", " B")
+}

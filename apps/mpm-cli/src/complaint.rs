@@ -1,0 +1,58 @@
+//! What goes wrong, told once, in colour only where somebody looks.
+
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report};
+use std::io::{IsTerminal, Write};
+use std::ops::Range;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why the program ends early: a message and an exit code.
+pub struct Complaint {
+    report: Report,
+    code: u8,
+}
+
+impl Complaint {
+    /// The simulation could not finish.
+    pub fn unfinished(message: String) -> Self {
+        Self { report: Report::new(MietteDiagnostic::new(message)), code: 1 }
+    }
+
+    /// The input is wrong as a whole.
+    pub fn input(message: String) -> Self {
+        Self { report: Report::new(MietteDiagnostic::new(message)), code: 2 }
+    }
+
+    /// The input is wrong at one place (in bytes) of its text.
+    pub fn at(file: &Path, text: &str, place: Range<usize>, label: Option<String>, message: String) -> Self {
+        // A place of several lines is shown by its first.
+        let length = text[place.clone()].find('\n').unwrap_or(place.len());
+        let label = LabeledSpan::new_primary_with_span(label, (place.start, length));
+        let diagnostic = MietteDiagnostic::new(message).with_label(label);
+        let source = NamedSource::new(file.display().to_string(), text.to_string());
+        Self { report: Report::new(diagnostic).with_source_code(source), code: 2 }
+    }
+
+    /// Prints the message to standard error.
+    pub fn deliver(&self) -> ExitCode {
+        let terminal = std::io::stderr().is_terminal();
+        let colour = std::env::var_os("NO_COLOR").is_none_or(|it| it.is_empty());
+        let theme = match (terminal, colour) {
+            (true, true) => GraphicalTheme::unicode(),
+            (true, false) => GraphicalTheme::unicode_nocolor(),
+            (false, _) => GraphicalTheme::none(),
+        };
+        let handler = GraphicalReportHandler::new_themed(theme)
+            .with_wrap_lines(terminal)
+            .with_context_lines(1)
+            .with_links(false)
+            .without_syntax_highlighting();
+        let mut text = String::new();
+        if handler.render_report(&mut text, self.report.as_ref()).is_err() {
+            text = format!("{}\n", self.report);
+        }
+        // Nobody is left to tell if this fails.
+        let _ = std::io::stderr().write_all(text.as_bytes());
+        ExitCode::from(self.code)
+    }
+}

@@ -1,0 +1,197 @@
+//! What a run says when it is over: how it converged and what it cost.
+
+use crate::reference::field_names;
+use crate::watch::Row;
+use mpm_solver::Summary;
+use mpm_solver::scene::Scene;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Load steps shown at the start and at the end of a long run.
+const ENDS: usize = 5;
+/// A run of so few load steps is shown in full.
+const SHORT: usize = 24;
+
+/// How every load step converged; of a long run the first, the last and the remarkable ones.
+pub fn convergence(rows: &[Row]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(["step", "fraction", "iterations", "equations", "method", "cuts", "residuals"]);
+    let mut left_out = 0;
+    for (k, row) in rows.iter().enumerate() {
+        let end = k < ENDS || k + ENDS >= rows.len();
+        if rows.len() > SHORT && !end && !is_remarkable(row) {
+            left_out += 1;
+            continue;
+        }
+        table.note_left_out(&mut left_out);
+        let residuals: Vec<String> = row.residuals.iter().map(|residual| format!("{residual:.0e}")).collect();
+        table.push([
+            row.step.to_string(),
+            format!("{:.6}", row.fraction),
+            row.residuals.len().to_string(),
+            row.equations.to_string(),
+            method(row.method).to_string(),
+            row.cuts.to_string(),
+            residuals.join(" "),
+        ]);
+    }
+    table.note_left_out(&mut left_out);
+    table.to_string()
+}
+
+/// Whether something happened in the step that one would want to know.
+fn is_remarkable(row: &Row) -> bool {
+    row.cuts > 0 || row.method > 0 || row.halvings > 0
+}
+
+fn method(code: u64) -> &'static str {
+    match code {
+        0 => "LLᵀ",
+        1 => "LBLᵀ",
+        _ => "LU",
+    }
+}
+
+/// Totals of a run that finished.
+pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
+    let mut text = String::from("\n");
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:<18}{value}");
+    };
+    if !scene.title().is_empty() {
+        line("scene", scene.title().to_string());
+    }
+    line("material points", count(summary.points));
+    line("load steps", format!("{}, {} halved", count(summary.steps), count(summary.cuts)));
+    let halved = format!("{}, {} corrections halved", count(summary.iterations), count(summary.halvings));
+    line("iterations", halved);
+    line("indefinite steps", count(summary.indefinite_steps));
+    line("smallest det ΔF", format!("{:.6}", summary.smallest_determinant));
+    let timings = summary.timings.iter().filter(|timing| timing.count > 0);
+    let timings: Vec<String> =
+        timings.map(|timing| format!("{} {:.3} s ({}×)", timing.phase, timing.seconds, timing.count)).collect();
+    line("time", timings.join(", "));
+    let mut skipped: Vec<String> = summary
+        .skipped
+        .iter()
+        .filter(|(_, number)| *number > 0)
+        .map(|(name, number)| format!("{} {name}", count(*number)))
+        .collect();
+    let fields = unwritten(scene);
+    if !fields.is_empty() {
+        skipped.push(format!("fields not asked for: {}", fields.join(", ")));
+    }
+    line("skipped", skipped.join("; "));
+    line("results", format!("{} (and {})", results.display(), results.with_extension("xdmf").display()));
+    text
+}
+
+/// Fields of the points that the scene does not ask for.
+pub fn unwritten(scene: &Scene) -> Vec<String> {
+    let wanted: Vec<String> = scene.output().fields.iter().map(|field| format!("{field:?}")).collect();
+    field_names().into_iter().filter(|name| !wanted.contains(name)).collect()
+}
+
+/// A number in groups of three digits.
+pub fn count(number: impl TryInto<u64>) -> String {
+    let digits = number.try_into().unwrap_or(u64::MAX).to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Columns aligned to the right, the last one to the left.
+struct Table<const N: usize> {
+    rows: Vec<Line<N>>,
+}
+
+enum Line<const N: usize> {
+    Cells([String; N]),
+    LeftOut(usize),
+}
+
+impl<const N: usize> Table<N> {
+    fn new(head: [&str; N]) -> Self {
+        Self { rows: vec![Line::Cells(head.map(str::to_string))] }
+    }
+
+    fn push(&mut self, cells: [String; N]) {
+        self.rows.push(Line::Cells(cells));
+    }
+
+    fn note_left_out(&mut self, number: &mut usize) {
+        if *number > 0 {
+            self.rows.push(Line::LeftOut(std::mem::take(number)));
+        }
+    }
+}
+
+impl<const N: usize> std::fmt::Display for Table<N> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut widths = [0; N];
+        for row in &self.rows {
+            if let Line::Cells(cells) = row {
+                for (width, cell) in widths.iter_mut().zip(cells) {
+                    *width = (*width).max(cell.chars().count());
+                }
+            }
+        }
+        for row in &self.rows {
+            match row {
+                Line::Cells(cells) => {
+                    for (cell, width) in cells[..N - 1].iter().zip(widths) {
+                        write!(f, "{cell:>width$}  ")?;
+                    }
+                    writeln!(f, "{}", cells[N - 1])?;
+                }
+                Line::LeftOut(number) => {
+                    writeln!(f, "{:>width$}  … {number} more without incident", "", width = widths[0])?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(step: usize, cuts: u64) -> Row {
+        Row {
+            step,
+            fraction: step as f64 / 100.0,
+            residuals: vec![1e-2, 1e-10],
+            equations: 6,
+            method: 0,
+            cuts,
+            halvings: 0,
+        }
+    }
+
+    #[test]
+    fn long_runs_show_their_ends_and_what_happened_between() {
+        let rows: Vec<Row> = (1..=100).map(|step| row(step, u64::from(step == 50))).collect();
+        let text = convergence(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 1 + 5 + 1 + 1 + 1 + 5);
+        assert!(lines[6].contains("… 44 more"), "{text}");
+        assert!(lines[7].trim_start().starts_with("50 "), "{text}");
+        assert!(lines[8].contains("… 45 more"), "{text}");
+        assert!(lines[1].ends_with("LLᵀ     0  1e-2 1e-10"), "{text}");
+        assert_eq!(convergence(&rows[..SHORT]).lines().count(), 1 + SHORT);
+    }
+
+    #[test]
+    fn counts_are_grouped() {
+        assert_eq!([count(7_u32), count(1_000_u32), count(1_234_567_u32)], ["7", "1,000", "1,234,567"]);
+    }
+}

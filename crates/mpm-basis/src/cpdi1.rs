@@ -1,0 +1,107 @@
+//! CPDI1: a parallelogram or parallelepiped that deforms with the point's F.
+//!
+//! Half-vectors `r_d = F r⁰_d`, corners `x_p ± r_1 ± r_2 (± r_3)`, `S_vp = 2⁻ᴰ Σ_c N_v(x_c)` and
+//! `g_c = 2⁻ᴰ R⁻ᵀ s_c` with `R = (r_1 … r_D)` and the signs `s_c` of the corner (Sadeghirad, Brannon &
+//! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
+
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, inverse_transpose, outline, signs};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
+use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use std::array::from_fn;
+
+/// Convected particle domain interpolation with parallelograms (D = 2) or parallelepipeds (D = 3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cpdi1;
+
+/// Half-vectors of a parallelepiped centred at the point, one a column [L].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parallelepiped<const D: usize> {
+    /// At rest, `r⁰_d`.
+    pub initial: Block<D>,
+    /// Now, `r_d`.
+    pub current: Block<D>,
+}
+
+impl<const D: usize> Parallelepiped<D> {
+    /// A domain at rest; the columns of `half_vectors` are `r⁰_d` [L].
+    pub fn at_rest(half_vectors: Block<D>) -> Self {
+        Self { initial: half_vectors, current: half_vectors }
+    }
+
+    /// `r_d = F r⁰_d`.
+    ///
+    /// # Errors
+    /// The volume, where it is not positive (relative to the hand at rest).
+    pub(crate) fn deform(&mut self, f: &Block<D>) -> Result<(), ConvectionError> {
+        let current = f * self.initial;
+        let volume = |r: &Block<D>| determinant(r) * f64::from(1 << D);
+        sampled::sound(volume(&current), volume(&self.initial))?;
+        self.current = current;
+        Ok(())
+    }
+
+    /// The first 2^D entries are the corners, lexicographic.
+    #[inline]
+    fn samples(&self, x: &Vector<D>) -> [Sample<D>; 8] {
+        let weight = 1.0 / f64::from(1 << D);
+        let push = inverse_transpose(&self.current) * weight;
+        from_fn(|c| {
+            let s = if c < 1 << D { signs(c) } else { Vector::zeros() };
+            Sample { position: x + self.current * s, weight, gradient: push * s }
+        })
+    }
+
+    /// Corners around `x` in the order of [`Basis::outline`].
+    pub(crate) fn outline(&self, x: &Vector<D>) -> Vec<Vector<D>> {
+        outline(&(0..1 << D).map(|c| x + self.current * signs(c)).collect::<Vec<_>>())
+    }
+}
+
+impl<const D: usize> Basis<D> for Cpdi1 {
+    type Domain = Parallelepiped<D>;
+
+    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, Parallelepiped<D>>)) {
+        let centre = Vector::zeros();
+        place(Seed {
+            position: piece.position(&centre),
+            volume: piece.volume(),
+            domain: Parallelepiped::at_rest(piece.jacobian(&centre)),
+        });
+    }
+
+    fn influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Parallelepiped<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        sampled::influences(mesh, &domain.samples(x)[..1 << D], stencil)
+    }
+
+    fn convect(
+        &self,
+        domain: &mut Parallelepiped<D>,
+        position: &mut Vector<D>,
+        step: &Convection<'_, D>,
+    ) -> Result<(), ConvectionError> {
+        domain.deform(&step.deformation_gradient)?;
+        *position += step.displacement;
+        Ok(())
+    }
+
+    fn diagnose(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Parallelepiped<D>,
+    ) -> Result<DomainReport, OutsideMesh<D>> {
+        let measure = determinant(&domain.current) / determinant(&domain.initial);
+        sampled::report(mesh, &domain.samples(x)[..1 << D], measure, 0.0)
+    }
+
+    fn outline(&self, x: &Vector<D>, domain: &Parallelepiped<D>) -> Vec<Vector<D>> {
+        domain.outline(x)
+    }
+}

@@ -1,0 +1,173 @@
+//! CPDI2q: a quadrilateral whose corners move with the displacement field.
+//!
+//! `w_c = (1/A) ∫ M_c dA` with the bilinear corner functions M_c, and
+//! `g_c = (1/2A) (y_{c+1} - y_{c-1}, x_{c-1} - x_{c+1})` with the corners taken round the polygon
+//! (Sadeghirad, Brannon & Guilkey 2013).
+//!
+//! With `x = x̄ + r_1 ξ + r_2 η + h ξη` and the hourglass vector `h = κ_1 r_1 + κ_2 r_2`,
+//! `det ∂x/∂ξ = (A/4) (1 + κ_2 ξ + κ_1 η)`, hence `w_c = ¼ (1 + (s_1 κ_2 + s_2 κ_1)/3)` for the corner with
+//! the signs s. The domain is convex while `|κ_1| + |κ_2| < 1`. The mean gradient does not feel κ, so
+//! nothing resists its growth; past 3 a weight is negative.
+
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, outline, signs};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
+use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use std::array::from_fn;
+
+/// Second-order convected particle domain interpolation with quadrilaterals, D = 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cpdi2q {
+    /// Which shape of the domain weighs its corners.
+    pub weights: CornerWeights,
+}
+
+/// Which shape of the domain weighs its corners.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CornerWeights {
+    /// The current one, as published: the point sits at the area centroid.
+    #[default]
+    Current,
+    /// The one at rest, a remedy: weights stay positive whatever the distortion, S remains linearly
+    /// complete, and the point sits at `Σ_c w⁰_c x_c`, which is no longer the centroid. The gradient
+    /// is as published, so that a domain that loses its area still ends in
+    /// [`ConvectionError::Inverted`].
+    Frozen,
+}
+
+/// Corners of a point's quadrilateral.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quadrilateral {
+    /// Positions [L], lexicographic as those of a cell.
+    pub corners: [Vector<2>; 4],
+    /// Signed area at rest [L²]; negative in left-handed lattices.
+    pub initial_area: f64,
+    /// `κ` at rest [-].
+    pub initial_hourglass: Vector<2>,
+}
+
+/// What the formulas need of a quadrilateral.
+struct Shape {
+    /// Signed area [L²].
+    area: f64,
+    /// `κ` [-]; not finite where the area is zero.
+    hourglass: Vector<2>,
+}
+
+impl Shape {
+    #[inline]
+    fn of([a, b, c, d]: &[Vector<2>; 4]) -> Self {
+        let r = Block::from_columns(&[(b - a + d - c) * 0.25, (c - a + d - b) * 0.25]);
+        let h = (a - b - c + d) * 0.25;
+        let quarter = determinant(&r);
+        let cross = |a: &Vector<2>, b: &Vector<2>| a.x * b.y - a.y * b.x;
+        let (r1, r2) = (r.column(0).into_owned(), r.column(1).into_owned());
+        Self { area: 4.0 * quarter, hourglass: Vector::<2>::new(cross(&h, &r2), cross(&r1, &h)) / quarter }
+    }
+}
+
+/// `w_c` of the corner with signs s.
+#[inline]
+fn weight(corner: usize, hourglass: &Vector<2>) -> f64 {
+    let s = signs::<2>(corner);
+    0.25 * (1.0 + (s.x * hourglass.y + s.y * hourglass.x) / 3.0)
+}
+
+impl Quadrilateral {
+    /// A domain at rest with these corners [L], lexicographic.
+    pub fn at_rest(corners: [Vector<2>; 4]) -> Self {
+        let shape = Shape::of(&corners);
+        Self { corners, initial_area: shape.area, initial_hourglass: shape.hourglass }
+    }
+
+    /// Signed area [L²].
+    pub fn area(&self) -> f64 {
+        Shape::of(&self.corners).area
+    }
+}
+
+impl Cpdi2q {
+    #[inline]
+    fn weights(self, domain: &Quadrilateral, shape: &Shape) -> [f64; 4] {
+        match self.weights {
+            CornerWeights::Current => from_fn(|c| weight(c, &shape.hourglass)),
+            CornerWeights::Frozen => from_fn(|c| weight(c, &domain.initial_hourglass)),
+        }
+    }
+
+    fn position(weights: &[f64; 4], corners: &[Vector<2>; 4]) -> Vector<2> {
+        (0..4).map(|c| corners[c] * weights[c]).sum()
+    }
+
+    #[inline]
+    fn samples(self, domain: &Quadrilateral) -> [Sample<2>; 4] {
+        let shape = Shape::of(&domain.corners);
+        let weights = self.weights(domain, &shape);
+        // The corners after and before corner c are those across its edges.
+        let neighbours = [(1, 2), (3, 0), (0, 3), (2, 1)];
+        let scale = 0.5 / shape.area;
+        from_fn(|c| {
+            let (next, previous) = neighbours[c];
+            let along = domain.corners[next] - domain.corners[previous];
+            Sample {
+                position: domain.corners[c],
+                weight: weights[c],
+                gradient: Vector::<2>::new(along.y, -along.x) * scale,
+            }
+        })
+    }
+}
+
+impl Basis<2> for Cpdi2q {
+    type Domain = Quadrilateral;
+
+    fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, Quadrilateral>)) {
+        let corners = from_fn(|c| piece.corners()[c]);
+        let domain = Quadrilateral::at_rest(corners);
+        let weights = from_fn(|c| weight(c, &domain.initial_hourglass));
+        place(Seed { position: Self::position(&weights, &corners), volume: piece.volume(), domain });
+    }
+
+    fn influences(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Quadrilateral,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        sampled::influences(mesh, &self.samples(domain), stencil)
+    }
+
+    fn convect(
+        &self,
+        domain: &mut Quadrilateral,
+        position: &mut Vector<2>,
+        step: &Convection<'_, 2>,
+    ) -> Result<(), ConvectionError> {
+        sampled::convect(&mut domain.corners, step)?;
+        let shape = Shape::of(&domain.corners);
+        sampled::sound(shape.area, domain.initial_area)?;
+        *position = Self::position(&self.weights(domain, &shape), &domain.corners);
+        Ok(())
+    }
+
+    /// `|κ_1| + |κ_2|`: the same after any affine map, 0 for parallelograms, 1 where the domain is no
+    /// longer convex.
+    fn distortion(&self, domain: &Quadrilateral) -> f64 {
+        Shape::of(&domain.corners).hourglass.lp_norm(1)
+    }
+
+    fn diagnose(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Quadrilateral,
+    ) -> Result<DomainReport, OutsideMesh<2>> {
+        let measure = domain.area() / domain.initial_area;
+        sampled::report(mesh, &self.samples(domain), measure, self.distortion(domain))
+    }
+
+    fn outline(&self, _x: &Vector<2>, domain: &Quadrilateral) -> Vec<Vector<2>> {
+        outline(&domain.corners)
+    }
+}

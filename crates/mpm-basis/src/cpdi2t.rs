@@ -1,0 +1,104 @@
+//! CPDI2t: triangles whose corners move with the displacement field; the formulas are in
+//! [`crate::Simplex`].
+//!
+//! Where a node has a single corner c of a triangle in its support, `∇S_vp = N_v(x_c) g_c`: its
+//! direction is the normal of the far edge wherever the node lies, and its size grows without bound
+//! as the triangle turns into a sliver (Wang et al. 2019). [`crate::DomainReport`] counts such nodes,
+//! [`crate::Fallback`] replaces slivers.
+
+use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Simplex, Stencil};
+use mpm_grid::{Mesh, OutsideMesh, Vector};
+
+/// Second-order convected particle domain interpolation with triangles, D = 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cpdi2t {
+    /// How a cell is cut into triangles.
+    pub split: TriangleSplit,
+}
+
+/// How a cell of n × n points is cut into triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TriangleSplit {
+    /// n² sub-quadrilaterals, each cut from its lower left to its upper right corner in the order of
+    /// the lattice ("/"): 2 n² triangles.
+    Slash,
+    /// n² sub-quadrilaterals, each cut from its lower right to its upper left corner ("\"): 2 n²
+    /// triangles.
+    Backslash,
+    /// (n/2)² sub-quadrilaterals, each cut by both diagonals through its local centre: n² triangles;
+    /// n is even.
+    #[default]
+    Cross,
+}
+
+impl Basis<2> for Cpdi2t {
+    type Domain = Simplex<2>;
+
+    fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
+        match self.split {
+            TriangleSplit::Slash | TriangleSplit::Backslash => Ok(points_per_cell),
+            TriangleSplit::Cross if points_per_cell.is_multiple_of(2) => Ok(points_per_cell / 2),
+            TriangleSplit::Cross => Err("CPDI2t with crossed diagonals cuts every sub-square of 2 x 2 points \
+                                         into four triangles: the number of points per direction must be even"),
+        }
+    }
+
+    fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, Simplex<2>>)) {
+        let [a, b, c, d, ..] = *piece.corners();
+        let mut triangle = |first, others| place(Simplex::at_rest(first, others).into_seed());
+        match self.split {
+            TriangleSplit::Slash => {
+                triangle(a, [b, d]);
+                triangle(a, [d, c]);
+            }
+            TriangleSplit::Backslash => {
+                triangle(a, [b, c]);
+                triangle(b, [d, c]);
+            }
+            TriangleSplit::Cross => {
+                let apex = piece.position(&Vector::zeros());
+                for side in [[a, b], [b, d], [d, c], [c, a]] {
+                    triangle(apex, side);
+                }
+            }
+        }
+    }
+
+    fn influences(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Simplex<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        domain.influences(mesh, stencil)
+    }
+
+    fn convect(
+        &self,
+        domain: &mut Simplex<2>,
+        position: &mut Vector<2>,
+        step: &Convection<'_, 2>,
+    ) -> Result<(), ConvectionError> {
+        domain.convect(position, step)
+    }
+
+    /// Slenderness `√(2A)` over the smallest height: 1.07 for an equilateral triangle, 1.41 for half a
+    /// square, growing without bound for slivers.
+    fn distortion(&self, domain: &Simplex<2>) -> f64 {
+        domain.slenderness()
+    }
+
+    fn diagnose(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Simplex<2>,
+    ) -> Result<DomainReport, OutsideMesh<2>> {
+        domain.diagnose(mesh)
+    }
+
+    fn outline(&self, _x: &Vector<2>, domain: &Simplex<2>) -> Vec<Vector<2>> {
+        domain.outline()
+    }
+}

@@ -1,0 +1,132 @@
+//! A remedy for convected domains that degenerate: the point goes on with a CPDI1 domain.
+
+use crate::{Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Piece, Seed, Stencil};
+use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+
+/// Another basis, except for points whose domain's [`Basis::distortion`] has passed `beyond`, or
+/// whose domain has turned inside out: these go on, for good, with the CPDI1 parallelepiped of their
+/// own F.
+///
+/// The parallelepiped at rest has the directions of the piece that the point was seeded from and the
+/// point's own volume. Only the integration of that point changes: S and ∇S stay complete, stress and
+/// volume are the point's own as ever.
+///
+/// Sensible where the field around the point is smooth over its domain, so that its F describes the
+/// domain's shape: against the hourglass growth of [`crate::Cpdi2q`] (`beyond` at or below 1, where
+/// the domain is no longer convex), and against slivers of [`crate::Cpdi2t`] (`beyond` of a few units).
+/// It is no cure where CPDI1 itself is none: a parallelepiped sheared to many cells' length samples
+/// the mesh at its far corners only. At a step where a point falls back, domains of neighbours overlap
+/// or gap by as much as the distortion, and fields that tile the plane by CPDI2 do so no longer: the
+/// patch test then holds as well as CPDI1's. [`DomainReport::fallen_back`] shows where this happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fallback<B> {
+    /// The basis of all points at first.
+    pub basis: B,
+    /// The largest distortion that the basis is trusted with [-].
+    pub beyond: f64,
+}
+
+/// Domain of a point under [`Fallback`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum FallbackDomain<const D: usize, Domain> {
+    /// The domain of the basis, in use.
+    Sound {
+        /// That domain.
+        domain: Domain,
+        /// `r⁰_d` of the parallelepiped in reserve, one a column [L].
+        half_vectors: Block<D>,
+    },
+    /// The parallelepiped, after the fall.
+    Fallen(Parallelepiped<D>),
+}
+
+impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
+    type Domain = FallbackDomain<D, B::Domain>;
+
+    fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
+        self.basis.pieces_per_cell(points_per_cell)
+    }
+
+    fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
+        self.basis.suits(mesh)
+    }
+
+    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, Self::Domain>)) {
+        let centre = Vector::zeros();
+        let whole = piece.determinant(&centre).abs() * f64::from(1 << D);
+        let directions = piece.jacobian(&centre);
+        self.basis.seed(piece, &mut |seed| {
+            let half_vectors = directions * (seed.volume / whole).powf(1.0 / D as f64);
+            place(Seed {
+                position: seed.position,
+                volume: seed.volume,
+                domain: FallbackDomain::Sound { domain: seed.domain, half_vectors },
+            });
+        });
+    }
+
+    fn influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.influences(mesh, x, domain, stencil),
+            FallbackDomain::Fallen(domain) => Cpdi1.influences(mesh, x, domain, stencil),
+        }
+    }
+
+    fn convect(
+        &self,
+        domain: &mut Self::Domain,
+        position: &mut Vector<D>,
+        step: &Convection<'_, D>,
+    ) -> Result<(), ConvectionError> {
+        match domain {
+            FallbackDomain::Fallen(fallen) => Cpdi1.convect(fallen, position, step),
+            FallbackDomain::Sound { domain: sound, half_vectors } => {
+                let start = *position;
+                match self.basis.convect(sound, position, step) {
+                    Ok(()) if self.basis.distortion(sound) <= self.beyond => return Ok(()),
+                    Ok(()) | Err(ConvectionError::Inverted { .. }) => {}
+                    Err(error) => return Err(error),
+                }
+                let mut fallen = Parallelepiped::at_rest(*half_vectors);
+                *position = start;
+                Cpdi1.convect(&mut fallen, position, step)?;
+                *domain = FallbackDomain::Fallen(fallen);
+                Ok(())
+            }
+        }
+    }
+
+    fn distortion(&self, domain: &Self::Domain) -> f64 {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.distortion(domain),
+            FallbackDomain::Fallen(_) => 0.0,
+        }
+    }
+
+    fn diagnose(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+    ) -> Result<DomainReport, OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.diagnose(mesh, x, domain),
+            FallbackDomain::Fallen(domain) => {
+                Ok(DomainReport { fallen_back: true, ..Cpdi1.diagnose(mesh, x, domain)? })
+            }
+        }
+    }
+
+    fn outline(&self, x: &Vector<D>, domain: &Self::Domain) -> Vec<Vector<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.outline(x, domain),
+            FallbackDomain::Fallen(domain) => domain.outline(x),
+        }
+    }
+}

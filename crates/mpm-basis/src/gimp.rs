@@ -1,0 +1,228 @@
+//! The generalised interpolation method (GIMP): N_v averaged over a box around the point.
+//!
+//! `S_vp = (1/V) ∫ N_v dV` over the box `|x - x_p|_d <= l_d`, `∇S_vp` the mean of `∇N_v` (Bardenhagen &
+//! Kober 2004). On a rectilinear mesh both are products over the directions. In each, the domain is
+//! cut at the grid lines: N_v is linear in every part, so that its mean over the part is its value in
+//! the middle, exactly and without cancellation, for graded axes and any half length.
+
+use crate::sampled::BEYOND;
+use crate::tensor::{determinant, outline, right_stretch, signs};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
+use mpm_grid::{Axis, Block, Mesh, OutsideMesh, Vector};
+use std::array::from_fn;
+
+/// Slack of [`BEYOND`], that of `Mesh::locate` [cells].
+const SLACK: f64 = 1e-9;
+
+/// GIMP on rectilinear meshes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Gimp {
+    /// How half lengths follow the deformation.
+    pub update: GimpUpdate,
+}
+
+/// How the half lengths `l_d` follow the deformation gradient F (Coombs et al. 2020 compare them).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GimpUpdate {
+    /// `l_d = U_dd l⁰_d` with `U = √(FᵀF)` (Charlton, Coombs & Augarde 2017): blind to rotation.
+    #[default]
+    Stretch,
+    /// `l_d = F_dd l⁰_d`: exact for stretches along the axes, an error past a quarter turn.
+    Diagonal,
+    /// `l_d = (det F)^(1/D) l⁰_d`.
+    Volume,
+    /// `l_d = l⁰_d`.
+    None,
+}
+
+/// Half lengths of a point's box [L].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfLengths<const D: usize> {
+    /// At rest, `l⁰_d`.
+    pub initial: Vector<D>,
+    /// Now, `l_d`.
+    pub current: Vector<D>,
+}
+
+impl<const D: usize> HalfLengths<D> {
+    /// A box at rest with half lengths `l⁰_d` [L], which must be positive.
+    pub fn at_rest(half_lengths: Vector<D>) -> Self {
+        assert!(half_lengths.iter().all(|&l| l > 0.0), "half lengths are positive");
+        Self { initial: half_lengths, current: half_lengths }
+    }
+}
+
+/// The part of one axis that a domain covers.
+#[derive(Clone, Copy)]
+struct Overlap {
+    /// First and last cell touched.
+    first: u32,
+    last: u32,
+    /// Middle and half length of the domain.
+    x: f64,
+    l: f64,
+}
+
+/// An end of the domain too far outside, and how far [cells].
+struct Beyond {
+    end: f64,
+    distance: f64,
+}
+
+impl Overlap {
+    #[inline]
+    fn of(axis: &Axis, x: f64, l: f64) -> Result<Self, Beyond> {
+        let (low, below) = axis.locate(x - l);
+        let (last, above) = axis.locate(x + l);
+        for (end, local) in [(x - l, below), (x + l, above)] {
+            let distance = 0.5 * (local.abs() - 1.0);
+            let accepted = distance <= BEYOND * (1.0 + SLACK);
+            if !accepted {
+                return Err(Beyond { end, distance });
+            }
+        }
+        // A domain that begins on a grid line does not touch the cell below.
+        let first = if below == 1.0 && low < last { low + 1 } else { low };
+        Ok(Self { first, last, x, l })
+    }
+
+    /// Shares of a cell in the means of its lower and upper node's N_v, and in that of the upper's slope.
+    ///
+    /// The outermost cells reach to the ends of the domain, also where these lie outside the mesh.
+    #[inline]
+    fn part(&self, axis: &Axis, cell: u32) -> (f64, f64, f64) {
+        // Relative to the point, so that parts add up to the whole wherever the origin is.
+        let (a, b) = (axis.node(cell) - self.x, axis.node(cell + 1) - self.x);
+        let from = if cell == self.first { -self.l } else { a };
+        let to = if cell == self.last { self.l } else { b };
+        let slope = (to - from) / (2.0 * self.l) / (b - a);
+        let middle = 0.5 * (from + to);
+        (slope * (b - middle), slope * (middle - a), slope)
+    }
+
+    /// Mean value and slope of the hat function of one node.
+    #[inline]
+    fn at(&self, axis: &Axis, node: u32) -> (f64, f64) {
+        let (mut value, mut slope) = (0.0, 0.0);
+        if node > self.first {
+            let (_, upper, rise) = self.part(axis, node - 1);
+            value += upper;
+            slope += rise;
+        }
+        if node <= self.last {
+            let (lower, _, fall) = self.part(axis, node);
+            value += lower;
+            slope -= fall;
+        }
+        (value, slope)
+    }
+}
+
+impl Gimp {
+    /// Ratio of current to initial half lengths.
+    fn stretches<const D: usize>(self, f: &Block<D>) -> Vector<D> {
+        match self.update {
+            GimpUpdate::Stretch => right_stretch(f).diagonal(),
+            GimpUpdate::Diagonal => f.diagonal(),
+            GimpUpdate::Volume => Vector::repeat(determinant(f).powf(1.0 / D as f64)),
+            GimpUpdate::None => Vector::repeat(1.0),
+        }
+    }
+}
+
+impl<const D: usize> Basis<D> for Gimp {
+    type Domain = HalfLengths<D>;
+
+    fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
+        match mesh.rectilinear() {
+            Some(_) => Ok(()),
+            None => Err("GIMP needs a mesh whose grid lines stay parallel to the coordinate axes: \
+                         a box that is at rest or stretched, not bent, rotated or a ring"),
+        }
+    }
+
+    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, HalfLengths<D>>)) {
+        let corners = piece.corners();
+        place(Seed {
+            position: piece.position(&Vector::zeros()),
+            volume: piece.volume(),
+            domain: HalfLengths::at_rest((corners[(1 << D) - 1] - corners[0]) * 0.5),
+        });
+    }
+
+    fn influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &HalfLengths<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        let axes = mesh.rectilinear().expect("`suits` has refused every other mesh");
+        let mut overlaps = [Overlap { first: 0, last: 0, x: 0.0, l: 0.0 }; D];
+        for d in 0..D {
+            overlaps[d] = Overlap::of(&axes[d], x[d], domain.current[d]).map_err(|beyond| {
+                let mut position = *x;
+                position[d] = beyond.end;
+                OutsideMesh { position, distance: beyond.distance }
+            })?;
+        }
+        let start: [(f64, f64); D] = from_fn(|d| overlaps[d].at(&axes[d], overlaps[d].first));
+        let mut index = overlaps.map(|it| it.first);
+        let mut factor = start;
+        loop {
+            let value = factor.iter().map(|it| it.0).product();
+            let gradient = Vector::from_fn(|d, _| {
+                factor.iter().enumerate().map(|(e, it)| if e == d { it.1 } else { it.0 }).product()
+            });
+            stencil.add(mesh.lattice().node(index), value, gradient);
+            let Some(d) = (0..D).find(|&d| index[d] <= overlaps[d].last) else { return Ok(()) };
+            index[d] += 1;
+            factor[d] = overlaps[d].at(&axes[d], index[d]);
+            for e in 0..d {
+                index[e] = overlaps[e].first;
+                factor[e] = start[e];
+            }
+        }
+    }
+
+    fn convect(
+        &self,
+        domain: &mut HalfLengths<D>,
+        position: &mut Vector<D>,
+        step: &Convection<'_, D>,
+    ) -> Result<(), ConvectionError> {
+        let f = &step.deformation_gradient;
+        let j = determinant(f);
+        if j.is_nan() || j <= 0.0 {
+            let volume = j * domain.initial.iter().map(|l| 2.0 * l).product::<f64>();
+            return Err(ConvectionError::Inverted { volume });
+        }
+        let current = domain.initial.component_mul(&self.stretches(f));
+        if let Some(axis) = (0..D).find(|&d| current[d].is_nan() || current[d] <= 0.0) {
+            return Err(ConvectionError::HalfLength { axis, half_length: current[axis] });
+        }
+        domain.current = current;
+        *position += step.displacement;
+        Ok(())
+    }
+
+    fn diagnose(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &HalfLengths<D>,
+    ) -> Result<DomainReport, OutsideMesh<D>> {
+        let mut report = DomainReport::default();
+        report.measure = domain.current.component_div(&domain.initial).product();
+        for corner in self.outline(x, domain) {
+            let place = mesh.locate(&corner, BEYOND)?;
+            report.corners_outside += usize::from(place.local.amax() > 1.0);
+        }
+        Ok(report)
+    }
+
+    fn outline(&self, x: &Vector<D>, domain: &HalfLengths<D>) -> Vec<Vector<D>> {
+        let corner = |c| x + domain.current.component_mul(&signs(c));
+        outline(&(0..1 << D).map(corner).collect::<Vec<_>>())
+    }
+}

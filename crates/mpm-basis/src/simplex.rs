@@ -1,0 +1,110 @@
+//! The triangle or tetrahedron whose corners move with the displacement field: what CPDI2t and its
+//! relative in space share.
+//!
+//! `w_c = 1/(D+1)`; `g_c` is the gradient of corner c's barycentric coordinate: with the edges
+//! `E = (x_1 - x_0 … x_D - x_0)`, `g_1 … g_D` are the columns of `E⁻ᵀ` and `g_0 = -Σ g_c`; in the plane
+//! the polygon formula. The convected corners are the affine image by the point's own
+//! `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, exactly, so that the domain's volume follows `det F`.
+
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, inverse_transpose};
+use crate::{Convection, ConvectionError, DomainReport, Seed};
+use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use std::array::from_fn;
+
+/// Corners of a point's triangle (D = 2) or tetrahedron (D = 3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Simplex<const D: usize> {
+    /// The first corner [L].
+    pub first: Vector<D>,
+    /// The other D corners [L].
+    pub others: [Vector<D>; D],
+    /// Signed volume at rest [L^D]; negative in left-handed lattices.
+    pub initial_volume: f64,
+}
+
+impl<const D: usize> Simplex<D> {
+    /// A domain at rest with these corners [L].
+    pub fn at_rest(first: Vector<D>, others: [Vector<D>; D]) -> Self {
+        let mut domain = Self { first, others, initial_volume: 0.0 };
+        domain.initial_volume = domain.volume();
+        domain
+    }
+
+    /// Signed volume [L^D].
+    pub fn volume(&self) -> f64 {
+        determinant(&self.edges()) / factorial::<D>()
+    }
+
+    #[inline]
+    fn edges(&self) -> Block<D> {
+        Block::from_columns(&self.others.map(|x| x - self.first))
+    }
+
+    fn centroid(&self) -> Vector<D> {
+        (self.first + self.others.iter().sum::<Vector<D>>()) / (D + 1) as f64
+    }
+
+    /// A point with this domain at rest.
+    pub(crate) fn into_seed(self) -> Seed<D, Self> {
+        Seed { position: self.centroid(), volume: self.initial_volume.abs(), domain: self }
+    }
+
+    /// The first D + 1 entries are the corners.
+    #[inline]
+    fn samples(&self) -> [Sample<D>; 4] {
+        let weight = 1.0 / (D + 1) as f64;
+        let push = inverse_transpose(&self.edges());
+        from_fn(|c| match c {
+            0 => Sample { position: self.first, weight, gradient: -push.column_sum() },
+            c if c <= D => {
+                Sample { position: self.others[c - 1], weight, gradient: push.column(c - 1).into_owned() }
+            }
+            _ => Sample { position: Vector::zeros(), weight: 0.0, gradient: Vector::zeros() },
+        })
+    }
+
+    /// See [`crate::Basis::influences`].
+    #[inline]
+    pub(crate) fn influences(
+        &self,
+        mesh: &Mesh<D>,
+        stencil: &mut crate::Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        sampled::influences(mesh, &self.samples()[..=D], stencil)
+    }
+
+    /// See [`crate::Basis::convect`].
+    pub(crate) fn convect(
+        &mut self,
+        position: &mut Vector<D>,
+        step: &Convection<'_, D>,
+    ) -> Result<(), ConvectionError> {
+        sampled::convect(std::iter::once(&mut self.first).chain(&mut self.others), step)?;
+        sampled::sound(self.volume(), self.initial_volume)?;
+        *position = self.centroid();
+        Ok(())
+    }
+
+    /// Slenderness: the length of size, `(D! V)^(1/D)`, over the smallest height `1/max|g_c|`.
+    pub(crate) fn slenderness(&self) -> f64 {
+        let size = determinant(&self.edges()).abs().powf(1.0 / D as f64);
+        size * self.samples()[..=D].iter().map(|it| it.gradient.norm()).fold(0.0, f64::max)
+    }
+
+    /// See [`crate::Basis::diagnose`].
+    pub(crate) fn diagnose(&self, mesh: &Mesh<D>) -> Result<DomainReport, OutsideMesh<D>> {
+        let measure = self.volume() / self.initial_volume;
+        sampled::report(mesh, &self.samples()[..=D], measure, self.slenderness())
+    }
+
+    /// See [`crate::Basis::outline`].
+    pub(crate) fn outline(&self) -> Vec<Vector<D>> {
+        std::iter::once(self.first).chain(self.others).collect()
+    }
+}
+
+/// D!
+fn factorial<const D: usize>() -> f64 {
+    (1..=D).product::<usize>() as f64
+}

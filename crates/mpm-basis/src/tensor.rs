@@ -1,0 +1,93 @@
+//! Determinant, inverse and right stretch of 1×1, 2×2 and 3×3 matrices.
+
+use mpm_grid::{Block, Vector};
+
+/// The determinant.
+#[inline]
+pub(crate) fn determinant<const D: usize>(m: &Block<D>) -> f64 {
+    match D {
+        1 => m[(0, 0)],
+        2 => m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)],
+        3 => {
+            let minor = |a: usize, b: usize| m[(1, a)] * m[(2, b)] - m[(1, b)] * m[(2, a)];
+            m[(0, 0)] * minor(1, 2) + m[(0, 1)] * minor(2, 0) + m[(0, 2)] * minor(0, 1)
+        }
+        _ => unreachable!("space has one, two or three dimensions"),
+    }
+}
+
+/// `M⁻ᵀ`; not a number where M is singular, so that whatever is made of it is refused later.
+#[inline]
+pub(crate) fn inverse_transpose<const D: usize>(m: &Block<D>) -> Block<D> {
+    m.try_inverse().map_or_else(|| Block::from_element(f64::NAN), |inverse| inverse.transpose())
+}
+
+/// `U = √(FᵀF)` of an F with positive determinant.
+///
+/// U = QᵀF with the rotation Q of the polar decomposition, by Newton's iteration
+/// `Q ← ½ (γQ + (γQ)⁻ᵀ)` from Q = F, scaled by `γ = (det Q)^(-1/D)` (Higham 1986).
+pub(crate) fn right_stretch<const D: usize>(f: &Block<D>) -> Block<D> {
+    let mut q = *f;
+    // Unscaled stretches of 1e±16 take 9 iterations; the bound only ends what is not a number.
+    for _ in 0..40 {
+        let scaled = q * determinant(&q).powf(-1.0 / D as f64);
+        let next = (scaled + inverse_transpose(&scaled)) * 0.5;
+        let change = (next - q).norm();
+        q = next;
+        // Convergence is quadratic: the next change would be of the order of rounding.
+        if change <= 1e-9 {
+            break;
+        }
+    }
+    let u = q.tr_mul(f);
+    (u + u.transpose()) * 0.5
+}
+
+/// The corner `x + Σ_d ±r_d` of a parallelepiped with half-vectors `r_d`, and its signs: plus where
+/// bit d of `corner` is set.
+#[inline]
+pub(crate) fn signs<const D: usize>(corner: usize) -> Vector<D> {
+    Vector::from_fn(|d, _| if corner >> d & 1 == 1 { 1.0 } else { -1.0 })
+}
+
+/// Corners in lexicographic order rearranged for drawing: round the outline in the plane.
+pub(crate) fn outline<const D: usize>(corners: &[Vector<D>]) -> Vec<Vector<D>> {
+    match corners {
+        &[a, b, c, d] => vec![a, b, d, c],
+        corners => corners.to_vec(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix2, Matrix3};
+
+    #[test]
+    fn determinants_agree_with_nalgebra() {
+        let plane = Matrix2::new(1.2, -0.3, 0.4, 0.9);
+        let solid = Matrix3::new(1.2, -0.3, 0.1, 0.4, 0.9, -0.2, 0.05, 0.3, 1.1);
+        assert!((determinant(&plane) - plane.determinant()).abs() < 1e-15);
+        assert!((determinant(&solid) - solid.determinant()).abs() < 1e-15);
+        assert!(inverse_transpose(&Matrix2::new(1.0, 2.0, 2.0, 4.0)).iter().all(|it| it.is_nan()));
+    }
+
+    #[test]
+    fn right_stretch_squares_to_the_cauchy_green_tensor() {
+        let identity = Matrix3::<f64>::identity();
+        assert_eq!(right_stretch(&identity), identity);
+        for stretch in [1.0, 30.0, 1e4] {
+            let f = Matrix3::new(1.2, -0.3, 0.1, 0.4, 0.9, -0.2, 0.05, 0.3, 1.1)
+                * Matrix3::from_diagonal(&[stretch, 1.0, 1.0 / stretch].into());
+            let u = right_stretch(&f);
+            let c = f.transpose() * f;
+            assert!((u * u - c).norm() < 1e-14 * c.norm(), "{stretch}");
+            assert!(u.symmetric_eigenvalues().iter().all(|&it| it > 0.0), "{stretch}");
+        }
+        // In the plane U = (C + J I)/√(tr C + 2 J); here past a quarter turn.
+        let f = Matrix2::new(-0.4, -1.1, 0.9, -0.2);
+        let (c, j) = (f.transpose() * f, f.determinant());
+        let expected = (c + Matrix2::identity() * j) / (c.trace() + 2.0 * j).sqrt();
+        assert!((right_stretch(&f) - expected).norm() < 1e-15);
+    }
+}

@@ -1,0 +1,183 @@
+//! What a run will have to do and to hold, found by connecting the points once.
+
+use crate::compile::Compiled;
+use crate::error::{Error, SceneError};
+use crate::linear::{SymmetricPattern, predict_factor_entries};
+use crate::load_step::{connect, periods};
+use crate::model::Model;
+use mpm_assembly::Constraints;
+use mpm_basis::Influence;
+use mpm_grid::{LoadFraction, Mesh, Vector};
+
+/// Size of a model at the start of its first load step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Estimate {
+    /// Dimensions of space.
+    pub dimensions: usize,
+    /// Material points.
+    pub points: usize,
+    /// Cells of the mesh.
+    pub cells: usize,
+    /// Cells in which a material point lies.
+    pub cells_with_material: usize,
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Nodes that carry material.
+    pub active_nodes: usize,
+    /// Components of displacement to be found.
+    pub equations: usize,
+    /// Components of displacement of active nodes that supports prescribe.
+    pub prescribed: usize,
+    /// Stored entries of the tangent, its lower triangle.
+    pub tangent_entries: usize,
+    /// Stored entries of its triangular factor.
+    pub factor_entries: usize,
+    /// Nominal load steps.
+    pub steps: u32,
+    /// Columns of the points that are not stored for any body, because the scene needs them nowhere.
+    pub columns_not_stored: Vec<&'static str>,
+    /// Where the memory goes.
+    pub memory: Memory,
+}
+
+/// Bytes held at the peak of a load step, by owner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Material points: the committed state and the state being prepared.
+    pub points: usize,
+    /// Influences of points on nodes, and where their sums go.
+    pub connectivity: usize,
+    /// The tangent, its pattern, and the pattern that the factorisation keeps.
+    pub tangent: usize,
+    /// The factor and its structure.
+    pub factor: usize,
+}
+
+impl Memory {
+    /// Their sum.
+    pub fn total(&self) -> usize {
+        self.points + self.connectivity + self.tangent + self.factor
+    }
+}
+
+impl Compiled {
+    /// Connects the points at the start and counts.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] where the mesh of the first step does not cover the points,
+    /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
+    pub fn estimate(&self) -> Result<Estimate, Error> {
+        match self {
+            Compiled::Plane(model) => estimate(model),
+            Compiled::Solid(model) => estimate(model),
+        }
+    }
+}
+
+fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
+    let mesh = model
+        .motion
+        .mesh_at(&model.layout, LoadFraction::START)
+        .map_err(|it| SceneError::new("motion", it))?;
+    let (active, connections, pattern) =
+        connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
+
+    let mut constraints = Constraints::<D>::none(active.len());
+    for support in &model.supports {
+        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+            for component in (0..D).filter(|&i| support.components[i].is_some()) {
+                constraints.prescribe(number, component, 0.0);
+            }
+        }
+    }
+
+    let columns = SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() };
+    let factor_entries = predict_factor_entries(columns, &active.lattice_indices(), periods(&mesh), D)
+        .map_err(|it| Error::TooLarge(it.to_string()))?;
+
+    let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
+    let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
+    let not_stored = per_body.first().map_or(Vec::new(), |columns| {
+        let absent = |k: &usize| per_body.iter().all(|columns| columns[*k].1 == 0);
+        (0..columns.len()).filter(absent).map(|k| columns[k].0).collect()
+    });
+    let influences: usize = connections.iter().map(|it| it.links().n_influences()).sum();
+    let pairs: usize = connections
+        .iter()
+        .flat_map(|it| (0..it.links().n_groups()).map(|group| it.links().group_nodes(group).len()))
+        .map(|nodes| nodes + nodes * nodes.saturating_sub(1) / 2)
+        .sum();
+
+    let real = size_of::<f64>();
+    let (entries, n) = (pattern.n_entries(), pattern.n_equations());
+    Ok(Estimate {
+        dimensions: D,
+        points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+        cells: mesh.lattice().n_cells(),
+        cells_with_material: cells_with_material(model, &mesh),
+        nodes: mesh.lattice().n_nodes(),
+        active_nodes: active.len(),
+        equations: constraints.n_free(),
+        prescribed: n - constraints.n_free(),
+        tangent_entries: entries,
+        factor_entries,
+        steps: model.schedule.steps,
+        columns_not_stored: not_stored,
+        memory: Memory {
+            points: 2 * stored,
+            // The raw influences by grid node live until the nodes are numbered.
+            connectivity: influences * (size_of::<Influence<D>>() + real + size_of::<Vector<D>>())
+                + pairs * size_of::<u32>(),
+            tangent: entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>(),
+            // Entries are permuted into the order of elimination before they are eliminated.
+            factor: factor_entries * real + entries * (real + size_of::<usize>()),
+        },
+    })
+}
+
+fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usize {
+    let positions = model.bodies.iter().flat_map(|named| {
+        (0..named.body.n_points()).map(move |point| named.body.point(point).position)
+    });
+    let mut cells: Vec<[u32; D]> =
+        positions.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| place.cell).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::compile;
+    use crate::scene::Scene;
+
+    /// A body of 2 × 1 cells in a mesh of 4 × 3, held at its left side and pulled at its right.
+    const SCENE: &str = r#"PlaneStrain(
+        mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 3, cells: 3)]),
+        basis: Smpm,
+        materials: { "a": Hencky(young: 1, poisson: 0) },
+        bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2)],
+        supports: [
+            (name: "left", region: Plane(axis: X, at: 0), fix: [X, Y]),
+            (name: "right", region: Plane(axis: X, at: 2), displace: [(axis: X, by: 1)]),
+        ],
+        schedule: (steps: 3),
+    )"#;
+
+    #[test]
+    fn a_small_scene_is_counted_by_hand() {
+        let scene = Scene::from_ron(SCENE).unwrap();
+        let estimate = compile(&scene).unwrap().estimate().unwrap();
+        assert_eq!((estimate.points, estimate.cells, estimate.cells_with_material), (8, 12, 2));
+        assert_eq!((estimate.nodes, estimate.active_nodes), (20, 6));
+        // Three components are prescribed on 2 nodes each.
+        assert_eq!((estimate.equations, estimate.prescribed), (6, 6));
+        // Pairs of nodes that share a cell: 6 per cell, 1 on the common side; blocks of 4 and of 3.
+        assert_eq!(estimate.tangent_entries, 11 * 4 + 6 * 3);
+        assert!(estimate.factor_entries >= estimate.tangent_entries);
+        // Position, position at rest, F (2 × 2), elastic state (6) and volume, twice.
+        assert_eq!(estimate.memory.points, 2 * 8 * 8 * (2 + 2 + 4 + 6 + 1));
+        assert_eq!(estimate.columns_not_stored, ["mass", "domain", "history of the law", "plastic state"]);
+        assert_eq!(estimate.steps, 3);
+    }
+}

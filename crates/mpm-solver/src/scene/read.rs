@@ -1,0 +1,141 @@
+//! From text to scene: what cannot be read is reported where it stands, in words of the scene.
+
+use super::{Position, Scene};
+use ron::error::{Error, SpannedError};
+use std::ops::Range;
+
+/// A text that is not a scene.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}:{}: {reason}", start.line, start.column)]
+pub struct ReadError {
+    /// What was found and what was expected.
+    pub reason: String,
+    /// Where the offending text begins.
+    pub start: Position,
+    /// Where it ends.
+    pub end: Position,
+}
+
+impl Scene {
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// What is wrong, and where in the text.
+    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
+        let options = ron::Options::default()
+            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+            .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
+        options.from_str(text).map_err(|error| ReadError::new(text, &error))
+    }
+}
+
+impl ReadError {
+    fn new(text: &str, error: &SpannedError) -> Self {
+        let place = place(text, error);
+        let reason = reason(&error.code, text, &place);
+        Self { reason, start: Position::of(text, place.start), end: Position::of(text, place.end) }
+    }
+}
+
+/// The offending text.
+///
+/// The reader gives the piece it read last: that is the culprit where a value or name was refused,
+/// but stops short of it where the next piece is not what it should be.
+fn place(text: &str, error: &SpannedError) -> Range<usize> {
+    let offset = |at: ron::error::Position| Position { line: at.line, column: at.col }.offset(text);
+    let (start, end) = (offset(error.span.start), offset(error.span.end));
+    match error.code {
+        Error::InvalidEscape(_) => end.saturating_sub(2)..end,
+        Error::UnclosedBlockComment => start.saturating_sub(2)..start,
+        Error::Message(_)
+        | Error::NoSuchEnumVariant { .. }
+        | Error::NoSuchStructField { .. }
+        | Error::DuplicateStructField { .. }
+        | Error::InvalidValueForType { .. }
+        | Error::IntegerOutOfBounds
+            if start < end =>
+        {
+            let signed = text[..start].ends_with(['-', '+']);
+            start - usize::from(signed)..end
+        }
+        Error::ExpectedComma if text[end..].starts_with(['.', 'e', 'E']) => {
+            let number = text[..end].trim_end_matches(is_word).len();
+            number..token(text, end).end
+        }
+        _ => token(text, end),
+    }
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || "_.+-".contains(c)
+}
+
+/// The word, number, quoted text or sign at `at`; empty at the end of the text.
+fn token(text: &str, at: usize) -> Range<usize> {
+    let rest = &text[at..];
+    let quoted = rest.strip_prefix('"').and_then(|inside| inside.find(['"', '\n'])).map(|length| length + 2);
+    let word = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
+    let sign = rest.chars().next().map_or(0, char::len_utf8);
+    at..at + quoted.unwrap_or(if word > 0 { word } else { sign })
+}
+
+fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
+    let found = match text[place.clone()].trim() {
+        "" if place.start == text.len() => "the end of the text".to_string(),
+        found => format!("`{found}`"),
+    };
+    let expected = |what: &str| format!("expected {what}, got {found}");
+    let of = |outer: &Option<String>| outer.as_ref().map_or(String::new(), |outer| format!(" of `{outer}`"));
+    match error {
+        Error::Message(message) => message.clone(),
+        Error::Eof => "the text ends before the scene does".into(),
+        Error::ExpectedFloat => expected("a number"),
+        Error::ExpectedInteger => expected("a whole number"),
+        Error::ExpectedBoolean => expected("`true` or `false`"),
+        Error::ExpectedString => expected("text in double quotes"),
+        Error::ExpectedArray => expected("a list in brackets, `[ … ]`"),
+        Error::ExpectedMap => expected("named entries in braces, `{ … }`"),
+        Error::ExpectedStructLike | Error::ExpectedNamedStructLike(_) => expected("`( … )`"),
+        Error::ExpectedIdentifier => expected("a name"),
+        Error::ExpectedMapColon => expected("`:`"),
+        Error::ExpectedArrayEnd => expected("`]`"),
+        Error::ExpectedMapEnd => expected("`}`"),
+        Error::ExpectedStructLikeEnd | Error::ExpectedOptionEnd => expected("`)`"),
+        Error::ExpectedComma if text[place.clone()].starts_with(|c: char| c.is_ascii_digit()) && is_split(text, place) => {
+            expected("a whole number")
+        }
+        Error::ExpectedComma => expected("`,` or a closing bracket"),
+        Error::TrailingCharacters => expected("the end of the scene"),
+        Error::IntegerOutOfBounds => format!("the whole number {found} is out of range"),
+        Error::UnclosedBlockComment => "this comment is not closed".into(),
+        Error::InvalidValueForType { expected, found } => format!("expected {expected}, got {found}"),
+        Error::ExpectedDifferentLength { expected, found } => format!("expected {expected}, got {found}"),
+        Error::NoSuchEnumVariant { expected, found, outer } => {
+            format!("unknown name `{found}`{}; expected {}", of(outer), one_of(expected))
+        }
+        Error::NoSuchStructField { expected, found, outer } => {
+            format!("unknown field `{found}`{}; expected {}", of(outer), one_of(expected))
+        }
+        Error::MissingStructField { field, outer } => format!("missing field `{field}`{}", of(outer)),
+        Error::DuplicateStructField { field, outer } => format!("field `{field}`{} is given twice", of(outer)),
+        other => {
+            let message = other.to_string();
+            let first = message.chars().next().map(|c| c.to_lowercase().to_string()).unwrap_or_default();
+            first + message.chars().as_str().get(1..).unwrap_or_default()
+        }
+    }
+}
+
+/// Whether the reader took the digits before a point or an exponent for a whole number.
+fn is_split(text: &str, place: &Range<usize>) -> bool {
+    text[place.clone()].contains(['.', 'e', 'E'])
+}
+
+fn one_of(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.split_last() {
+        None => "nothing".into(),
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} or {last}", others.join(", ")),
+    }
+}

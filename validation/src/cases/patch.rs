@@ -1,0 +1,88 @@
+//! Patch tests.
+
+use super::largest;
+use crate::history::History;
+use crate::probe::{plane, solid};
+use crate::scenes::load_own;
+use crate::{Broken, Case, Check};
+use mpm_grid::{Block, NodeId, Ramp, Vector};
+use mpm_solver::observe::Field;
+use mpm_solver::scene::{MaterialInput, Scene};
+use mpm_solver::{Model, Prescribed, Support};
+
+pub(super) const CASE: Case = Case {
+    name: "patch test",
+    goal: "A deformation that is the same everywhere is found exactly.",
+    setup: "Blocks in the plane and in space, of graded cells, and of cells in which the points stand off centre; every node that has not all its cells full is displaced by a linear field with stretch, shear and rotation, up to 30 %. Elastic and von Mises.",
+    reference: "The deformation gradient of the linear field at every point; the same stress at every point.",
+    run,
+};
+
+fn run() -> Result<Vec<Check>, Broken> {
+    let mut checks = Vec::new();
+    for elastic in [true, false] {
+        checks.extend(patch(plane(&scene("patch_plane_graded", elastic)?)?, "plane, graded", (0.0, 4.0))?);
+        checks.extend(patch(plane(&scene("patch_plane_shifted", elastic)?)?, "plane, off centre", (0.5, 3.5))?);
+        checks.extend(patch(solid(&scene("patch_solid_graded", elastic)?)?, "space, graded", (0.0, 4.0))?);
+        checks.extend(patch(solid(&scene("patch_solid_shifted", elastic)?)?, "space, off centre", (0.5, 3.5))?);
+    }
+    Ok(checks)
+}
+
+/// The scene with its von Mises metal, or without the yielding.
+fn scene(name: &str, elastic: bool) -> Result<Scene, Broken> {
+    let mut scene = load_own(name)?;
+    let materials = match &mut scene {
+        Scene::PlaneStrain(scene) => &mut scene.materials,
+        Scene::Solid(scene) => &mut scene.materials,
+    };
+    for law in materials.values_mut() {
+        if let (true, MaterialInput::VonMises { young, poisson, density, .. }) = (elastic, law.clone()) {
+            *law = MaterialInput::Hencky { young, poisson, density };
+        }
+    }
+    Ok(scene)
+}
+
+/// Nodes with all coordinates strictly inside `free` are free.
+fn patch<const D: usize>(mut model: Model<D>, name: &str, free: (f64, f64)) -> Result<Vec<Check>, Broken> {
+    let rows = [[0.2, 0.3, -0.1], [-0.1, -0.15, 0.2], [0.15, 0.1, 0.1]];
+    let gradient = Block::<D>::from_fn(|i, j| rows[i][j]);
+    let outer = model.supports.pop().expect("the scene has a support to start from");
+    let nodes = (0..model.layout.lattice().n_nodes()).filter_map(NodeId::from_index);
+    model.supports = nodes
+        .filter_map(|node| {
+            let x: Vector<D> = model.layout.position(node);
+            let held = x.iter().any(|&x| x <= free.0 || x >= free.1);
+            let driven = (gradient * x).map(|by| Some(Prescribed::Driven(Ramp::linear(by))));
+            let components = std::array::from_fn(|i| driven[i].clone());
+            held.then(|| Support {
+                name: node.index().to_string(),
+                nodes: vec![node],
+                components,
+                ..outer.clone()
+            })
+        })
+        .collect();
+
+    let mut history = History::of(&[Field::DeformationGradient, Field::CauchyStress, Field::Plastic]);
+    mpm_solver::run(&mut model, &mut history)?;
+    let free_components = history.series("equations", 0)[1];
+    let plastic = history.field(Field::Plastic, 1);
+    let kind = if plastic.contains(&1.0) { "plastic" } else { "elastic" };
+
+    let f = history.field(Field::DeformationGradient, 1).chunks_exact(9);
+    let error = largest(f.flat_map(|f| {
+        let expected = |i: usize, j: usize| f64::from(u8::from(i == j)) + gradient[(i, j)];
+        (0..D * D).map(move |k| (f[3 * (k / D) + k % D] - expected(k / D, k % D)).abs()).collect::<Vec<_>>()
+    }));
+    let stress = history.field(Field::CauchyStress, 1);
+    let size = largest(stress.iter().map(|x| x.abs()));
+    let spread =
+        largest(stress.chunks_exact(9).flat_map(|s| s.iter().zip(stress).map(|(a, b)| (a - b).abs() / size)));
+    Ok(vec![
+        Check::new(format!("deformation gradient, {name}, {kind}"), error, 1e-11)
+            .remark(format!("{free_components} free components of displacement")),
+        Check::new(format!("stress, difference between points, {name}, {kind}"), spread, 1e-10),
+    ])
+}

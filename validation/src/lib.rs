@@ -1,0 +1,98 @@
+//! Validation: what the code computes, against what it should.
+//!
+//! A [`Case`] says what it is to show, what is run, and what the outcome is compared with; running
+//! it yields [`Check`]s, each an error and the tolerance it has to keep. [`CASES`] lists them all.
+//! The program `mpm-validation` prints them as a table, the tests run the same functions, and the
+//! README tells them as goal, setup and result.
+//!
+//! A new case is one function in `cases/`, one entry of [`CASES`], one line in `tests/cases.rs` and
+//! one section of the README.
+
+pub mod analytic;
+mod cases;
+pub mod history;
+pub mod probe;
+mod quasi_random;
+pub mod reference;
+pub mod scenes;
+
+pub use cases::CASES;
+
+use std::error::Error;
+
+/// Why a case could not be carried out at all.
+pub type Broken = Box<dyn Error + Send + Sync>;
+
+/// One case of the validation.
+pub struct Case {
+    /// Its name in the table and the README.
+    pub name: &'static str,
+    /// What it is to show.
+    pub goal: &'static str,
+    /// What is run.
+    pub setup: &'static str,
+    /// What the outcome is compared with.
+    pub reference: &'static str,
+    /// Runs it.
+    pub run: fn() -> Result<Vec<Check>, Broken>,
+}
+
+/// One comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// What is compared, and with what.
+    pub what: String,
+    /// How far they are apart.
+    pub error: f64,
+    /// How far they may be.
+    pub tolerance: f64,
+    /// What else was seen, if anything.
+    pub remark: String,
+}
+
+impl Check {
+    /// A comparison without a remark.
+    pub fn new(what: impl Into<String>, error: f64, tolerance: f64) -> Self {
+        Self { what: what.into(), error, tolerance, remark: String::new() }
+    }
+
+    /// Something that must be so: the error counts the exceptions.
+    pub fn none(what: impl Into<String>, exceptions: usize) -> Self {
+        Self::new(what, exceptions as f64, 0.0)
+    }
+
+    /// Adds a remark.
+    pub fn remark(self, remark: impl Into<String>) -> Self {
+        Self { remark: remark.into(), ..self }
+    }
+
+    /// Whether the error keeps its tolerance; one that is not a number does not.
+    pub fn passes(&self) -> bool {
+        self.error <= self.tolerance
+    }
+}
+
+/// The case of a name, if there is one.
+pub fn case(name: &str) -> Option<&'static Case> {
+    CASES.iter().find(|case| case.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_check_passes_up_to_its_tolerance_and_never_without_a_number() {
+        assert!(Check::new("", 1e-8, 1e-8).passes());
+        assert!(!Check::new("", 1.1e-8, 1e-8).passes());
+        assert!(!Check::new("", f64::NAN, 1e-8).passes());
+        assert!(Check::none("", 0).passes() && !Check::none("", 1).passes());
+    }
+
+    #[test]
+    fn names_are_unique() {
+        for (k, case) in CASES.iter().enumerate() {
+            assert!(CASES[..k].iter().all(|other| other.name != case.name), "{}", case.name);
+        }
+    }
+}

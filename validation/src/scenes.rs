@@ -1,0 +1,95 @@
+//! Scenes of the repository and of the validation, and running them.
+
+use crate::Broken;
+use crate::history::History;
+use mpm_solver::scene::{Count, Scene};
+use mpm_solver::{Compiled, Error, Summary, compile};
+use std::path::{Path, PathBuf};
+
+/// A run that was watched.
+pub struct Run {
+    /// What was seen of it.
+    pub history: History,
+    /// How it ended.
+    pub outcome: Result<Summary, Error>,
+}
+
+/// Text of a scene of the repository: `scenes/<name>.ron`.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn text(name: &str) -> Result<String, Broken> {
+    read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name).with_extension("ron"))
+}
+
+/// Text of a scene of the validation itself: `validation/scenes/<name>.ron`.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn own_text(name: &str) -> Result<String, Broken> {
+    read(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).with_extension("ron"))
+}
+
+fn read(path: PathBuf) -> Result<String, Broken> {
+    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+/// A scene of the repository.
+///
+/// # Errors
+/// It cannot be read.
+pub fn load(name: &str) -> Result<Scene, Broken> {
+    Ok(Scene::from_ron(&text(name)?)?)
+}
+
+/// A scene of the validation itself.
+///
+/// # Errors
+/// It cannot be read.
+pub fn load_own(name: &str) -> Result<Scene, Broken> {
+    Ok(Scene::from_ron(&own_text(name)?)?)
+}
+
+/// The scene in another number of load steps.
+pub fn in_steps(mut scene: Scene, steps: u32) -> Scene {
+    match &mut scene {
+        Scene::PlaneStrain(scene) => scene.schedule.steps = Count(steps),
+        Scene::Solid(scene) => scene.schedule.steps = Count(steps),
+    }
+    scene
+}
+
+/// The scene with another number of cuts allowed.
+pub fn with_cuts(mut scene: Scene, cuts: u8) -> Scene {
+    match &mut scene {
+        Scene::PlaneStrain(scene) => scene.schedule.cuts = cuts,
+        Scene::Solid(scene) => scene.schedule.cuts = cuts,
+    }
+    scene
+}
+
+/// Runs a scene and keeps its history and, of every load step, the fields it asks for.
+///
+/// # Errors
+/// The scene does not compile. A run that ends early is an outcome.
+pub fn run(scene: &Scene) -> Result<Run, Broken> {
+    Ok(run_compiled(&mut compile(scene)?, scene))
+}
+
+/// As [`run`], of a model that was already made from the scene.
+pub fn run_compiled(compiled: &mut Compiled, scene: &Scene) -> Run {
+    let mut history = History::of(&scene.output().fields);
+    let outcome = compiled.run(&mut history);
+    Run { history, outcome }
+}
+
+impl Run {
+    /// The history of a run that must have reached its end.
+    ///
+    /// # Errors
+    /// Why it did not.
+    pub fn completed(self) -> Result<History, Broken> {
+        self.outcome?;
+        Ok(self.history)
+    }
+}
