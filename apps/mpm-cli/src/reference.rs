@@ -121,7 +121,8 @@ impl<'a> Language<'a> {
         let first = group.members[0].schema;
         let spaces = union(group.members.iter().flat_map(|member| &member.spaces));
         let _ = write!(text, "\n## {}\n\n", group.name);
-        let only = if spaces.len() < self.groups[0].members[0].spaces.len() { only(&spaces) } else { String::new() };
+        let only =
+            if spaces.len() < self.groups[0].members[0].spaces.len() { only(&spaces) } else { String::new() };
         let _ = writeln!(text, "{}{only}", paragraph(first["description"].as_str().unwrap_or_default()));
 
         let mut known: Vec<String> = Vec::new();
@@ -141,14 +142,13 @@ impl<'a> Language<'a> {
             self.write_fields(text, &self.fields(parts), &spaces);
         } else {
             let forms = union(group.members.iter().map(|member| self.kind(member.schema)));
-            let _ = writeln!(text, "\nWritten as {}.", forms.join(" or "));
+            let _ = writeln!(text, "\nForm: {}.", forms.join(" or "));
         }
     }
 
     fn write_variant(&self, text: &mut String, group: &Group<'a>, variant: &Variant<'a>, all: &[String]) {
-        let same = |member: &Member<'a>| {
-            variants(member.schema).into_iter().find(|other| other.name == variant.name)
-        };
+        let same =
+            |member: &Member<'a>| variants(member.schema).into_iter().find(|other| other.name == variant.name);
         let parts: Vec<(&Value, &[String])> = group
             .members
             .iter()
@@ -179,7 +179,8 @@ impl<'a> Language<'a> {
         for (schema, spaces) in parts {
             let Some(properties) = schema["properties"].as_object() else { continue };
             for (name, field) in properties {
-                let required = schema["required"].as_array().is_some_and(|list| list.iter().any(|it| it == name));
+                let required =
+                    schema["required"].as_array().is_some_and(|list| list.iter().any(|it| it == name));
                 let kind = self.kind(field);
                 match fields.iter_mut().find(|known| known.name == name) {
                     Some(known) => {

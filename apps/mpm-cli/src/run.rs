@@ -24,8 +24,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
         every: input.scene.output().every.0 as usize,
         ..Options::default()
     };
-    let writer =
-        ResultsWriter::create(&path, options).map_err(|error| Complaint::input(error.to_string()))?;
+    let writer = ResultsWriter::create(&path, options).map_err(|error| Complaint::input(error.to_string()))?;
 
     let mut watch = Watch::new(writer, arguments.quiet);
     let outcome = input.compiled.run(&mut watch);

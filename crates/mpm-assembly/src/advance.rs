@@ -20,7 +20,7 @@ pub enum AdvanceError {
     Domain {
         /// Index of the point in its body.
         point: usize,
-        /// Where it is at the start of the step [L].
+        /// Where it is at the start of the step `[L]`.
         position: Vec<f64>,
         /// What is wrong with its domain.
         reason: ConvectionError,
@@ -34,7 +34,7 @@ pub struct Converged<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     /// Nodes of the step.
     pub active: &'a ActiveNodes<D>,
-    /// `Δu_v` of every active node [L].
+    /// `Δu_v` of every active node `[L]`.
     pub increment: &'a [Vector<D>],
 }
 

@@ -6,7 +6,7 @@
 use crate::advance::{AdvanceError, Converged, advanced};
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
 use crate::{Points, determinant};
-use mpm_basis::{Basis, Links, Stencils, UnconnectedPoint};
+use mpm_basis::{Basis, DomainReport, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
 use rayon::prelude::*;
@@ -33,11 +33,11 @@ pub trait Body<const D: usize>: Send + Sync {
         sums: Sums<'_, D>,
     ) -> Result<f64, InvertedPoint>;
 
-    /// Adds the external force of `loads` to `external`, one entry per active node [F].
+    /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
     fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
 
     /// Adds to `scale` the forces that a strain of one in every point would cause,
-    /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off [F].
+    /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
     fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
 
     /// Works out the points after a converged step, without touching the present ones.
@@ -52,6 +52,13 @@ pub trait Body<const D: usize>: Send + Sync {
     /// One point as the outside may see it.
     fn point(&self, point: usize) -> PointView<D>;
 
+    /// The health of every point's domain in `mesh`; a domain too far outside the mesh is reported with
+    /// all its corners outside.
+    fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport>;
+
+    /// Corners of a point's domain, see [`Basis::outline`] `[L]`.
+    fn outline(&self, point: usize) -> Vec<Vector<D>>;
+
     /// Name and bytes of every column of the points; a column that the scene does not need has none.
     fn columns(&self) -> [(&'static str, usize); 9];
 }
@@ -59,28 +66,28 @@ pub trait Body<const D: usize>: Send + Sync {
 /// Loads on one body at one moment.
 #[derive(Clone, Debug, Default)]
 pub struct BodyLoads<'a, const D: usize> {
-    /// Body force per mass [L/T²]; `None` where none acts.
+    /// Body force per mass `[L/T²]`; `None` where none acts.
     pub acceleration: Option<Vector<D>>,
-    /// Forces on single points, ascending in point [F].
+    /// Forces on single points, ascending in point `[F]`.
     pub point_forces: &'a [(usize, Vector<D>)],
 }
 
 /// Committed state of one material point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointView<const D: usize> {
-    /// `x_p` [L].
+    /// `x_p` `[L]`.
     pub position: Vector<D>,
-    /// Position at rest, where it is kept [L].
+    /// Position at rest, where it is kept `[L]`.
     pub reference_position: Option<Vector<D>>,
-    /// `V⁰_p` [L^D].
+    /// `V⁰_p` `[L^D]`.
     pub reference_volume: f64,
-    /// F [-].
+    /// F `[-]`.
     pub deformation_gradient: Block<D>,
-    /// `J = det F` [-].
+    /// `J = det F` `[-]`.
     pub volume_ratio: f64,
-    /// `b_e - I` [-].
+    /// `b_e - I` `[-]`.
     pub elastic_excess: SymmetricTensor,
-    /// Kirchhoff stress τ [F/L²].
+    /// Kirchhoff stress τ `[F/L²]`.
     pub kirchhoff: SymmetricTensor,
     /// Whether the last load step was plastic.
     pub plastic: bool,
@@ -185,6 +192,24 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             kirchhoff: respond(&self.law, &elastic_excess, &points.history[point]).kirchhoff,
             plastic: points.plastic.get(point).copied().unwrap_or(false),
         }
+    }
+
+    fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport> {
+        let points = &self.points;
+        (0..points.len())
+            .into_par_iter()
+            .map(|p| {
+                let report = self.basis.diagnose(mesh, &points.position[p], &points.domain[p]);
+                report.unwrap_or_else(|_| DomainReport {
+                    corners_outside: self.outline(p).len(),
+                    ..DomainReport::default()
+                })
+            })
+            .collect()
+    }
+
+    fn outline(&self, point: usize) -> Vec<Vector<D>> {
+        self.basis.outline(&self.points.position[point], &self.points.domain[point])
     }
 
     fn columns(&self) -> [(&'static str, usize); 9] {

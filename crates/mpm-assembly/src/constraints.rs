@@ -7,7 +7,7 @@ use mpm_grid::Vector;
 pub struct Constraints<const D: usize> {
     /// Bit i is set where component i is prescribed.
     mask: Vec<u8>,
-    /// Prescribed increments, zero elsewhere [L].
+    /// Prescribed increments, zero elsewhere `[L]`.
     increment: Vec<Vector<D>>,
     driven: bool,
 }
@@ -38,7 +38,7 @@ impl<const D: usize> Constraints<D> {
         self.mask[node]
     }
 
-    /// Prescribed increments, zero where nothing is prescribed [L].
+    /// Prescribed increments, zero where nothing is prescribed `[L]`.
     pub fn increment(&self) -> &[Vector<D>] {
         &self.increment
     }

@@ -43,7 +43,7 @@ pub(crate) fn inverse_and_determinant<const D: usize>(m: &Block<D>) -> (Block<D>
     (inverse, determinant)
 }
 
-/// `J = det F` [-]; in plane strain `F_zz = 1`.
+/// `J = det F` `[-]`; in plane strain `F_zz = 1`.
 #[inline]
 pub fn determinant<const D: usize>(f: &Block<D>) -> f64 {
     inverse_and_determinant(f).1

@@ -30,7 +30,7 @@ pub struct InvertedPoint {
 
 /// What a pass adds to: nodal forces, and where wanted the tangent.
 pub struct Sums<'a, const D: usize> {
-    /// `fⁱⁿᵗ_v` of every active node [F].
+    /// `fⁱⁿᵗ_v` of every active node `[F]`.
     pub internal: &'a mut [Vector<D>],
     /// The tangent.
     pub tangent: Option<TangentSums<'a, D>>,
@@ -38,9 +38,9 @@ pub struct Sums<'a, const D: usize> {
 
 /// Tangent values, and optionally the product of the tangent with prescribed increments.
 pub struct TangentSums<'a, const D: usize> {
-    /// One value per entry of the [`Pattern`] [F/L].
+    /// One value per entry of the [`Pattern`] `[F/L]`.
     pub values: &'a mut [f64],
-    /// `Σ_w K_vw Δū_w` of the prescribed increments of the [`Constraints`], where asked for [F].
+    /// `Σ_w K_vw Δū_w` of the prescribed increments of the [`Constraints`], where asked for `[F]`.
     pub lift: Option<&'a mut [Vector<D>]>,
 }
 
@@ -51,7 +51,7 @@ pub struct PassInput<'a, const D: usize> {
     pub pattern: &'a Pattern<D>,
     /// Prescribed components: their rows and columns get nothing but the diagonal.
     pub constraints: &'a Constraints<D>,
-    /// Trial displacement `Δu_v` of every active node [L].
+    /// Trial displacement `Δu_v` of every active node `[L]`.
     pub increment: &'a [Vector<D>],
 }
 

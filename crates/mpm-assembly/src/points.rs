@@ -7,19 +7,19 @@ use mpm_material::{Material, SymmetricTensor};
 /// Committed state of all material points of a body; every column has one entry per point, or none
 /// at all where the scene does not need it. Written at the end of a converged load step only.
 pub struct Points<const D: usize, B: Basis<D>, M: Material> {
-    /// `x_p` [L].
+    /// `x_p` `[L]`.
     pub position: Vec<Vector<D>>,
-    /// Position at rest, kept where displacements are asked for [L].
+    /// Position at rest, kept where displacements are asked for `[L]`.
     pub reference_position: Vec<Vector<D>>,
-    /// `V⁰_p` [L^D].
+    /// `V⁰_p` `[L^D]`.
     pub reference_volume: Vec<f64>,
-    /// `m_p`, kept where a body force acts [M].
+    /// `m_p`, kept where a body force acts `[M]`.
     pub mass: Vec<f64>,
     /// Domain of the basis; zero bytes for standard MPM.
     pub domain: Vec<B::Domain>,
-    /// `F_n` [-]; in plane strain its in-plane part.
+    /// `F_n` `[-]`; in plane strain its in-plane part.
     pub deformation_gradient: Vec<Block<D>>,
-    /// `b_e,n - I` [-].
+    /// `b_e,n - I` `[-]`.
     pub elastic_excess: Vec<SymmetricTensor>,
     /// What the law remembers; zero bytes for elasticity.
     pub history: Vec<M::History>,

@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Points per parallel task; fixed, so that nothing depends on the number of threads.
 const CHUNK: usize = 256;
 
-/// A node is active where `Σ_p |S_vp|` exceeds this [-].
+/// A node is active where `Σ_p |S_vp|` exceeds this `[-]`.
 const ACTIVE: f64 = 1e-14;
 
 /// A point that the mesh does not cover.
@@ -116,10 +116,9 @@ impl<const D: usize> Window<D> {
                 chunk.influences.iter().fold(nothing, |bounds, it| widen(bounds, lattice.node_index(it.node)))
             })
             .collect();
-        let (low, high) =
-            bounds.into_iter().fold(nothing, |all, (low, high)| {
-                if low[0] == u32::MAX { all } else { widen(widen(all, low), high) }
-            });
+        let (low, high) = bounds.into_iter().fold(nothing, |all, (low, high)| {
+            if low[0] == u32::MAX { all } else { widen(widen(all, low), high) }
+        });
         let mut extent = [0; D];
         for d in 0..D {
             extent[d] = (high[d] + 1).saturating_sub(low[d]);
@@ -147,9 +146,9 @@ impl<const D: usize> Window<D> {
 
     fn node(&self, mut slot: usize) -> NodeId {
         let mut index = self.low;
-        for d in 0..D {
-            let extent = self.extent[d] as usize;
-            index[d] += narrow(slot % extent);
+        for (index, &extent) in index.iter_mut().zip(&self.extent) {
+            let extent = extent as usize;
+            *index += narrow(slot % extent);
             slot /= extent;
         }
         self.lattice.node(index)

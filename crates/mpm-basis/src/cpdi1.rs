@@ -14,7 +14,7 @@ use std::array::from_fn;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cpdi1;
 
-/// Half-vectors of a parallelepiped centred at the point, one a column [L].
+/// Half-vectors of a parallelepiped centred at the point, one a column `[L]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parallelepiped<const D: usize> {
     /// At rest, `r⁰_d`.
@@ -24,7 +24,7 @@ pub struct Parallelepiped<const D: usize> {
 }
 
 impl<const D: usize> Parallelepiped<D> {
-    /// A domain at rest; the columns of `half_vectors` are `r⁰_d` [L].
+    /// A domain at rest; the columns of `half_vectors` are `r⁰_d` `[L]`.
     pub fn at_rest(half_vectors: Block<D>) -> Self {
         Self { initial: half_vectors, current: half_vectors }
     }

@@ -18,19 +18,19 @@ pub struct Cpdi2Hexahedron;
 /// Corners of a point's hexahedron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hexahedron {
-    /// Positions [L], lexicographic as those of a cell.
+    /// Positions `[L]`, lexicographic as those of a cell.
     pub corners: [Vector<3>; 8],
-    /// Signed volume at rest [L³]; negative in left-handed lattices.
+    /// Signed volume at rest `[L³]`; negative in left-handed lattices.
     pub initial_volume: f64,
 }
 
 impl Hexahedron {
-    /// A domain at rest with these corners [L], lexicographic.
+    /// A domain at rest with these corners `[L]`, lexicographic.
     pub fn at_rest(corners: [Vector<3>; 8]) -> Self {
         Self { corners, initial_volume: moments(&corners).volume }
     }
 
-    /// Signed volume [L³].
+    /// Signed volume `[L³]`.
     pub fn volume(&self) -> f64 {
         moments(&self.corners).volume
     }
@@ -38,11 +38,11 @@ impl Hexahedron {
 
 /// Integrals over a hexahedron.
 struct Moments {
-    /// `∫ dV`, signed [L³].
+    /// `∫ dV`, signed `[L³]`.
     volume: f64,
-    /// `∫ M_c dV` [L³].
+    /// `∫ M_c dV` `[L³]`.
     value: [f64; 8],
-    /// `∫ ∇M_c dV` [L²].
+    /// `∫ ∇M_c dV` `[L²]`.
     gradient: [Vector<3>; 8],
 }
 

@@ -38,19 +38,19 @@ pub enum CornerWeights {
 /// Corners of a point's quadrilateral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quadrilateral {
-    /// Positions [L], lexicographic as those of a cell.
+    /// Positions `[L]`, lexicographic as those of a cell.
     pub corners: [Vector<2>; 4],
-    /// Signed area at rest [L²]; negative in left-handed lattices.
+    /// Signed area at rest `[L²]`; negative in left-handed lattices.
     pub initial_area: f64,
-    /// `κ` at rest [-].
+    /// `κ` at rest `[-]`.
     pub initial_hourglass: Vector<2>,
 }
 
 /// What the formulas need of a quadrilateral.
 struct Shape {
-    /// Signed area [L²].
+    /// Signed area `[L²]`.
     area: f64,
-    /// `κ` [-]; not finite where the area is zero.
+    /// `κ` `[-]`; not finite where the area is zero.
     hourglass: Vector<2>,
 }
 
@@ -74,13 +74,13 @@ fn weight(corner: usize, hourglass: &Vector<2>) -> f64 {
 }
 
 impl Quadrilateral {
-    /// A domain at rest with these corners [L], lexicographic.
+    /// A domain at rest with these corners `[L]`, lexicographic.
     pub fn at_rest(corners: [Vector<2>; 4]) -> Self {
         let shape = Shape::of(&corners);
         Self { corners, initial_area: shape.area, initial_hourglass: shape.hourglass }
     }
 
-    /// Signed area [L²].
+    /// Signed area `[L²]`.
     pub fn area(&self) -> f64 {
         Shape::of(&self.corners).area
     }

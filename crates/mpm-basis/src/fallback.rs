@@ -22,7 +22,7 @@ use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 pub struct Fallback<B> {
     /// The basis of all points at first.
     pub basis: B,
-    /// The largest distortion that the basis is trusted with [-].
+    /// The largest distortion that the basis is trusted with `[-]`.
     pub beyond: f64,
 }
 
@@ -33,7 +33,7 @@ pub enum FallbackDomain<const D: usize, Domain> {
     Sound {
         /// That domain.
         domain: Domain,
-        /// `r⁰_d` of the parallelepiped in reserve, one a column [L].
+        /// `r⁰_d` of the parallelepiped in reserve, one a column `[L]`.
         half_vectors: Block<D>,
     },
     /// The parallelepiped, after the fall.

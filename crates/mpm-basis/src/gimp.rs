@@ -35,7 +35,7 @@ pub enum GimpUpdate {
     None,
 }
 
-/// Half lengths of a point's box [L].
+/// Half lengths of a point's box `[L]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfLengths<const D: usize> {
     /// At rest, `l⁰_d`.
@@ -45,7 +45,7 @@ pub struct HalfLengths<const D: usize> {
 }
 
 impl<const D: usize> HalfLengths<D> {
-    /// A box at rest with half lengths `l⁰_d` [L], which must be positive.
+    /// A box at rest with half lengths `l⁰_d` `[L]`, which must be positive.
     pub fn at_rest(half_lengths: Vector<D>) -> Self {
         assert!(half_lengths.iter().all(|&l| l > 0.0), "half lengths are positive");
         Self { initial: half_lengths, current: half_lengths }
@@ -212,8 +212,8 @@ impl<const D: usize> Basis<D> for Gimp {
         x: &Vector<D>,
         domain: &HalfLengths<D>,
     ) -> Result<DomainReport, OutsideMesh<D>> {
-        let mut report = DomainReport::default();
-        report.measure = domain.current.component_div(&domain.initial).product();
+        let measure = domain.current.component_div(&domain.initial).product();
+        let mut report = DomainReport { measure, ..DomainReport::default() };
         for corner in self.outline(x, domain) {
             let place = mesh.locate(&corner, BEYOND)?;
             report.corners_outside += usize::from(place.local.amax() > 1.0);

@@ -8,9 +8,9 @@ use mpm_grid::{NodeId, Vector};
 pub struct Influence<const D: usize> {
     /// The node v.
     pub node: NodeId,
-    /// `S_vp` [-].
+    /// `S_vp` `[-]`.
     pub value: f64,
-    /// `∂S_vp/∂X̃` [1/L].
+    /// `∂S_vp/∂X̃` `[1/L]`.
     pub gradient: Vector<D>,
 }
 

@@ -120,7 +120,7 @@ pub trait Basis<const D: usize>: Send + Sync {
         step: &Convection<'_, D>,
     ) -> Result<(), ConvectionError>;
 
-    /// How far the shape of a domain is from one that this basis can be trusted with [-]: the basis'
+    /// How far the shape of a domain is from one that this basis can be trusted with `[-]`: the basis'
     /// own objective measure, 0 where the domain cannot go bad. [`Fallback`] acts on it.
     fn distortion(&self, _domain: &Self::Domain) -> f64 {
         0.0
@@ -139,7 +139,7 @@ pub trait Basis<const D: usize>: Send + Sync {
         Ok(DomainReport::default())
     }
 
-    /// Corners of the domain [L] for drawing: round the outline in the plane, a list in space
+    /// Corners of the domain `[L]` for drawing: round the outline in the plane, a list in space
     /// (lexicographic for boxes and hexahedra); none where there is no domain.
     fn outline(&self, _x: &Vector<D>, _domain: &Self::Domain) -> Vec<Vector<D>> {
         Vec::new()
@@ -149,11 +149,11 @@ pub trait Basis<const D: usize>: Send + Sync {
 /// The health of a point's domain; the default is that of a point without one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DomainReport {
-    /// Signed volume of the domain over that at rest [-]; not above zero once inside out.
+    /// Signed volume of the domain over that at rest `[-]`; not above zero once inside out.
     pub measure: f64,
-    /// [`Basis::distortion`] [-].
+    /// [`Basis::distortion`] `[-]`.
     pub distortion: f64,
-    /// The smallest `w_c` [-].
+    /// The smallest `w_c` `[-]`.
     pub smallest_weight: f64,
     /// Number of nodes that receive the point through a single corner of its domain.
     pub single_corner_nodes: usize,
@@ -179,9 +179,9 @@ impl Default for DomainReport {
 /// A new point of a body at rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seed<const D: usize, Domain> {
-    /// `x_p` [L].
+    /// `x_p` `[L]`.
     pub position: Vector<D>,
-    /// `V⁰_p` [L^D].
+    /// `V⁰_p` `[L^D]`.
     pub volume: f64,
     /// Geometry for the basis.
     pub domain: Domain,
@@ -190,20 +190,20 @@ pub struct Seed<const D: usize, Domain> {
 /// What a domain may know of a converged load step.
 #[derive(Clone, Copy, Debug)]
 pub struct Convection<'a, const D: usize> {
-    /// `Σ_v S_vp Δu_v` of the point [L].
+    /// `Σ_v S_vp Δu_v` of the point `[L]`.
     pub displacement: Vector<D>,
-    /// F of the point at the end of the step [-].
+    /// F of the point at the end of the step `[-]`.
     pub deformation_gradient: Block<D>,
     /// Mesh of the step, at its start.
     pub mesh: &'a Mesh<D>,
     /// Nodes of the step.
     pub active: &'a ActiveNodes<D>,
-    /// `Δu_v` of every active node [L].
+    /// `Δu_v` of every active node `[L]`.
     pub increment: &'a [Vector<D>],
 }
 
 impl<const D: usize> Convection<'_, D> {
-    /// `Δu_v`; zero where the node carries no material [L].
+    /// `Δu_v`; zero where the node carries no material `[L]`.
     #[inline]
     pub fn at_node(&self, node: NodeId) -> Vector<D> {
         self.active.number(node).map_or_else(Vector::zeros, |v| self.increment[v])
@@ -216,7 +216,7 @@ pub enum ConvectionError {
     /// The domain turned inside out or lost its volume.
     #[error("its domain inverted (volume {volume:e})")]
     Inverted {
-        /// Volume of the domain, negative once inside out [L^D].
+        /// Volume of the domain, negative once inside out `[L^D]`.
         volume: f64,
     },
     /// A box along the axes lost its extent in one direction.
@@ -224,7 +224,7 @@ pub enum ConvectionError {
     HalfLength {
         /// Direction, from 0.
         axis: usize,
-        /// The half length [L].
+        /// The half length `[L]`.
         half_length: f64,
     },
     /// A part of the domain left the mesh.

@@ -18,11 +18,11 @@ const CORNERS: usize = 8;
 /// One corner of a domain.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample<const D: usize> {
-    /// `x_c` [L].
+    /// `x_c` `[L]`.
     pub position: Vector<D>,
-    /// `w_c` [-].
+    /// `w_c` `[-]`.
     pub weight: f64,
-    /// `g_c` [1/L].
+    /// `g_c` `[1/L]`.
     pub gradient: Vector<D>,
 }
 

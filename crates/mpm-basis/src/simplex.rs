@@ -15,23 +15,23 @@ use std::array::from_fn;
 /// Corners of a point's triangle (D = 2) or tetrahedron (D = 3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simplex<const D: usize> {
-    /// The first corner [L].
+    /// The first corner `[L]`.
     pub first: Vector<D>,
-    /// The other D corners [L].
+    /// The other D corners `[L]`.
     pub others: [Vector<D>; D],
-    /// Signed volume at rest [L^D]; negative in left-handed lattices.
+    /// Signed volume at rest `[L^D]`; negative in left-handed lattices.
     pub initial_volume: f64,
 }
 
 impl<const D: usize> Simplex<D> {
-    /// A domain at rest with these corners [L].
+    /// A domain at rest with these corners `[L]`.
     pub fn at_rest(first: Vector<D>, others: [Vector<D>; D]) -> Self {
         let mut domain = Self { first, others, initial_volume: 0.0 };
         domain.initial_volume = domain.volume();
         domain
     }
 
-    /// Signed volume [L^D].
+    /// Signed volume `[L^D]`.
     pub fn volume(&self) -> f64 {
         determinant(&self.edges()) / factorial::<D>()
     }

@@ -86,7 +86,7 @@ mod tests {
         }
         // In the plane U = (C + J I)/√(tr C + 2 J); here past a quarter turn.
         let f = Matrix2::new(-0.4, -1.1, 0.9, -0.2);
-        let (c, j) = (f.transpose() * f, f.determinant());
+        let (c, j): (Matrix2<f64>, f64) = (f.transpose() * f, f.determinant());
         let expected = (c + Matrix2::identity() * j) / (c.trace() + 2.0 * j).sqrt();
         assert!((right_stretch(&f) - expected).norm() < 1e-15);
     }

@@ -42,9 +42,9 @@ const PAGE: u64 = 4096;
 /// Beyond these counts a killed run can leave one more row, in some columns only; where that row
 /// is the first of a new chunk (every 1024th) it can be unreadable. [`Results`] keeps to the
 /// counts. Past some 8000 recorded steps (2000 if compressed) blocks of the index outgrow a page,
-/// and a kill in the very middle of writing one can cost the
-/// steps it describes. Flushing hands the data to the operating system; it does not wait for the disk, so
-/// this says nothing of power cuts.
+/// and a kill in the very middle of writing one can cost the steps it describes. Flushing hands
+/// the data to the operating system; it does not wait for the disk, so this says nothing of power
+/// cuts.
 ///
 /// [`Results`]: crate::Results
 pub struct ResultsWriter {

@@ -7,10 +7,13 @@ use crate::model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Sup
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
-    AxisInput, BodyInput, Direction, Finite, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
-    RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput,
+    AxisInput, BodyInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
+    RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput, TrianglesInput,
 };
-use mpm_basis::{Basis, Smpm};
+use mpm_basis::{
+    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, GimpUpdate, Smpm,
+    TriangleSplit,
+};
 use mpm_grid::{
     Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region, Reindexing, Span, Vector,
 };
@@ -50,22 +53,116 @@ pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
 
 /// The bases of one space: makes bodies of points under the one that the scene names.
 trait FillBody<const D: usize> {
-    fn fill(&self, law: &MaterialInput, plan: &Plan<'_, D>) -> Result<Filled<D>, String>;
+    fn fill(
+        &self,
+        domains: &DomainsInput,
+        law: &MaterialInput,
+        plan: &Plan<'_, D>,
+    ) -> Result<Filled<D>, String>;
+
+    /// Fields of [`DomainsInput`] that the basis has a use for.
+    fn options(&self) -> &'static [&'static str];
 }
 
 impl FillBody<2> for PlaneBasis {
-    fn fill(&self, law: &MaterialInput, plan: &Plan<'_, 2>) -> Result<Filled<2>, String> {
+    fn fill(
+        &self,
+        domains: &DomainsInput,
+        law: &MaterialInput,
+        plan: &Plan<'_, 2>,
+    ) -> Result<Filled<2>, String> {
         match self {
             PlaneBasis::Smpm => fill_with(Smpm, law, plan),
+            PlaneBasis::Gimp => fill_with(gimp(domains), law, plan),
+            PlaneBasis::Cpdi1 => fill_with(Cpdi1, law, plan),
+            PlaneBasis::Cpdi2q => {
+                let weights = match domains.corner_weights {
+                    None | Some(CornerWeightsInput::Current) => CornerWeights::Current,
+                    Some(CornerWeightsInput::Frozen) => CornerWeights::Frozen,
+                };
+                fill_convected(Cpdi2q { weights }, domains, law, plan)
+            }
+            PlaneBasis::Cpdi2t => {
+                let split = match domains.triangles {
+                    None | Some(TrianglesInput::Cross) => TriangleSplit::Cross,
+                    Some(TrianglesInput::Slash) => TriangleSplit::Slash,
+                    Some(TrianglesInput::Backslash) => TriangleSplit::Backslash,
+                };
+                fill_convected(Cpdi2t { split }, domains, law, plan)
+            }
+        }
+    }
+
+    fn options(&self) -> &'static [&'static str] {
+        match self {
+            PlaneBasis::Smpm | PlaneBasis::Cpdi1 => &[],
+            PlaneBasis::Gimp => &["gimp_update"],
+            PlaneBasis::Cpdi2q => &["corner_weights", "fallback_beyond"],
+            PlaneBasis::Cpdi2t => &["triangles", "fallback_beyond"],
         }
     }
 }
 
 impl FillBody<3> for SolidBasis {
-    fn fill(&self, law: &MaterialInput, plan: &Plan<'_, 3>) -> Result<Filled<3>, String> {
+    fn fill(
+        &self,
+        domains: &DomainsInput,
+        law: &MaterialInput,
+        plan: &Plan<'_, 3>,
+    ) -> Result<Filled<3>, String> {
         match self {
             SolidBasis::Smpm => fill_with(Smpm, law, plan),
+            SolidBasis::Gimp => fill_with(gimp(domains), law, plan),
+            SolidBasis::Cpdi1 => fill_with(Cpdi1, law, plan),
+            SolidBasis::Cpdi2Hexahedron => fill_convected(Cpdi2Hexahedron, domains, law, plan),
+            SolidBasis::Cpdi2Tetrahedron => fill_convected(Cpdi2Tetrahedron, domains, law, plan),
         }
+    }
+
+    fn options(&self) -> &'static [&'static str] {
+        match self {
+            SolidBasis::Smpm | SolidBasis::Cpdi1 => &[],
+            SolidBasis::Gimp => &["gimp_update"],
+            SolidBasis::Cpdi2Hexahedron | SolidBasis::Cpdi2Tetrahedron => &["fallback_beyond"],
+        }
+    }
+}
+
+fn gimp(domains: &DomainsInput) -> Gimp {
+    let update = match domains.gimp_update {
+        None | Some(GimpUpdateInput::Stretch) => GimpUpdate::Stretch,
+        Some(GimpUpdateInput::Diagonal) => GimpUpdate::Diagonal,
+        Some(GimpUpdateInput::Volume) => GimpUpdate::Volume,
+        Some(GimpUpdateInput::None) => GimpUpdate::None,
+    };
+    Gimp { update }
+}
+
+/// An option that the basis would ignore is refused.
+fn check_domains<const D: usize, B: FillBody<D>>(basis: &B, domains: &DomainsInput) -> Result<(), SceneError> {
+    let given = [
+        ("gimp_update", domains.gimp_update.is_some()),
+        ("triangles", domains.triangles.is_some()),
+        ("corner_weights", domains.corner_weights.is_some()),
+        ("fallback_beyond", domains.fallback_beyond.is_some()),
+    ];
+    match given.into_iter().find(|(name, given)| *given && !basis.options().contains(name)) {
+        None => Ok(()),
+        Some((name, _)) => {
+            Err(SceneError::new(format!("domains.{name}"), "the scene's basis does not have this option"))
+        }
+    }
+}
+
+fn fill_convected<const D: usize, B: Basis<D> + 'static>(
+    basis: B,
+    domains: &DomainsInput,
+    law: &MaterialInput,
+    plan: &Plan<'_, D>,
+) -> Result<Filled<D>, String> {
+    match domains.fallback_beyond {
+        None => fill_with(basis, law, plan),
+        Some(beyond) => fill_with(Fallback { basis, beyond: beyond.0 }, law, plan),
     }
 }
 
@@ -88,6 +185,7 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
 }
 
 fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
+    check_domains(&scene.basis, &scene.domains)?;
     let layout = layout(&scene.mesh)?;
     let motion = motion(&scene.motion, &layout)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
@@ -101,6 +199,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         motion,
         bodies,
         schedule: schedule(scene)?,
+        domain_history: scene.output.domain_history,
         tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
     check_start(&model, &mesh)?;
@@ -289,7 +388,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement),
             faces: faces.collect::<Result<_, _>>()?,
         };
-        let filled = scene.basis.fill(law, &plan).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
+        let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
         bodies.push(NamedBody { name: input.name.clone(), body: filled.body });
         all_faces.push(filled.faces);
     }

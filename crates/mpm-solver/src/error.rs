@@ -89,7 +89,7 @@ pub enum StepFailure {
     Singular {
         /// Number of the node in the grid.
         node: usize,
-        /// Where it stands at the start of the step [L].
+        /// Where it stands at the start of the step `[L]`.
         position: Vec<f64>,
         /// Component of displacement, from 0.
         component: usize,

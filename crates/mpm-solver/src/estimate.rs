@@ -75,12 +75,9 @@ impl Compiled {
 }
 
 fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
-    let mesh = model
-        .motion
-        .mesh_at(&model.layout, LoadFraction::START)
-        .map_err(|it| SceneError::new("motion", it))?;
-    let (active, connections, pattern) =
-        connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let mesh =
+        model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
+    let (active, connections, pattern) = connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
 
     let mut constraints = Constraints::<D>::none(active.len());
     for support in &model.supports {
@@ -136,9 +133,10 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
 }
 
 fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usize {
-    let positions = model.bodies.iter().flat_map(|named| {
-        (0..named.body.n_points()).map(move |point| named.body.point(point).position)
-    });
+    let positions = model
+        .bodies
+        .iter()
+        .flat_map(|named| (0..named.body.n_points()).map(move |point| named.body.point(point).position));
     let mut cells: Vec<[u32; D]> =
         positions.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| place.cell).collect();
     cells.sort_unstable();

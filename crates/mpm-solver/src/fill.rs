@@ -13,7 +13,7 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     pub shape: Shape<D>,
     pub points_per_cell: u32,
-    /// Given where a body force acts [M/L^D].
+    /// Given where a body force acts `[M/L^D]`.
     pub density: Option<f64>,
     /// Whether positions at rest must be kept.
     pub keep_reference_positions: bool,
@@ -23,7 +23,7 @@ pub(crate) struct Plan<'a, const D: usize> {
 
 /// What is filled.
 pub(crate) enum Shape<const D: usize> {
-    /// A box in a rectilinear mesh, by its corners [L].
+    /// A box in a rectilinear mesh, by its corners `[L]`.
     Box { from: [f64; D], to: [f64; D] },
     /// Whole cells, from the multi-index `low` up to but without `high`.
     Cells { low: [u32; D], high: [u32; D] },

@@ -177,7 +177,7 @@ fn constrain<const D: usize>(
     Ok(constraints)
 }
 
-/// `f_ext` of every active node at the end of the step [F].
+/// `f_ext` of every active node at the end of the step `[F]`.
 fn external_force<const D: usize>(
     model: &Model<D>,
     connections: &[Connection<D>],
@@ -195,7 +195,7 @@ fn external_force<const D: usize>(
 }
 
 /// Out-of-balance force that rounding alone can cause: a few units in the last place of strain in
-/// every point [F].
+/// every point `[F]`.
 fn round_off<const D: usize>(model: &Model<D>, connections: &[Connection<D>], n_active: usize) -> f64 {
     let mut scale = vec![0.0; n_active];
     for (named, connection) in model.bodies.iter().zip(connections) {

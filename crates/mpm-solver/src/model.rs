@@ -19,6 +19,8 @@ pub struct Model<const D: usize> {
     pub schedule: Schedule,
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
+    /// Whether the history tells the health of the points' domains.
+    pub domain_history: bool,
 }
 
 /// A body and its name.
@@ -38,7 +40,7 @@ pub struct Support<const D: usize> {
     pub nodes: Vec<NodeId>,
     /// What is prescribed of each component, if anything.
     pub components: [Option<Prescribed>; D],
-    /// Point about which the moment of the reaction is recorded, if it is [L].
+    /// Point about which the moment of the reaction is recorded, if it is `[L]`.
     pub moment_about: Option<[f64; 2]>,
 }
 
@@ -47,7 +49,7 @@ pub struct Support<const D: usize> {
 pub enum Prescribed {
     /// Zero.
     Held,
-    /// A displacement against the load fraction [L].
+    /// A displacement against the load fraction `[L]`.
     Driven(Ramp),
     /// The motion of the mesh.
     FollowMesh,
@@ -56,7 +58,7 @@ pub enum Prescribed {
 /// Forces on the bodies.
 #[derive(Clone, Debug, Default)]
 pub struct Loads<const D: usize> {
-    /// Body forces: force per mass at full load [L/T²] and its ramp.
+    /// Body forces: force per mass at full load `[L/T²]` and its ramp.
     pub body_forces: Vec<(Vector<D>, Ramp)>,
     /// Forces on single points.
     pub point_loads: Vec<PointLoad<D>>,
@@ -69,14 +71,14 @@ pub struct PointLoad<const D: usize> {
     pub body: usize,
     /// Points and the part of the force that each carries, ascending in point; the parts sum to 1.
     pub shares: Vec<(usize, f64)>,
-    /// The whole force at full load [F].
+    /// The whole force at full load `[F]`.
     pub force: Vector<D>,
     /// Part of it against the load fraction.
     pub ramp: Ramp,
 }
 
 impl<const D: usize> Loads<D> {
-    /// Body force per mass at a load fraction, if any acts at all [L/T²].
+    /// Body force per mass at a load fraction, if any acts at all `[L/T²]`.
     pub fn acceleration(&self, at: LoadFraction) -> Option<Vector<D>> {
         if self.body_forces.is_empty() {
             return None;
@@ -84,7 +86,7 @@ impl<const D: usize> Loads<D> {
         Some(self.body_forces.iter().fold(Vector::zeros(), |sum, (force, ramp)| sum + force * ramp.value(at)))
     }
 
-    /// Forces on the points of one body at a load fraction, ascending in point [F].
+    /// Forces on the points of one body at a load fraction, ascending in point `[F]`.
     pub fn point_forces(&self, body: usize, at: LoadFraction) -> Vec<(usize, Vector<D>)> {
         let mut forces: Vec<(usize, Vector<D>)> = Vec::new();
         for load in self.point_loads.iter().filter(|load| load.body == body) {
@@ -108,7 +110,7 @@ pub struct Schedule {
 /// When a load step counts as solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// `|f_oob| / (|f_ext| + |f_reaction|)` [-].
+    /// `|f_oob| / (|f_ext| + |f_reaction|)` `[-]`.
     pub residual: f64,
     /// Newton iterations before the step is cut.
     pub iterations: u32,

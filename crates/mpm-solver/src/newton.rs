@@ -22,18 +22,18 @@ pub(crate) struct Problem<'a, const D: usize> {
     pub active: &'a ActiveNodes<D>,
     pub pattern: &'a Pattern<D>,
     pub constraints: &'a Constraints<D>,
-    /// `f_ext` of every active node [F].
+    /// `f_ext` of every active node `[F]`.
     pub external: &'a [Vector<D>],
-    /// Out-of-balance force that rounding alone can cause [F].
+    /// Out-of-balance force that rounding alone can cause `[F]`.
     pub round_off: f64,
     pub tolerance: crate::model::Tolerance,
 }
 
 /// Nodal displacement that balances the forces of a load step.
 pub(crate) struct Equilibrium<const D: usize> {
-    /// `Δu_v` of every active node [L].
+    /// `Δu_v` of every active node `[L]`.
     pub increment: Vec<Vector<D>>,
-    /// `f_int - f_ext`: on prescribed components the reaction [F].
+    /// `f_int - f_ext`: on prescribed components the reaction `[F]`.
     pub reaction: Vec<Vector<D>>,
     /// Relative out-of-balance force after each linear solution.
     pub residuals: Vec<f64>,

@@ -49,20 +49,32 @@ pub enum Entry {
 )]
 #[non_exhaustive]
 pub enum Field {
-    /// Displacement since the start, three components [L].
+    /// Displacement since the start, three components `[L]`.
     Displacement,
-    /// Deformation gradient F, nine components row by row [-].
+    /// Deformation gradient F, nine components row by row `[-]`.
     DeformationGradient,
-    /// Cauchy stress σ = τ/J, nine components row by row [F/L²].
+    /// Cauchy stress σ = τ/J, nine components row by row `[F/L²]`.
     CauchyStress,
-    /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row [-].
+    /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row `[-]`.
     ElasticStrain,
-    /// Current volume J V⁰ (plane strain: per unit thickness) [L^D].
+    /// Current volume J V⁰ (plane strain: per unit thickness) `[L^D]`.
     Volume,
-    /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress [F/L²].
+    /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress `[F/L²]`.
     Rho,
     /// 1 where the last load step was plastic, else 0.
     Plastic,
+    /// `J = det F` `[-]`.
+    VolumeRatio,
+    /// Signed volume of the point's domain over that at rest; 1 for points without one `[-]`.
+    DomainMeasure,
+    /// Smallest weight of a corner of the domain; 1 for points without one `[-]`.
+    SmallestCornerWeight,
+    /// Number of nodes that receive the point through a single corner of its domain.
+    SingleCornerNodes,
+    /// Number of the domain's corners outside the mesh; all of them where one lies too far outside.
+    CornersOutside,
+    /// 1 where a fallback has replaced the domain, else 0.
+    FallenBack,
     /// Number of the body (in the order of the scene) that the point belongs to.
     Body,
 }
@@ -78,6 +90,12 @@ impl Field {
             Field::Volume => "volume",
             Field::Rho => "rho",
             Field::Plastic => "plastic",
+            Field::VolumeRatio => "volume_ratio",
+            Field::DomainMeasure => "domain_measure",
+            Field::SmallestCornerWeight => "smallest_corner_weight",
+            Field::SingleCornerNodes => "single_corner_nodes",
+            Field::CornersOutside => "corners_outside",
+            Field::FallenBack => "fallen_back",
             Field::Body => "body",
         }
     }
@@ -87,7 +105,7 @@ impl Field {
         match self {
             Field::Displacement => 3,
             Field::DeformationGradient | Field::CauchyStress | Field::ElasticStrain => 9,
-            Field::Volume | Field::Rho | Field::Plastic | Field::Body => 1,
+            _ => 1,
         }
     }
 }
@@ -96,10 +114,15 @@ impl Field {
 pub trait Fields {
     /// Number of material points.
     fn n_points(&self) -> usize;
-    /// Positions, three components per point (z = 0 in plane strain) [L].
+    /// Positions, three components per point (z = 0 in plane strain) `[L]`.
     fn positions(&self) -> Vec<f64>;
     /// One field, `field.components()` numbers per point, point by point.
     fn field(&self, field: Field) -> Vec<f64>;
+    /// Corners of every point's domain, three components per corner: round the outline in the plane,
+    /// a list in space; none for points without a domain `[L]`.
+    fn outlines(&self) -> Vec<Vec<[f64; 3]>> {
+        Vec::new()
+    }
 }
 
 /// What a run is, said once before its first step.

@@ -8,8 +8,8 @@ use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observe
 use crate::schedule::Step;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
-use mpm_basis::ActiveNodes;
-use mpm_grid::{Mesh, Vector};
+use mpm_basis::{ActiveNodes, DomainReport};
+use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
 use std::time::Instant;
@@ -37,7 +37,7 @@ pub struct Summary {
     pub halvings: u64,
     /// Steps in which the tangent was not positive definite.
     pub indefinite_steps: u64,
-    /// Smallest `det ΔF` of any point in any step [-].
+    /// Smallest `det ΔF` of any point in any step `[-]`.
     pub smallest_determinant: f64,
     /// Material points at the end.
     pub points: usize,
@@ -95,6 +95,17 @@ impl Record {
                 columns.push(real(format!("reaction_moment/{}", support.name), 1));
             }
         }
+        if model.domain_history {
+            columns.extend([
+                real("domain_smallest_measure".into(), 1),
+                real("domain_smallest_corner_weight".into(), 1),
+                real("domain_largest_distortion".into(), 1),
+                count("domain_single_corner_nodes"),
+                count("domain_corners_outside"),
+                count("domain_fallen_back"),
+                real("smallest_volume_ratio".into(), 1),
+            ]);
+        }
         Self {
             columns,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
@@ -132,7 +143,8 @@ impl Record {
                 ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
             })
             .collect();
-        self.show(model, 0.0, &row, &[], observer, timings)
+        let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
+        self.show(model, &mesh, 0.0, &row, &[], observer, timings)
     }
 
     /// Shows a converged load step; the bodies hold its state.
@@ -198,6 +210,10 @@ impl Record {
                 row.push(Entry::Real(vec![moment]));
             }
         }
+        let mesh_after = mesh_after(model, step.end, mesh);
+        if model.domain_history {
+            row.extend(domain_entries(model, &mesh_after));
+        }
 
         let totals = &mut self.summary;
         totals.iterations += iterations;
@@ -207,12 +223,14 @@ impl Record {
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
         totals.active_nodes = active.len() as u64;
-        self.show(model, step.end.get(), &row, &equilibrium.residuals, observer, timings)
+        self.show(model, &mesh_after, step.end.get(), &row, &equilibrium.residuals, observer, timings)
     }
 
+    #[expect(clippy::too_many_arguments, reason = "one row, as its parts")]
     fn show<const D: usize>(
         &mut self,
         model: &Model<D>,
+        mesh: &Mesh<D>,
         fraction: f64,
         row: &[Entry],
         residuals: &[f64],
@@ -220,7 +238,7 @@ impl Record {
         timings: &mut Timings,
     ) -> Result<(), Error> {
         let so_far = timings.phases().to_vec();
-        let fields = BodyFields { bodies: &model.bodies };
+        let fields = BodyFields { bodies: &model.bodies, mesh };
         let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
         timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
         self.rows += 1;
@@ -248,9 +266,38 @@ impl Record {
     }
 }
 
+/// The mesh that the points meet next; `present` where the motion cannot place it.
+fn mesh_after<const D: usize>(model: &Model<D>, at: LoadFraction, present: &Mesh<D>) -> Mesh<D> {
+    model.motion.mesh_at(&model.layout, at).unwrap_or_else(|_| present.clone())
+}
+
+/// The worst of the points' domains in a mesh.
+fn domain_entries<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> [Entry; 7] {
+    let reports: Vec<DomainReport> = model.bodies.iter().flat_map(|named| named.body.diagnose(mesh)).collect();
+    let least = |of: fn(&DomainReport) -> f64| reports.iter().map(of).fold(f64::INFINITY, f64::min);
+    let sum = |of: fn(&DomainReport) -> usize| reports.iter().map(|it| of(it) as u64).sum();
+    let volume_ratio = model
+        .bodies
+        .iter()
+        .flat_map(|named| views(&*named.body))
+        .map(|view| view.volume_ratio)
+        .fold(f64::INFINITY, f64::min);
+    [
+        Entry::Real(vec![least(|it| it.measure)]),
+        Entry::Real(vec![least(|it| it.smallest_weight)]),
+        Entry::Real(vec![-least(|it| -it.distortion)]),
+        Entry::Count(vec![sum(|it| it.single_corner_nodes)]),
+        Entry::Count(vec![sum(|it| it.corners_outside)]),
+        Entry::Count(vec![sum(|it| usize::from(it.fallen_back))]),
+        Entry::Real(vec![volume_ratio]),
+    ]
+}
+
 /// The material points of all bodies, one after the other.
 struct BodyFields<'a, const D: usize> {
     bodies: &'a [NamedBody<D>],
+    /// The mesh in which domains are judged.
+    mesh: &'a Mesh<D>,
 }
 
 impl<const D: usize> BodyFields<'_, D> {
@@ -269,6 +316,12 @@ impl<const D: usize> BodyFields<'_, D> {
     }
 }
 
+impl<const D: usize> BodyFields<'_, D> {
+    fn diagnose(&self, value: impl Fn(&DomainReport) -> f64) -> Vec<f64> {
+        self.bodies.iter().flat_map(|named| named.body.diagnose(self.mesh)).map(|it| value(&it)).collect()
+    }
+}
+
 impl<const D: usize> Fields for BodyFields<'_, D> {
     fn n_points(&self) -> usize {
         self.bodies.iter().map(|named| named.body.n_points()).sum()
@@ -279,27 +332,53 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
     }
 
     fn field(&self, field: Field) -> Vec<f64> {
-        self.collect(field.components(), |body, view, out| match field {
-            Field::Displacement => {
-                let rest = view.reference_position.unwrap_or(view.position);
-                out.extend(spatial(&(view.position - rest)));
-            }
-            Field::DeformationGradient => {
-                let mut f = Matrix3::identity();
-                for i in 0..D {
-                    for j in 0..D {
-                        f[(i, j)] = view.deformation_gradient[(i, j)];
-                    }
+        match field {
+            Field::DomainMeasure => self.diagnose(|it| it.measure),
+            Field::SmallestCornerWeight => self.diagnose(|it| it.smallest_weight),
+            Field::SingleCornerNodes => self.diagnose(|it| it.single_corner_nodes as f64),
+            Field::CornersOutside => self.diagnose(|it| it.corners_outside as f64),
+            Field::FallenBack => self.diagnose(|it| f64::from(u8::from(it.fallen_back))),
+            _ => self.collect(field.components(), |body, view, out| point_field(field, body, view, out)),
+        }
+    }
+
+    fn outlines(&self) -> Vec<Vec<[f64; 3]>> {
+        let outline = |named: &NamedBody<D>, point| named.body.outline(point).iter().map(spatial).collect();
+        self.bodies
+            .iter()
+            .flat_map(|named| (0..named.body.n_points()).map(move |point| outline(named, point)))
+            .collect()
+    }
+}
+
+/// Appends a field of the point's state.
+fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, out: &mut Vec<f64>) {
+    match field {
+        Field::Displacement => {
+            let rest = view.reference_position.unwrap_or(view.position);
+            out.extend(spatial(&(view.position - rest)));
+        }
+        Field::DeformationGradient => {
+            let mut f = Matrix3::identity();
+            for i in 0..D {
+                for j in 0..D {
+                    f[(i, j)] = view.deformation_gradient[(i, j)];
                 }
-                out.extend(f.transpose().iter());
             }
-            Field::CauchyStress => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
-            Field::ElasticStrain => extend(out, &log_strain(&view.elastic_excess), 1.0),
-            Field::Volume => out.push(view.volume_ratio * view.reference_volume),
-            Field::Rho => out.push(rho(&view.kirchhoff)),
-            Field::Plastic => out.push(f64::from(u8::from(view.plastic))),
-            Field::Body => out.push(body as f64),
-        })
+            out.extend(f.transpose().iter());
+        }
+        Field::CauchyStress => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
+        Field::ElasticStrain => extend(out, &log_strain(&view.elastic_excess), 1.0),
+        Field::Volume => out.push(view.volume_ratio * view.reference_volume),
+        Field::VolumeRatio => out.push(view.volume_ratio),
+        Field::Rho => out.push(rho(&view.kirchhoff)),
+        Field::Plastic => out.push(f64::from(u8::from(view.plastic))),
+        Field::Body => out.push(body as f64),
+        Field::DomainMeasure
+        | Field::SmallestCornerWeight
+        | Field::SingleCornerNodes
+        | Field::CornersOutside
+        | Field::FallenBack => unreachable!("worked out from the domains"),
     }
 }
 

@@ -214,7 +214,8 @@ impl Cholesky {
         let order = self.symbolic.perm().expect("the order is ours").arrays().0;
         let equation = order[k];
         let diagonal = values[pattern.column_start[equation]];
-        Pivot { equation, value, relative: value.abs() / diagonal.abs() }
+        let relative = if value == 0.0 { 0.0 } else { value.abs() / diagonal.abs() };
+        Pivot { equation, value, relative }
     }
 }
 

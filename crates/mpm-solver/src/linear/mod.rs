@@ -34,7 +34,10 @@
 
 mod cholesky;
 mod lu;
+mod report;
 mod residual;
+
+pub use report::{Analysis, Cause, Method, OutOfMemory, Pivot, Report, Singular, SolveReport};
 
 use crate::ordering::{BlockGraph, elimination_order};
 use cholesky::Cholesky;
@@ -58,110 +61,6 @@ pub struct SymmetricPattern<'a> {
     pub column_start: &'a [usize],
     /// Row of each entry.
     pub row: &'a [usize],
-}
-
-/// A way to factorise, from the quick and particular to the slow and general.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Method {
-    /// K = L Lᵀ; exists if and only if K is positive definite.
-    Llt,
-    /// K = L B Lᵀ with Bunch–Kaufman pivots (1×1 and 2×2) chosen inside supernodes.
-    Lblt,
-    /// P K Q = L U with partial pivoting.
-    Lu,
-}
-
-/// Whether an analysis was made or kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Analysis {
-    /// The pattern is new: equations were ordered and memory was sized.
-    New,
-    /// The pattern equals the last one; everything was kept.
-    Reused,
-}
-
-/// A pivot of a factorisation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pivot {
-    /// Its equation, in the caller's numbering.
-    pub equation: usize,
-    /// What elimination left of the diagonal (the smaller eigenvalue in size for a 2×2 pivot) [K].
-    pub value: f64,
-    /// |value| over the diagonal entry of K in size: 1e-12 says that twelve digits cancelled.
-    pub relative: f64,
-}
-
-/// What a factorisation met.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
-    /// The factorisation that was kept.
-    pub method: Method,
-    /// The pivot at which LLᵀ stopped, if it was tried and did. A physical signal: stability is
-    /// lost at the node of this equation.
-    pub not_positive: Option<Pivot>,
-    /// Negative eigenvalues of K (Sylvester's law of inertia); unknown for LU.
-    pub negative_pivots: Option<usize>,
-    /// The pivot that lost most digits of its diagonal; unknown for LU.
-    pub weakest: Option<Pivot>,
-    /// Smallest over largest pivot in size; unknown for LU.
-    pub pivot_ratio: Option<f64>,
-}
-
-/// How well a system was solved.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolveReport {
-    /// Componentwise backward error of the solution: K and b need relative changes of this size,
-    /// entry by entry, to make it exact.
-    pub backward_error: f64,
-    /// Steps of iterative refinement taken.
-    pub refinements: usize,
-    /// The factorisation that solved it: LU if another one was found wanting.
-    pub method: Method,
-}
-
-/// The pattern is too large for this machine's memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not enough memory to factorise {equations} equations: the factor has {factor_entries} entries")]
-pub struct OutOfMemory {
-    /// Equations of the system.
-    pub equations: usize,
-    /// Entries of the factor; 0 if the structure of the factor itself did not fit.
-    pub factor_entries: usize,
-}
-
-/// A system that cannot be solved.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("no solution at equation {equation}: {cause}")]
-pub struct Singular {
-    /// The equation, in the caller's numbering, that shows it.
-    pub equation: usize,
-    /// Its pivot, where there is one [K].
-    pub pivot: Option<f64>,
-    /// What went wrong.
-    pub cause: Cause,
-}
-
-/// Why a system cannot be solved.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Cause {
-    /// All entries of the row are zero: nothing holds this degree of freedom.
-    #[error("its row is zero, nothing holds this degree of freedom")]
-    EmptyRow,
-    /// Elimination left no usable pivot.
-    #[error("the matrix is singular")]
-    NoPivot,
-    /// K has an entry that is not a finite number.
-    #[error("the matrix has an entry that is not finite")]
-    MatrixNotFinite,
-    /// b has an entry that is not a finite number.
-    #[error("the right-hand side is not finite")]
-    RightHandSideNotFinite,
-    /// No factorisation gave an acceptable solution.
-    #[error("the best solution has a backward error of {backward_error:.1e}")]
-    Inaccurate {
-        /// Backward error of that solution.
-        backward_error: f64,
-    },
 }
 
 /// A direct solver for one pattern after another.
@@ -294,12 +193,14 @@ impl Factorization {
             return Err(Singular { equation, pivot: None, cause: Cause::RightHandSideNotFinite });
         }
         let mut report = self.solve_by(method, values, rhs);
+        let mut equation = self.residual.worst;
         if report.backward_error > REJECT_ABOVE && method != Method::Lu && self.factorise_lu(values).is_ok() {
             report = self.solve_by(Method::Lu, values, rhs);
+            equation = self.residual.worst;
         }
         if report.backward_error > REJECT_ABOVE {
             let cause = Cause::Inaccurate { backward_error: report.backward_error };
-            return Err(Singular { equation: self.residual.worst, pivot: None, cause });
+            return Err(Singular { equation, pivot: None, cause });
         }
         rhs.copy_from_slice(&self.residual.solution);
         Ok(report)
@@ -316,11 +217,10 @@ impl Factorization {
         self.cholesky.as_ref().map_or(0, Cholesky::factor_entries)
     }
 
-    /// LU factorisation, checked by a solution that is known to exist.
-    /// Otherwise returns the equation with the largest error.
+    /// LU factorisation, checked by a solution that is known to exist; it becomes the factor at
+    /// hand. On failure returns the equation with the largest error and leaves the factor as it was.
     fn factorise_lu(&mut self, values: &[f64]) -> Result<(), usize> {
         let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
-        self.method = None;
         let lu = match self.lu.take() {
             Some(lu) => Some(lu),
             None => Lu::analyse(pattern),

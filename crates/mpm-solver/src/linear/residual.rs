@@ -110,11 +110,11 @@ pub(super) fn image_of_known(pattern: SymmetricPattern<'_>, values: &[f64]) -> V
     let known = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749_894_9).fract();
     let mut image = vec![0.0; pattern.column_start.len() - 1];
     for j in 0..image.len() {
-        for entry in pattern.column_start[j]..pattern.column_start[j + 1] {
-            let i = pattern.row[entry];
-            image[i] += values[entry] * known(j);
+        let entries = pattern.column_start[j]..pattern.column_start[j + 1];
+        for (&i, &k) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
+            image[i] += k * known(j);
             if i != j {
-                image[j] += values[entry] * known(i);
+                image[j] += k * known(i);
             }
         }
     }

@@ -1,183 +1,10 @@
 //! Elasticity on boxes, random matrices, and matrices that must fail.
 
+mod problem;
+
 use super::*;
+use problem::{Problem, elasticity, random};
 use std::collections::BTreeMap;
-
-/// A matrix with the places of its nodes.
-struct Problem {
-    column_start: Vec<usize>,
-    row: Vec<usize>,
-    values: Vec<f64>,
-    lattice: Vec<[u32; 3]>,
-    periodic: [Option<u32>; 3],
-    components: usize,
-}
-
-impl Problem {
-    fn new(lattice: Vec<[u32; 3]>, components: usize, entries: &BTreeMap<(usize, usize), f64>) -> Self {
-        let n = lattice.len() * components;
-        let (mut column_start, mut row, mut values) = (vec![0; n + 1], Vec::new(), Vec::new());
-        for (&(j, i), &k) in entries {
-            column_start[j + 1] += 1;
-            row.push(i);
-            values.push(k);
-        }
-        for j in 0..n {
-            column_start[j + 1] += column_start[j];
-        }
-        Self { column_start, row, values, lattice, periodic: [None; 3], components }
-    }
-
-    fn pattern(&self) -> SymmetricPattern<'_> {
-        SymmetricPattern { column_start: &self.column_start, row: &self.row }
-    }
-
-    fn n(&self) -> usize {
-        self.column_start.len() - 1
-    }
-
-    fn analysed(&self) -> Factorization {
-        let mut factorization = Factorization::new();
-        factorization.analyse(self.pattern(), &self.lattice, self.periodic, self.components).unwrap();
-        factorization
-    }
-
-    /// K x.
-    fn times(&self, x: &[f64]) -> Vec<f64> {
-        let mut y = vec![0.0; self.n()];
-        for j in 0..self.n() {
-            for e in self.column_start[j]..self.column_start[j + 1] {
-                let i = self.row[e];
-                y[i] += self.values[e] * x[j];
-                if i != j {
-                    y[j] += self.values[e] * x[i];
-                }
-            }
-        }
-        y
-    }
-
-    /// ‖b − K x‖ / ‖b‖ after a solution by `start` or what follows it.
-    fn solve(&self, factorization: &mut Factorization, start: Method) -> (Report, SolveReport, f64) {
-        let b: Vec<f64> = (0..self.n()).map(|i| ((i * 7919) % 1000) as f64 / 1000.0 - 0.3).collect();
-        let report = factorization.factorise(&self.values, start).unwrap();
-        let mut x = b.clone();
-        let solved = factorization.solve(&self.values, &mut x).unwrap();
-        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
-        let r = norm(&mut self.times(&x).iter().zip(&b).map(|(kx, b)| b - kx)) / norm(&mut b.iter().copied());
-        (report, solved, r)
-    }
-
-    /// Sets row and column of an equation to zero, the diagonal to `diagonal`.
-    fn detach(&mut self, equation: usize, diagonal: f64) {
-        for j in 0..self.n() {
-            for e in self.column_start[j]..self.column_start[j + 1] {
-                if j == equation || self.row[e] == equation {
-                    self.values[e] = 0.0;
-                }
-            }
-        }
-        self.values[self.column_start[equation]] = diagonal;
-    }
-}
-
-/// Gradients of the corners' shape functions of the unit cell at x.
-fn gradients<const D: usize>(x: [f64; D]) -> Vec<[f64; D]> {
-    let one = |corner: usize, d: usize, along: usize| match (corner >> d & 1 == 1, d == along) {
-        (true, true) => 1.0,
-        (false, true) => -1.0,
-        (true, false) => x[d],
-        (false, false) => 1.0 - x[d],
-    };
-    (0..1 << D).map(|c| std::array::from_fn(|along| (0..D).map(|d| one(c, d, along)).product())).collect()
-}
-
-/// Linear elasticity (E = 1, ν = 0.3, plane strain for D = 2) on a box of unit cells, clamped at
-/// index 0 of the last direction, closed on itself in direction 0 if `ring`.
-fn elasticity<const D: usize>(cells: [u32; D], ring: bool) -> Problem {
-    let (lambda, mu) = (0.3 / (1.3 * 0.4), 1.0 / 2.6);
-    let nodes: [u32; D] = std::array::from_fn(|d| cells[d] + u32::from(d > 0 || !ring));
-    let number = |p: [u32; D]| (0..D).rev().fold(0, |n, d| n * nodes[d] as usize + p[d] as usize);
-    let count = |n: [u32; D]| n.iter().map(|&n| n as usize).product::<usize>();
-    let place = |n: [u32; D], mut i: usize| -> [u32; D] {
-        std::array::from_fn(|d| {
-            let at = i % n[d] as usize;
-            i /= n[d] as usize;
-            at as u32
-        })
-    };
-    let g = 0.5 / 3.0_f64.sqrt();
-    let mut entries = BTreeMap::new();
-    for cell in 0..count(cells) {
-        let origin = place(cells, cell);
-        let corner: Vec<usize> = (0..1 << D)
-            .map(|c| number(std::array::from_fn(|d| (origin[d] + (c >> d & 1)) % nodes[d])))
-            .collect();
-        let clamped = |a: usize| origin[D - 1] == 0 && a >> (D - 1) & 1 == 0;
-        for q in 0..1 << D {
-            let dn = gradients::<D>(std::array::from_fn(|d| 0.5 + if q >> d & 1 == 1 { g } else { -g }));
-            for (a, b) in (0..1 << D).flat_map(|a| (0..1 << D).map(move |b| (a, b))) {
-                let dot: f64 = (0..D).map(|d| dn[a][d] * dn[b][d]).sum();
-                for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
-                    let (r, c) = (corner[a] * D + i, corner[b] * D + j);
-                    let same = if i == j { mu * dot } else { 0.0 };
-                    let k =
-                        (lambda * dn[a][i] * dn[b][j] + mu * dn[a][j] * dn[b][i] + same) / f64::from(1 << D);
-                    let k = match (clamped(a) || clamped(b), r == c) {
-                        (true, diagonal) => f64::from(u8::from(diagonal)),
-                        (false, _) => k,
-                    };
-                    if r >= c {
-                        *entries.entry((c, r)).or_insert(0.0) += k;
-                    }
-                }
-            }
-        }
-    }
-    let lattice = (0..count(nodes)).map(|v| {
-        let p = place(nodes, v);
-        std::array::from_fn(|d| if d < D { p[d] } else { 0 })
-    });
-    let mut problem = Problem::new(lattice.collect(), D, &entries);
-    problem.periodic[0] = ring.then_some(nodes[0]);
-    problem
-}
-
-/// Random values on the couplings of nodes at most `reach` lines apart in a box, with the
-/// diagonals `diagonal(equation, sum of the other entries' sizes)`.
-fn random(n: [u32; 3], reach: u32, components: usize, diagonal: impl Fn(usize, f64) -> f64) -> Problem {
-    let mut lattice = Vec::new();
-    for z in 0..n[2] {
-        for y in 0..n[1] {
-            lattice.extend((0..n[0]).map(|x| [x, y, z]));
-        }
-    }
-    let mut state = 7_u64;
-    let mut uniform = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    };
-    let mut entries = BTreeMap::new();
-    let mut sum = vec![0.0; lattice.len() * components];
-    for (v, w) in (0..lattice.len()).flat_map(|v| (v..lattice.len()).map(move |w| (v, w))) {
-        if (0..3).any(|d: usize| lattice[v][d].abs_diff(lattice[w][d]) > reach) {
-            continue;
-        }
-        for (i, j) in (0..components).flat_map(|i| (0..components).map(move |j| (i, j))) {
-            let (r, c) = (w * components + i, v * components + j);
-            if r > c {
-                let k = uniform();
-                entries.insert((c, r), k);
-                sum[r] += k.abs();
-                sum[c] += k.abs();
-            }
-        }
-    }
-    for (e, &sum) in sum.iter().enumerate() {
-        entries.insert((e, e), diagonal(e, sum));
-    }
-    Problem::new(lattice, components, &entries)
-}
 
 fn check_spd(problem: &Problem) {
     let mut factorization = problem.analysed();
@@ -271,18 +98,30 @@ fn general_indefinite_matrices_are_solved() {
 }
 
 #[test]
-fn a_saddle_point_without_pivots_in_its_supernodes_goes_to_lu() {
-    // [[0, 1], [1, 0]] on nodes so far apart in the order that each stands alone at its turn.
-    let n = 60;
-    let mut entries = BTreeMap::new();
-    for j in 0..n {
-        entries.insert((j, j), 0.0);
-        if j + 1 < n {
-            entries.insert((j, j + 1), if j % 2 == 0 { 1.0 } else { 1e-3 });
+fn what_supernodes_cannot_pivot_goes_to_lu() {
+    // No diagonal at all, so a supernode of one column has no pivot; with a diagonal of 1e-14 it
+    // has one, but the solution is worthless: found out by `solve`.
+    for n in [[30, 30, 1], [12, 12, 12]] {
+        for (diagonal, method) in [(0.0, Method::Lu), (1e-14, Method::Lblt)] {
+            let problem = random(n, 1, 1, |_, _| diagonal);
+            let mut factorization = problem.analysed();
+            let (report, solved, r) = problem.solve(&mut factorization, Method::Llt);
+            assert_eq!((report.method, solved.method), (method, Method::Lu));
+            assert!(solved.backward_error < 1e-12 && r < 1e-9, "{solved:?} {r}");
+            // The next right-hand side meets the LU factor at once.
+            let mut x = problem.times(&vec![1.0; problem.n()]);
+            assert_eq!(factorization.solve(&problem.values, &mut x).unwrap().method, Method::Lu);
+            assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-8));
         }
     }
-    let problem = Problem::new((0..n as u32).map(|x| [x, 0, 0]).collect(), 1, &entries);
+}
+
+#[test]
+fn weak_pivots_are_repaired_by_refinement() {
+    let problem = random([30, 30, 1], 1, 1, |_, _| 1e-9);
     let (_, solved, r) = problem.solve(&mut problem.analysed(), Method::Llt);
+    assert_eq!(solved.method, Method::Lblt);
+    assert!((1..=3).contains(&solved.refinements), "{solved:?}");
     assert!(solved.backward_error < 1e-12 && r < 1e-9, "{solved:?} {r}");
 }
 

@@ -65,8 +65,11 @@ fn fill(graph: &BlockGraph, order: &[u32]) -> usize {
     entries
 }
 
-/// Random subsets, reaches and rings.
-fn cases() -> Vec<(Vec<[u32; 3]>, [u32; 3], [Option<u32>; 3])> {
+/// Active nodes, reach and rings.
+type Case = (Vec<[u32; 3]>, [u32; 3], [Option<u32>; 3]);
+
+/// Random cases.
+fn cases() -> Vec<Case> {
     let mut random = Random(1);
     let mut cases = Vec::new();
     for case in 0..40 {

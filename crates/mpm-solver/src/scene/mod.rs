@@ -1,8 +1,8 @@
 //! The input language: what a scene file may say.
 //!
 //! A scene is a RON file that opens with the space it lives in, `PlaneStrain( … )` or `Solid( … )`.
-//! Units are any consistent set; the documentation of each field gives its dimension in length [L],
-//! force [F], mass [M] and time [T]. Numbers are checked as they are read, so that a wrong one is
+//! Units are any consistent set; the documentation of each field gives its dimension in length `[L]`,
+//! force `[F]`, mass `[M]` and time `[T]`. Numbers are checked as they are read, so that a wrong one is
 //! reported with its line; what only the whole scene can tell (a region without nodes, say) is
 //! checked when the scene is compiled.
 
@@ -42,6 +42,9 @@ pub struct SceneIn<const D: usize, B> {
     pub motion: MotionInput<D>,
     /// How material points influence the nodes of the mesh.
     pub basis: B,
+    /// How the points' domains are made and how they deform.
+    #[serde(default)]
+    pub domains: DomainsInput,
     /// Laws by name.
     #[serde(deserialize_with = "number::unique_keys")]
     pub materials: BTreeMap<String, MaterialInput>,
@@ -64,19 +67,82 @@ pub struct SceneIn<const D: usize, B> {
 }
 
 /// Bases of the plane.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum PlaneBasis {
     /// Standard MPM: the cell's own shape functions at the point.
     Smpm,
+    /// Generalised interpolation: the mean over a box along the axes. Box meshes that stay rectilinear only.
+    Gimp,
+    /// A parallelogram that deforms with the point's deformation gradient.
+    Cpdi1,
+    /// A quadrilateral whose corners move with the mesh.
+    Cpdi2q,
+    /// Triangles whose corners move with the mesh.
+    Cpdi2t,
 }
 
 /// Bases of three-dimensional space.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SolidBasis {
     /// Standard MPM: the cell's own shape functions at the point.
     Smpm,
+    /// Generalised interpolation: the mean over a box along the axes. Box meshes that stay rectilinear only.
+    Gimp,
+    /// A parallelepiped that deforms with the point's deformation gradient.
+    Cpdi1,
+    /// A hexahedron whose corners move with the mesh.
+    Cpdi2Hexahedron,
+    /// Tetrahedra whose corners move with the mesh, six to a hexahedron.
+    Cpdi2Tetrahedron,
+}
+
+/// How the points' domains are made and how they deform. An option that the scene's basis does not have is an
+/// error.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DomainsInput {
+    /// `Gimp`: what a half length follows; `Stretch` if left out.
+    pub gimp_update: Option<GimpUpdateInput>,
+    /// `Cpdi2t`: how a body's pieces are cut into triangles; `Cross` if left out.
+    pub triangles: Option<TrianglesInput>,
+    /// `Cpdi2q`: weights of the corners; `Current` if left out.
+    pub corner_weights: Option<CornerWeightsInput>,
+    /// Bases with convected corners: a point whose domain's distortion passes this, or whose domain turns inside
+    /// out, goes on with the `Cpdi1` domain of its own deformation gradient; never if left out `[-]`.
+    pub fallback_beyond: Option<Positive>,
+}
+
+/// What a half length of a `Gimp` domain follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum GimpUpdateInput {
+    /// The diagonal of the stretch, `U_ii` with `U = √(FᵀF)`.
+    Stretch,
+    /// The diagonal of the deformation gradient, `F_ii`; fails where a body turns by a right angle.
+    Diagonal,
+    /// The volume, `(det F)^(1/D)`.
+    Volume,
+    /// Nothing: the domain keeps its size.
+    None,
+}
+
+/// How pieces of a body are cut into triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum TrianglesInput {
+    /// Each of the n² pieces of a cell from its lower left to its upper right corner.
+    Slash,
+    /// Each of the n² pieces of a cell from its upper left to its lower right corner.
+    Backslash,
+    /// Each of (n/2)² pieces of a cell by both diagonals; n must be even.
+    Cross,
+}
+
+/// Weights of the corners of a `Cpdi2q` domain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum CornerWeightsInput {
+    /// Those of the present quadrilateral; they can turn negative.
+    Current,
+    /// Those of the quadrilateral at rest.
+    Frozen,
 }
 
 /// The background mesh at rest.
@@ -90,14 +156,14 @@ pub enum MeshInput {
     },
     /// Rings of nodes around a centre, joined by straight edges; in three dimensions stacked along z.
     Ring {
-        /// Centre (x, y) [L].
+        /// Centre (x, y) `[L]`.
         #[serde(default)]
         centre: PlanePoint,
         /// Radii of the rings of nodes, the innermost above 0.
         radii: AxisInput,
         /// Number of cells around.
         sectors: Count,
-        /// First and last angle of an open ring, anticlockwise from the x axis [degrees]; a full ring if left out.
+        /// First and last angle of an open ring, anticlockwise from the x axis `[degrees]`; a full ring if left out.
         #[serde(default)]
         angles: Option<(Finite, Finite)>,
         /// Where nodes stand along z; three dimensions only.
@@ -112,25 +178,25 @@ pub enum MeshInput {
 pub enum AxisInput {
     /// Cells of equal length.
     Uniform {
-        /// First coordinate [L].
+        /// First coordinate `[L]`.
         from: Finite,
-        /// Last coordinate [L].
+        /// Last coordinate `[L]`.
         to: Finite,
         /// Number of cells.
         cells: Count,
     },
     /// Cells whose lengths form a geometric series.
     Graded {
-        /// First coordinate [L].
+        /// First coordinate `[L]`.
         from: Finite,
-        /// Last coordinate [L].
+        /// Last coordinate `[L]`.
         to: Finite,
         /// Number of cells.
         cells: Count,
-        /// Length of the last cell over that of the first [-].
+        /// Length of the last cell over that of the first `[-]`.
         ratio: Positive,
     },
-    /// The coordinates themselves, increasing [L].
+    /// The coordinates themselves, increasing `[L]`.
     Nodes(Vec<Finite>),
 }
 
@@ -171,10 +237,10 @@ pub enum MotionInput<const D: usize> {
     Corners(Vec<CornerInput<D>>),
     /// The mesh turns as a rigid body about a centre (in three dimensions, about an axis along z).
     Rotate {
-        /// Centre (x, y) [L].
+        /// Centre (x, y) `[L]`.
         #[serde(default)]
         centre: PlanePoint,
-        /// Angle in all, anticlockwise [degrees].
+        /// Angle in all, anticlockwise `[degrees]`.
         angle: Finite,
         /// Part of the angle against the load fraction; linear if left out.
         #[serde(default)]
@@ -182,9 +248,9 @@ pub enum MotionInput<const D: usize> {
     },
     /// Rings of nodes of a ring mesh turn by an angle that varies linearly with their radius.
     Twist {
-        /// Angle of the innermost ring in all, anticlockwise [degrees].
+        /// Angle of the innermost ring in all, anticlockwise `[degrees]`.
         inner: Finite,
-        /// Angle of the outermost ring in all, anticlockwise [degrees].
+        /// Angle of the outermost ring in all, anticlockwise `[degrees]`.
         #[serde(default = "zero")]
         outer: Finite,
         /// Part of the angles against the load fraction; linear if left out.
@@ -211,7 +277,7 @@ fn zero() -> Finite {
     Finite(0.0)
 }
 
-/// A point (x, y) of the plane [L]; the origin if left out.
+/// A point (x, y) of the plane `[L]`; the origin if left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct PlanePoint(pub (Finite, Finite));
@@ -222,11 +288,11 @@ pub struct PlanePoint(pub (Finite, Finite));
 pub struct StretchInput {
     /// The axis.
     pub axis: Direction,
-    /// Coordinate of the plane that stays [L].
+    /// Coordinate of the plane that stays `[L]`.
     pub anchor: Finite,
-    /// Coordinate of the plane that moves, at rest [L].
+    /// Coordinate of the plane that moves, at rest `[L]`.
     pub driven: Finite,
-    /// How far it moves in all [L].
+    /// How far it moves in all `[L]`.
     pub displacement: Finite,
     /// Part of the displacement against the load fraction; linear if left out.
     #[serde(default)]
@@ -237,9 +303,9 @@ pub struct StretchInput {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CornerInput<const D: usize> {
-    /// The corner, by its position at rest [L].
+    /// The corner, by its position at rest `[L]`.
     pub corner: Coordinates<D>,
-    /// How far it moves in all [L].
+    /// How far it moves in all `[L]`.
     pub displacement: Coordinates<D>,
     /// Part of the displacement against the load fraction; linear if left out.
     #[serde(default)]
@@ -264,23 +330,23 @@ impl Default for RampInput {
 pub enum MaterialInput {
     /// Hencky elasticity.
     Hencky {
-        /// Young's modulus E [F/L²].
+        /// Young's modulus E `[F/L²]`.
         young: Positive,
-        /// Poisson's ratio ν, -1 < ν < 0.5 [-].
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
-        /// Mass per reference volume; needed where a body force acts [M/L³].
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Positive>,
     },
     /// Hencky elasticity with von Mises perfect plasticity.
     VonMises {
-        /// Young's modulus E [F/L²].
+        /// Young's modulus E `[F/L²]`.
         young: Positive,
-        /// Poisson's ratio ν, -1 < ν < 0.5 [-].
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
-        /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress [F/L²].
+        /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress `[F/L²]`.
         yield_radius: Positive,
-        /// Mass per reference volume; needed where a body force acts [M/L³].
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Positive>,
     },
@@ -307,16 +373,16 @@ pub enum ShapeInput<const D: usize> {
     /// A box along the axes. Along a direction in which both its ends lie on mesh lines, points are
     /// spaced evenly in each cell; along any other, evenly over the whole box and at least as densely.
     Box {
-        /// Corner with the lowest coordinates [L].
+        /// Corner with the lowest coordinates `[L]`.
         from: Coordinates<D>,
-        /// Corner with the highest coordinates [L].
+        /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
     },
     /// All cells of a ring mesh between two of its rings of nodes; exactly the polygon's volume.
     Ring {
-        /// Radius of the inner ring of nodes [L].
+        /// Radius of the inner ring of nodes `[L]`.
         inner: Finite,
-        /// Radius of the outer ring of nodes [L].
+        /// Radius of the outer ring of nodes `[L]`.
         outer: Finite,
     },
 }
@@ -329,24 +395,24 @@ pub enum RegionInput<const D: usize> {
     Plane {
         /// The axis.
         axis: Direction,
-        /// Its coordinate [L].
+        /// Its coordinate `[L]`.
         at: Finite,
     },
     /// Nodes inside a box or on its faces.
     Box {
-        /// Corner with the lowest coordinates [L].
+        /// Corner with the lowest coordinates `[L]`.
         from: Coordinates<D>,
-        /// Corner with the highest coordinates [L].
+        /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
     },
-    /// The node at a position [L].
+    /// The node at a position `[L]`.
     Point(Coordinates<D>),
     /// Nodes at a distance from a centre (in three dimensions, from an axis along z).
     Circle {
-        /// Centre (x, y) [L].
+        /// Centre (x, y) `[L]`.
         #[serde(default)]
         centre: PlanePoint,
-        /// Distance [L].
+        /// Distance `[L]`.
         radius: Positive,
     },
     /// Every node.
@@ -373,7 +439,7 @@ pub struct SupportInput<const D: usize> {
     #[serde(default)]
     pub follow_mesh: Vec<Direction>,
     /// Point (x, y) about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`;
-    /// not recorded if left out [L].
+    /// not recorded if left out `[L]`.
     #[serde(default)]
     pub moment_about: Option<PlanePoint>,
 }
@@ -384,7 +450,7 @@ pub struct SupportInput<const D: usize> {
 pub struct DisplaceInput {
     /// The component.
     pub axis: Direction,
-    /// Displacement in all [L].
+    /// Displacement in all `[L]`.
     pub by: Finite,
     /// Part of it against the load fraction; linear if left out.
     #[serde(default)]
@@ -397,7 +463,7 @@ pub struct DisplaceInput {
 pub enum LoadInput<const D: usize> {
     /// A force on the mass of every body.
     BodyForce {
-        /// Force per mass [L/T²].
+        /// Force per mass `[L/T²]`.
         acceleration: Coordinates<D>,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
@@ -407,12 +473,12 @@ pub enum LoadInput<const D: usize> {
     PointForce {
         /// Name of the body.
         body: String,
-        /// The position [L].
+        /// The position `[L]`.
         near: Coordinates<D>,
         /// How many points share the force; points at equal distance count in their order.
         #[serde(default = "Count::one")]
         points: Count,
-        /// The whole force (in the plane: per unit thickness) [F].
+        /// The whole force (in the plane: per unit thickness) `[F]`.
         force: Coordinates<D>,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
@@ -425,12 +491,12 @@ pub enum LoadInput<const D: usize> {
         body: String,
         /// The axis that the plane cuts.
         axis: Direction,
-        /// Coordinate of the plane at rest [L].
+        /// Coordinate of the plane at rest `[L]`.
         at: Finite,
         /// Bounds of the loaded part of the plane; all of it if left out.
         #[serde(default)]
         within: Option<BoundsInput<D>>,
-        /// The whole force (in the plane: per unit thickness) [F].
+        /// The whole force (in the plane: per unit thickness) `[F]`.
         resultant: Coordinates<D>,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
@@ -442,9 +508,9 @@ pub enum LoadInput<const D: usize> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundsInput<const D: usize> {
-    /// Corner with the lowest coordinates [L].
+    /// Corner with the lowest coordinates `[L]`.
     pub from: Coordinates<D>,
-    /// Corner with the highest coordinates [L].
+    /// Corner with the highest coordinates `[L]`.
     pub to: Coordinates<D>,
 }
 
@@ -468,7 +534,7 @@ fn default_cuts() -> u8 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ToleranceInput {
-    /// Out-of-balance force over external plus reaction force [-].
+    /// Out-of-balance force over external plus reaction force `[-]`.
     pub residual: Positive,
     /// Newton iterations per load step before it is cut.
     pub iterations: Count,
@@ -488,11 +554,14 @@ pub struct OutputInput {
     pub fields: Vec<Field>,
     /// Points are recorded every so many load steps, and always at the start and the end.
     pub every: Count,
+    /// Whether the health of the points' domains is worked out after every load step, as columns
+    /// `/history/domain_…`.
+    pub domain_history: bool,
 }
 
 impl Default for OutputInput {
     fn default() -> Self {
-        Self { fields: vec![Field::CauchyStress, Field::Displacement], every: Count(1) }
+        Self { fields: vec![Field::CauchyStress, Field::Displacement], every: Count(1), domain_history: false }
     }
 }
 

@@ -101,7 +101,9 @@ fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
         Error::ExpectedArrayEnd => expected("`]`"),
         Error::ExpectedMapEnd => expected("`}`"),
         Error::ExpectedStructLikeEnd | Error::ExpectedOptionEnd => expected("`)`"),
-        Error::ExpectedComma if text[place.clone()].starts_with(|c: char| c.is_ascii_digit()) && is_split(text, place) => {
+        Error::ExpectedComma
+            if text[place.clone()].starts_with(|c: char| c.is_ascii_digit()) && is_split(text, place) =>
+        {
             expected("a whole number")
         }
         Error::ExpectedComma => expected("`,` or a closing bracket"),

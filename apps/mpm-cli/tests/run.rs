@@ -1,0 +1,136 @@
+//! Runs from scene file to results file.
+
+use mpm_io::Results;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn mpm(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mpm"))
+        .args(arguments)
+        .current_dir(directory)
+        .output()
+        .expect("the program starts")
+}
+
+fn shipped(scene: &str) -> String {
+    format!("{}/../../scenes/{scene}", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn a_quiet_run_says_nothing_and_leaves_its_results() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = mpm(directory.path(), &["run", "--quiet", &shipped("simple_stretch.ron")]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stdout.is_empty() && output.stderr.is_empty());
+
+    let results = Results::open(directory.path().join("simple_stretch.h5")).unwrap();
+    assert_eq!((results.status(), results.rows()), ("completed", 41));
+    assert!(results.scene().contains("The simple stretch"));
+    assert!(results.program().starts_with("mpm "));
+    let fraction = results.column("load_fraction").unwrap();
+    assert_eq!(fraction.row(40), [1.0]);
+    assert!(directory.path().join("simple_stretch.xdmf").exists());
+}
+
+#[test]
+fn a_run_reports_every_step_and_its_totals() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = mpm(directory.path(), &["run", &shipped("simple_stretch_rollers.ron"), "-o", "r.h5"]);
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in ["step  fraction", "1.000000", "load steps        40", "smallest det ΔF", "r.h5 (and r.xdmf)"]
+    {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    // No progress bar where nobody looks.
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Pulled gently for half of the way, then so fast that five iterations are too few.
+const TOO_FAST: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
+    motion: Stretch([(axis: X, anchor: 0, driven: 2, displacement: 8, ramp: [(0, 0), (0.5, 0.001), (1, 1)])]),
+    basis: Smpm,
+    materials: { "metal": VonMises(young: 1e3, poisson: 0.3, yield_radius: 4) },
+    bodies: [(name: "square", material: "metal", shape: Box(from: (0, 0), to: (2, 2)), points_per_cell: 2)],
+    supports: [
+        (name: "left", region: Plane(axis: X, at: 0), fix: [X, Y]),
+        (name: "pulled", region: Plane(axis: X, at: 2), follow_mesh: [X]),
+    ],
+    schedule: (steps: 4, cuts: 0),
+    tolerance: (iterations: 3),
+)"#;
+
+#[test]
+fn a_run_that_cannot_finish_keeps_what_it_has() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("fast.ron"), TOO_FAST).unwrap();
+    let output = mpm(directory.path(), &["run", "fast.ron", "--quiet"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(output.stdout.is_empty());
+    for part in
+        ["load step 3", "load fraction 0.5 to 0.75", "no equilibrium after 3 Newton iterations", "fast.h5"]
+    {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    let results = Results::open(directory.path().join("fast.h5")).unwrap();
+    assert!(results.status().starts_with("failed: load step 3"), "{}", results.status());
+    assert_eq!(results.rows(), 3);
+    assert_eq!(results.column("load_fraction").unwrap().values(), [0.0, 0.25, 0.5]);
+    assert_eq!(results.fractions(), [0.0, 0.25, 0.5]);
+    assert_eq!(results.points(2).unwrap().len(), 16);
+}
+
+#[test]
+fn threads_change_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let scene = shipped("simple_stretch_rollers.ron");
+    let [one, two] = ["1", "2"].map(|threads| {
+        let name = format!("{threads}.h5");
+        let output = mpm(directory.path(), &["run", &scene, "-q", "--threads", threads, "-o", &name]);
+        assert_eq!(output.status.code(), Some(0));
+        Results::open(directory.path().join(name)).unwrap()
+    });
+    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(one.columns(), two.columns());
+    for column in one.columns().iter().filter(|column| column.name != "wall_seconds") {
+        let [a, b] = [&one, &two].map(|results| bits(results.column(&column.name).unwrap().values()));
+        assert_eq!(a, b, "{}", column.name);
+    }
+    let last = one.fractions().len() - 1;
+    for field in one.fields().unwrap() {
+        let [a, b] = [&one, &two].map(|results| bits(results.field(&field, last).unwrap().values()));
+        assert_eq!(a, b, "{field}");
+    }
+}
+
+#[test]
+fn the_reference_of_the_language_is_that_of_its_types() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = mpm(directory.path(), &["schema", "--markdown"]);
+    let generated = String::from_utf8(output.stdout).unwrap();
+    let kept = std::fs::read_to_string(shipped("README.md")).unwrap();
+    let differing = generated.lines().zip(kept.lines()).enumerate().find(|(_, (a, b))| a != b);
+    let place = differing.map(|(line, (now, kept))| format!("line {}:\n  {kept}\nis now\n  {now}", line + 1));
+    assert!(
+        generated == kept,
+        "scenes/README.md is not up to date; regenerate it by `mpm schema --markdown > scenes/README.md`\n{}",
+        place.unwrap_or_else(|| "one ends before the other".into())
+    );
+
+    // Its example is a scene.
+    let example = generated.split("```ron\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    std::fs::write(directory.path().join("example.ron"), example).unwrap();
+    let output = mpm(directory.path(), &["run", "example.ron"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn the_schema_is_json() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = mpm(directory.path(), &["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(schema["title"], "Scene");
+    assert!(schema["$defs"]["RampInput"].is_object());
+}

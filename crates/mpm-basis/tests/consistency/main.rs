@@ -1,0 +1,8 @@
+//! Every basis on randomly distorted domains and meshes: what completeness, convection and the
+//! published formulas demand.
+
+mod completeness;
+mod convection;
+mod formulas;
+mod random;
+mod seeding;

@@ -1,0 +1,139 @@
+//! The dependency rules of the workspace, read off its manifests.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Libraries and applications by package name: the names of what they depend on, and the lines that
+/// say so. Development dependencies are apart.
+struct Manifest {
+    dependencies: BTreeMap<String, String>,
+    dev_dependencies: BTreeMap<String, String>,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The entries of a table: key and the rest of the line.
+fn table(text: &str, header: &str) -> BTreeMap<String, String> {
+    let lines = text.lines().map(str::trim).skip_while(|line| *line != header).skip(1);
+    lines
+        .take_while(|line| !line.starts_with('['))
+        .filter(|line| !line.starts_with('#'))
+        .filter_map(|line| line.split_once('='))
+        .map(|(key, value)| {
+            let name = key.trim().split('.').next().expect("a split has a first part");
+            (name.trim_matches('"').to_owned(), value.trim().to_owned())
+        })
+        .collect()
+}
+
+fn manifests() -> BTreeMap<String, Manifest> {
+    let mut paths = vec![root().join("validation"), root().join("benchmarks")];
+    for group in ["crates", "apps"] {
+        let entries = fs::read_dir(root().join(group)).expect("the workspace has this directory");
+        paths.extend(entries.map(|entry| entry.expect("a readable directory").path()));
+    }
+    let mut manifests = BTreeMap::new();
+    for path in paths.into_iter().map(|path| path.join("Cargo.toml")).filter(|path| path.exists()) {
+        let text = fs::read_to_string(&path).expect("a readable manifest");
+        for line in
+            text.lines().map(str::trim).filter(|line| line.starts_with('[') && line.contains("dependencies"))
+        {
+            let plain = ["[dependencies]", "[dev-dependencies]"].contains(&line);
+            assert!(plain, "{}: this test cannot read the table {line}", path.display());
+        }
+        let name = table(&text, "[package]")["name"].trim_matches('"').to_owned();
+        let dependencies = table(&text, "[dependencies]");
+        let dev_dependencies = table(&text, "[dev-dependencies]");
+        manifests.insert(name, Manifest { dependencies, dev_dependencies });
+    }
+    manifests
+}
+
+/// Packages that depend on `dependency`, in their code or their tests.
+fn users(dependency: &str) -> BTreeSet<String> {
+    let uses = |it: &Manifest| {
+        it.dependencies.contains_key(dependency) || it.dev_dependencies.contains_key(dependency)
+    };
+    manifests().into_iter().filter(|(_, manifest)| uses(manifest)).map(|(name, _)| name).collect()
+}
+
+fn only(dependency: &str, allowed: &[&str]) {
+    let users = users(dependency);
+    let strangers: Vec<&String> = users.iter().filter(|name| !allowed.contains(&name.as_str())).collect();
+    assert!(strangers.is_empty(), "{strangers:?} may not depend on {dependency}; only {allowed:?} may");
+}
+
+const APPLICATIONS: [&str; 3] = ["mpm-cli", "mpm-validation", "mpm-benchmarks"];
+
+#[test]
+fn the_manifests_are_read() {
+    let manifests = manifests();
+    for name in ["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-solver", "mpm-io"] {
+        assert!(manifests[name].dependencies.contains_key("thiserror"), "{name}");
+    }
+    assert!(APPLICATIONS.iter().all(|name| manifests[*name].dependencies.contains_key("mpm-solver")));
+    assert!(users("faer").contains("mpm-solver") && users("hdf5").contains("mpm-io"));
+}
+
+#[test]
+fn a_table_ends_where_the_next_begins() {
+    let text = "[package]\nname = \"a\"\n[dependencies]\n# not = this\nx = \"1\"\ny.workspace = true\n[dev-dependencies]\nz = \"2\"";
+    let names = |header| table(text, header).into_keys().collect::<Vec<_>>();
+    assert_eq!(names("[dependencies]"), ["x", "y"]);
+    assert_eq!(names("[dev-dependencies]"), ["z"]);
+}
+
+#[test]
+fn workspace_crates_depend_downwards_only() {
+    let below: [(&str, &[&str]); 6] = [
+        ("mpm-grid", &[]),
+        ("mpm-material", &[]),
+        ("mpm-basis", &["mpm-grid"]),
+        ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material"]),
+        ("mpm-solver", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly"]),
+        ("mpm-io", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-solver"]),
+    ];
+    let manifests = manifests();
+    for (name, allowed) in below {
+        let manifest = &manifests[name];
+        let all = manifest.dependencies.keys().chain(manifest.dev_dependencies.keys());
+        for dependency in all.filter(|dependency| manifests.contains_key(*dependency)) {
+            assert!(allowed.contains(&dependency.as_str()), "{name} may not depend on {dependency}");
+        }
+    }
+    let libraries: Vec<&str> = below.iter().map(|(name, _)| *name).collect();
+    for name in manifests.keys() {
+        let known = libraries.contains(&name.as_str()) || APPLICATIONS.contains(&name.as_str());
+        assert!(known, "{name} has no place in the dependency rules");
+        assert!(!["core", "common", "util", "utils"].iter().any(|vague| name.ends_with(vague)), "{name}");
+    }
+}
+
+#[test]
+fn foreign_crates_enter_at_one_place() {
+    only("faer", &["mpm-solver"]);
+    only("hdf5", &["mpm-io"]);
+    only("clap", &APPLICATIONS);
+    only("serde", &["mpm-solver", "mpm-cli", "mpm-validation", "mpm-benchmarks"]);
+    only("ron", &["mpm-solver", "mpm-cli", "mpm-validation", "mpm-benchmarks"]);
+    only("rayon", &["mpm-basis", "mpm-assembly", "mpm-cli", "mpm-validation", "mpm-benchmarks"]);
+}
+
+/// Features unify: one crate that asks for faer's `rayon` would change the bits of all.
+#[test]
+fn faer_has_no_parallel_variant() {
+    let workspace = fs::read_to_string(root().join("Cargo.toml")).expect("a readable manifest");
+    let declared = table(&workspace, "[workspace.dependencies]")["faer"].clone();
+    assert!(declared.contains("default-features = false"), "{declared}");
+    assert!(!declared.contains("rayon"), "{declared}");
+    for (name, manifest) in manifests() {
+        let asked =
+            [&manifest.dependencies, &manifest.dev_dependencies].map(|table| table.get("faer").cloned());
+        for line in asked.into_iter().flatten() {
+            assert!(!line.contains("features"), "{name} changes the features of faer: {line}");
+        }
+    }
+}
