@@ -3,11 +3,11 @@
 /// Hencky elasticity with von Mises perfect plasticity, in principal axes that stay fixed.
 #[derive(Clone, Copy, Debug)]
 pub struct Metal {
-    /// Young's modulus E [F/L²].
+    /// Young's modulus E `[F/L²]`.
     pub young: f64,
-    /// Poisson's ratio ν [-].
+    /// Poisson's ratio ν `[-]`.
     pub poisson: f64,
-    /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield [F/L²].
+    /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield `[F/L²]`.
     pub yield_radius: f64,
 }
 
@@ -23,23 +23,23 @@ pub enum Sides {
 /// Homogeneous state of a strip at the end of a load step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretched {
-    /// Stretch along the strip, λ_x [-].
+    /// Stretch along the strip, λ_x `[-]`.
     pub along: f64,
-    /// Stretch across, λ_y; the third direction keeps its length [-].
+    /// Stretch across, λ_y; the third direction keeps its length `[-]`.
     pub across: f64,
-    /// Principal Kirchhoff stresses τ_x, τ_y, τ_z [F/L²].
+    /// Principal Kirchhoff stresses τ_x, τ_y, τ_z `[F/L²]`.
     pub kirchhoff: [f64; 3],
     /// Whether the step was plastic.
     pub plastic: bool,
 }
 
 impl Stretched {
-    /// Force per initial cross-section, `σ_x λ_y = τ_x/λ_x` in plane strain [F/L²].
+    /// Force per initial cross-section, `σ_x λ_y = τ_x/λ_x` in plane strain `[F/L²]`.
     pub fn nominal(&self) -> f64 {
         self.kirchhoff[0] / self.along
     }
 
-    /// Cauchy stresses σ = τ/J [F/L²].
+    /// Cauchy stresses σ = τ/J `[F/L²]`.
     pub fn cauchy(&self) -> [f64; 3] {
         self.kirchhoff.map(|tau| tau / (self.along * self.across))
     }

@@ -21,7 +21,7 @@ pub struct Row {
     pub entries: Vec<Entry>,
     /// Relative out-of-balance force of every iterate.
     pub residuals: Vec<f64>,
-    /// Positions of the material points, three numbers each [L].
+    /// Positions of the material points, three numbers each `[L]`.
     pub positions: Vec<f64>,
     /// The fields asked for, in that order.
     pub fields: Vec<Vec<f64>>,

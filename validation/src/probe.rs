@@ -67,7 +67,7 @@ impl<const D: usize> Probe<D> {
         mpm_assembly::views(&*self.body)
     }
 
-    /// `f_int` under an increment of displacement [F].
+    /// `f_int` under an increment of displacement `[F]`.
     ///
     /// # Errors
     /// The increment inverts a point.
@@ -79,7 +79,7 @@ impl<const D: usize> Probe<D> {
         Ok(internal)
     }
 
-    /// `K v` with the assembled tangent of an increment of displacement [F].
+    /// `K v` with the assembled tangent of an increment of displacement `[F]`.
     ///
     /// # Errors
     /// The increment inverts a point.

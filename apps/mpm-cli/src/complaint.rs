@@ -1,6 +1,9 @@
 //! What goes wrong, told once, in colour only where somebody looks.
 
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report};
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents,
+    Report, SourceCode, SourceSpan, SpanContents,
+};
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -29,7 +32,7 @@ impl Complaint {
         let length = text[place.clone()].find('\n').unwrap_or(place.len());
         let label = LabeledSpan::new_primary_with_span(label, (place.start, length));
         let diagnostic = MietteDiagnostic::new(message).with_label(label);
-        let source = NamedSource::new(file.display().to_string(), text.to_string());
+        let source = Source { name: file.display().to_string(), text: text.to_string() };
         Self { report: Report::new(diagnostic).with_source_code(source), code: 2 }
     }
 
@@ -54,5 +57,33 @@ impl Complaint {
         // Nobody is left to tell if this fails.
         let _ = std::io::stderr().write_all(text.as_bytes());
         ExitCode::from(self.code)
+    }
+}
+
+/// A named text whose columns are counted in characters (miette's own are bytes).
+#[derive(Debug)]
+struct Source {
+    name: String,
+    text: String,
+}
+
+impl SourceCode for Source {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        lines_before: usize,
+        lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let found = self.text.read_span(span, lines_before, lines_after)?;
+        let start = found.span().offset();
+        let column = self.text[start - found.column()..start].chars().count();
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            found.data(),
+            *found.span(),
+            found.line(),
+            column,
+            found.line_count(),
+        )))
     }
 }

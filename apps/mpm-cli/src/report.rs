@@ -44,7 +44,7 @@ pub fn convergence(rows: &[Row]) -> String {
 /// Whether something happened in the step that one would want to know: it was cut, or its tangent
 /// began or ceased to be positive definite.
 fn is_remarkable(row: &Row, before: &Row) -> bool {
-    row.cuts > 0 || row.halvings > 0 || row.method != before.method
+    row.cuts > 0 || row.shortened > 0 || row.method != before.method
 }
 
 fn method(code: u64) -> &'static str {
@@ -67,7 +67,7 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     }
     line("material points", count(summary.points));
     line("load steps", format!("{}, {} halved", count(summary.steps), count(summary.cuts)));
-    let halved = format!("{}, {} corrections halved", count(summary.iterations), count(summary.halvings));
+    let halved = format!("{}, {} corrections shortened", count(summary.iterations), count(summary.shortened));
     line("iterations", halved);
     line("indefinite steps", count(summary.indefinite_steps));
     line("smallest det ΔF", format!("{:.6}", summary.smallest_determinant));
@@ -174,7 +174,7 @@ mod tests {
             equations: 6,
             method: 0,
             cuts,
-            halvings: 0,
+            shortened: 0,
         }
     }
 

@@ -23,7 +23,7 @@ pub struct Row {
     /// Times the step was halved before it converged.
     pub cuts: u64,
     /// Newton corrections halved.
-    pub halvings: u64,
+    pub shortened: u64,
 }
 
 /// An observer that hands on to the results file.
@@ -80,7 +80,7 @@ impl Observer for Watch {
             equations: self.count(step.row, "equations"),
             method: self.count(step.row, "factorization"),
             cuts: self.count(step.row, "cuts"),
-            halvings: self.count(step.row, "halvings"),
+            shortened: self.count(step.row, "shortened_corrections"),
             residuals,
         });
         Ok(())

@@ -29,9 +29,11 @@ pub enum CornerWeights {
     #[default]
     Current,
     /// The one at rest, a remedy: weights stay positive whatever the distortion, S remains linearly
-    /// complete, and the point sits at `Σ_c w⁰_c x_c`, which is no longer the centroid. The gradient
-    /// is as published, so that a domain that loses its area still ends in
-    /// [`ConvectionError::Inverted`].
+    /// complete, and the point sits at `Σ_c w⁰_c x_c`, which is no longer the centroid.
+    ///
+    /// Weights enter S alone, that is body forces, loads on points and the points' positions. The
+    /// gradient is as published: without such loads the nodal solution is the same as with current
+    /// weights, and a domain that loses its area still ends in [`ConvectionError::Inverted`].
     Frozen,
 }
 

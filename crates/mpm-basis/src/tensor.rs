@@ -16,10 +16,20 @@ pub(crate) fn determinant<const D: usize>(m: &Block<D>) -> f64 {
     }
 }
 
-/// `M⁻ᵀ`; not a number where M is singular, so that whatever is made of it is refused later.
+/// `M⁻ᵀ`, the cofactors over the determinant; not finite where M is singular, so that whatever is made
+/// of it is refused later.
 #[inline]
 pub(crate) fn inverse_transpose<const D: usize>(m: &Block<D>) -> Block<D> {
-    m.try_inverse().map_or_else(|| Block::from_element(f64::NAN), |inverse| inverse.transpose())
+    let per_det = 1.0 / determinant(m);
+    Block::from_fn(|i, j| match D {
+        1 => per_det,
+        2 if i == j => m[(1 - i, 1 - j)] * per_det,
+        2 => -m[(1 - i, 1 - j)] * per_det,
+        _ => {
+            let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+            (m[(a, c)] * m[(b, d)] - m[(a, d)] * m[(b, c)]) * per_det
+        }
+    })
 }
 
 /// `U = √(FᵀF)` of an F with positive determinant.
@@ -64,12 +74,14 @@ mod tests {
     use nalgebra::{Matrix2, Matrix3};
 
     #[test]
-    fn determinants_agree_with_nalgebra() {
+    fn determinants_agree_with_nalgebra_and_inverses_invert() {
         let plane = Matrix2::new(1.2, -0.3, 0.4, 0.9);
         let solid = Matrix3::new(1.2, -0.3, 0.1, 0.4, 0.9, -0.2, 0.05, 0.3, 1.1);
         assert!((determinant(&plane) - plane.determinant()).abs() < 1e-15);
         assert!((determinant(&solid) - solid.determinant()).abs() < 1e-15);
-        assert!(inverse_transpose(&Matrix2::new(1.0, 2.0, 2.0, 4.0)).iter().all(|it| it.is_nan()));
+        assert!((inverse_transpose(&plane).transpose() * plane - Matrix2::identity()).norm() < 1e-15);
+        assert!((inverse_transpose(&solid).transpose() * solid - Matrix3::identity()).norm() < 1e-15);
+        assert!(inverse_transpose(&Matrix2::new(1.0, 2.0, 2.0, 4.0)).iter().all(|it| !it.is_finite()));
     }
 
     #[test]

@@ -8,8 +8,14 @@ use mpm_assembly::{Connection, Constraints, PassInput, Pattern, Sums, TangentSum
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Mesh, NodeId, Vector};
 
-/// Halvings of one correction before the load step is cut.
-const HALVINGS: u32 = 8;
+/// Smallest part of a correction that is tried before the load step is cut.
+const LEAST_PART: f64 = 1.0 / 256.0;
+
+/// A correction overshoots where the work at its end is minus this, or less, times that at its start.
+const OVERSHOT: f64 = 0.9;
+
+/// Evaluations in the search for a shorter correction at most.
+const SEARCHES: usize = 5;
 
 /// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
 const DIVERGED: f64 = 1e8;
@@ -39,8 +45,8 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub residuals: Vec<f64>,
     /// The most general factorisation that was needed.
     pub method: Method,
-    /// Halved corrections.
-    pub halvings: u32,
+    /// Corrections of which only a part was taken.
+    pub shortened: u32,
     /// Node at which LLᵀ last met a pivot that was not positive.
     pub unstable_node: Option<NodeId>,
     /// Smallest `det ΔF` of any point.
@@ -77,7 +83,7 @@ pub(crate) fn solve<const D: usize>(
         reaction: vec![Vector::zeros(); n],
         residuals: Vec::new(),
         method: Method::Llt,
-        halvings: 0,
+        shortened: 0,
         unstable_node: None,
         smallest_determinant: f64::INFINITY,
     };
@@ -100,14 +106,7 @@ pub(crate) fn solve<const D: usize>(
             timings.skip_tangents -= 1;
             evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut [], timings)?;
         }
-        let mut correction =
-            correction(problem, factorization, workspace, &out_of_balance, &mut state, timings)?;
-        if iteration == 1 {
-            for (correction, lift) in correction.iter_mut().zip(lift) {
-                *correction += lift;
-            }
-        }
-
+        let free = correction(problem, factorization, workspace, &out_of_balance, &mut state, timings)?;
         // A tangent is not worth its cost where this iterate should be the last.
         let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
             timings.skip_tangents += 1;
@@ -116,10 +115,15 @@ pub(crate) fn solve<const D: usize>(
             Wanted::ForceAndTangent
         };
         has_tangent = wanted == Wanted::ForceAndTangent;
-        // Halving the first correction would let go of the prescribed displacements.
-        let halvings = if iteration == 1 { 0 } else { HALVINGS };
-        out_of_balance =
-            correct(problem, &mut state, &mut correction, halvings, wanted, &mut workspace.values, timings)?;
+        let first = iteration == 1;
+        let correction = Correction {
+            free: &free,
+            lift: if first { lift } else { &[] },
+            force: &out_of_balance,
+            // A short first correction would leave prescribed displacements to the points next to them.
+            least_part: if first && problem.constraints.is_driven() { 1.0 } else { LEAST_PART },
+        };
+        out_of_balance = correct(problem, &mut state, &correction, wanted, &mut workspace.values, timings)?;
 
         let residual = problem.relative(&out_of_balance, &state.reaction);
         state.residuals.push(residual);
@@ -167,32 +171,84 @@ fn expects_convergence(residuals: &[f64], tolerance: f64) -> bool {
     }
 }
 
-/// Adds the correction, or a half, a quarter, … of it until no point is inverted.
+/// Adds the correction, or a part of it: a half, a quarter, … until no point is inverted, and where
+/// the whole would overshoot (the work of the out-of-balance force along it changes sign and is not
+/// smaller than at the start) about as much of it as makes that work vanish.
 fn correct<const D: usize>(
     problem: &Problem<'_, D>,
     state: &mut Equilibrium<D>,
-    correction: &mut [Vector<D>],
-    halvings: u32,
+    correction: &Correction<'_, D>,
     wanted: Wanted,
     values: &mut [f64],
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
     let start = state.increment.clone();
-    for halving in 0.. {
-        for ((increment, start), correction) in state.increment.iter_mut().zip(&start).zip(&*correction) {
-            *increment = start + correction;
-        }
+    let mut part = 1.0;
+    let mut out_of_balance = loop {
+        correction.apply(part, &start, &mut state.increment);
         match evaluate(problem, state, wanted, values, &mut [], timings) {
-            Err(StepFailure::Inverted { .. }) if halving < halvings => {
-                state.halvings += 1;
-                for correction in correction.iter_mut() {
-                    *correction *= 0.5;
-                }
+            Err(StepFailure::Inverted { .. }) if part > correction.least_part => {
+                part *= 0.5;
+                state.shortened += 1;
             }
-            result => return result,
+            result => break result?,
+        }
+    };
+
+    let at_start = work(correction.free, correction.force);
+    let at_end = work(correction.free, &out_of_balance);
+    if part < 1.0 || at_start <= 0.0 || at_end > -OVERSHOT * at_start {
+        return Ok(out_of_balance);
+    }
+    // Illinois variant of the false position method, on the sign change between none and all of it.
+    let (mut low, mut low_work, mut high, mut high_work) = (0.0, at_start, 1.0, at_end);
+    for _ in 0..SEARCHES {
+        part = (low * high_work - high * low_work) / (high_work - low_work);
+        correction.apply(part, &start, &mut state.increment);
+        out_of_balance = evaluate(problem, state, Wanted::Force, values, &mut [], timings)?;
+        let here = work(correction.free, &out_of_balance);
+        if here.abs() <= 0.5 * at_start {
+            break;
+        }
+        if here > 0.0 {
+            (low, low_work, high_work) = (part, here, 0.5 * high_work);
+        } else {
+            (high, high_work, low_work) = (part, here, 0.5 * low_work);
         }
     }
-    unreachable!("the last halving returns")
+    state.shortened += 1;
+    if wanted == Wanted::ForceAndTangent {
+        out_of_balance = evaluate(problem, state, wanted, values, &mut [], timings)?;
+    }
+    Ok(out_of_balance)
+}
+
+/// A correction of the displacement and what is known of it.
+struct Correction<'a, const D: usize> {
+    /// The correction, zero on prescribed components [L].
+    free: &'a [Vector<D>],
+    /// Prescribed increments that it brings along, whole whatever part of it is taken; none but in
+    /// the first iteration [L].
+    lift: &'a [Vector<D>],
+    /// The out-of-balance force that it answers [F].
+    force: &'a [Vector<D>],
+    /// Smallest part that is tried where it inverts a point.
+    least_part: f64,
+}
+
+impl<const D: usize> Correction<'_, D> {
+    fn apply(&self, part: f64, start: &[Vector<D>], increment: &mut [Vector<D>]) {
+        for ((increment, start), free) in increment.iter_mut().zip(start).zip(self.free) {
+            *increment = start + free * part;
+        }
+        for (increment, lift) in increment.iter_mut().zip(self.lift) {
+            *increment += lift;
+        }
+    }
+}
+
+fn work<const D: usize>(displacement: &[Vector<D>], force: &[Vector<D>]) -> f64 {
+    displacement.iter().zip(force).map(|(u, f)| u.dot(f)).sum()
 }
 
 /// Forces (and tangent) under the state's increment: sets the reaction, returns `f_ext - f_int` of

@@ -33,8 +33,8 @@ pub struct Summary {
     pub iterations: u64,
     /// Times a step was halved.
     pub cuts: u64,
-    /// Times a Newton correction was halved.
-    pub halvings: u64,
+    /// Newton corrections of which only a part was taken.
+    pub shortened: u64,
     /// Steps in which the tangent was not positive definite.
     pub indefinite_steps: u64,
     /// Smallest `det ΔF` of any point in any step `[-]`.
@@ -64,7 +64,7 @@ pub(crate) struct Record {
 struct Totals {
     iterations: u64,
     cuts: u64,
-    halvings: u64,
+    shortened: u64,
     indefinite_steps: u64,
     smallest_determinant: Option<f64>,
     active_nodes: u64,
@@ -84,7 +84,7 @@ impl Record {
             count("factorization"),
             count("unstable_node"),
             count("cuts"),
-            count("halvings"),
+            count("shortened_corrections"),
             real("smallest_det_increment".into(), 1),
             real("wall_seconds".into(), 1),
         ];
@@ -179,7 +179,7 @@ impl Record {
             // Number of the node from 1; 0 where the tangent was positive definite.
             Entry::Count(vec![equilibrium.unstable_node.map_or(0, |node| node.index() as u64 + 1)]),
             Entry::Count(vec![cuts_here]),
-            Entry::Count(vec![equilibrium.halvings.into()]),
+            Entry::Count(vec![equilibrium.shortened.into()]),
             Entry::Real(vec![equilibrium.smallest_determinant]),
             Entry::Real(vec![seconds]),
         ];
@@ -218,7 +218,7 @@ impl Record {
         let totals = &mut self.summary;
         totals.iterations += iterations;
         totals.cuts = cuts;
-        totals.halvings += u64::from(equilibrium.halvings);
+        totals.shortened += u64::from(equilibrium.shortened);
         totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
@@ -252,7 +252,7 @@ impl Record {
             steps: self.rows.saturating_sub(1),
             iterations: totals.iterations,
             cuts: totals.cuts,
-            halvings: totals.halvings,
+            shortened: totals.shortened,
             indefinite_steps: totals.indefinite_steps,
             smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),

@@ -29,7 +29,7 @@ pub(super) const ROLLERS: Case = Case {
 
 const METAL: Metal = Metal { young: 1e3, poisson: 0.0, yield_radius: 400.0 };
 
-/// Side of the square [L].
+/// Side of the square `[L]`.
 const SIDE: f64 = 2.0;
 
 fn closed_form(sides: Sides, steps: u32) -> Vec<Stretched> {
@@ -131,7 +131,7 @@ fn rollers() -> Result<Vec<Check>, Broken> {
     ])
 }
 
-/// Reaction of the pulled edge in every load step [F per thickness].
+/// Reaction of the pulled edge in every load step `[F per thickness]`.
 fn pull(history: &History) -> Vec<f64> {
     history.series("reaction/pulled", 0)[1..].to_vec()
 }

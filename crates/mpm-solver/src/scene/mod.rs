@@ -542,7 +542,7 @@ pub struct ToleranceInput {
 
 impl Default for ToleranceInput {
     fn default() -> Self {
-        Self { residual: Positive(1e-9), iterations: Count(20) }
+        Self { residual: Positive(1e-9), iterations: Count(25) }
     }
 }
 

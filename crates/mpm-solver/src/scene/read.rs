@@ -55,15 +55,23 @@ fn place(text: &str, error: &SpannedError) -> Range<usize> {
         | Error::IntegerOutOfBounds
             if start < end =>
         {
-            let signed = text[..start].ends_with(['-', '+']);
-            start - usize::from(signed)..end
+            // The reader takes a sign, and the opening quote of a text, by themselves.
+            let split = text[..start].ends_with(['-', '+', '"']);
+            start - usize::from(split)..end
         }
-        Error::ExpectedComma if text[end..].starts_with(['.', 'e', 'E']) => {
-            let number = text[..end].trim_end_matches(is_word).len();
-            number..token(text, end).end
+        Error::ExpectedComma | Error::InvalidIntegerDigit { .. } => {
+            fraction_at(text, end).unwrap_or_else(|| token(text, end))
         }
         _ => token(text, end),
     }
+}
+
+/// The number with a point or exponent whose first digits, as a whole number, end at `at`.
+fn fraction_at(text: &str, at: usize) -> Option<Range<usize>> {
+    let number = text[..at].trim_end_matches(is_word).len()..token(text, at).end;
+    let digits = text[number.clone()].trim_start_matches(['-', '+']);
+    let is_fraction = digits.starts_with(|c: char| c.is_ascii_digit()) && digits.contains(['.', 'e', 'E']);
+    is_fraction.then_some(number)
 }
 
 fn is_word(c: char) -> bool {
@@ -101,9 +109,8 @@ fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
         Error::ExpectedArrayEnd => expected("`]`"),
         Error::ExpectedMapEnd => expected("`}`"),
         Error::ExpectedStructLikeEnd | Error::ExpectedOptionEnd => expected("`)`"),
-        Error::ExpectedComma
-            if text[place.clone()].starts_with(|c: char| c.is_ascii_digit()) && is_split(text, place) =>
-        {
+        Error::InvalidIntegerDigit { .. } => expected("a whole number"),
+        Error::ExpectedComma if fraction_at(text, place.start) == Some(place.clone()) => {
             expected("a whole number")
         }
         Error::ExpectedComma => expected("`,` or a closing bracket"),
@@ -126,11 +133,6 @@ fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
             first + message.chars().as_str().get(1..).unwrap_or_default()
         }
     }
-}
-
-/// Whether the reader took the digits before a point or an exponent for a whole number.
-fn is_split(text: &str, place: &Range<usize>) -> bool {
-    text[place.clone()].contains(['.', 'e', 'E'])
 }
 
 fn one_of(names: &[&str]) -> String {
