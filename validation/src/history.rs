@@ -8,6 +8,8 @@ pub struct History {
     fields: Vec<Field>,
     columns: Vec<Column>,
     rows: Vec<Row>,
+    keeps_outlines: bool,
+    outlines: Vec<Vec<[f64; 3]>>,
     /// How the run ended, once it has.
     pub outcome: Option<Outcome>,
 }
@@ -31,6 +33,24 @@ impl History {
     /// Will keep these fields besides the positions.
     pub fn of(fields: &[Field]) -> Self {
         Self { fields: fields.to_vec(), ..Self::default() }
+    }
+
+    /// Will keep the outlines of the points' domains at the last load step, too.
+    pub fn with_outlines(self) -> Self {
+        Self { keeps_outlines: true, ..self }
+    }
+
+    /// Corners of each point's domain at the last load step, if they were to be kept `[L]`.
+    pub fn outlines(&self) -> &[Vec<[f64; 3]>] {
+        &self.outlines
+    }
+
+    /// The last row.
+    ///
+    /// # Panics
+    /// If the run never started.
+    pub fn last(&self) -> &Row {
+        self.rows.last().expect("the initial state is always shown")
     }
 
     /// All rows.
@@ -107,6 +127,9 @@ impl Observer for History {
             positions: step.fields.positions(),
             fields: self.fields.iter().map(|&field| step.fields.field(field)).collect(),
         });
+        if self.keeps_outlines {
+            self.outlines = step.fields.outlines();
+        }
         Ok(())
     }
 

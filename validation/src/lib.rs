@@ -1,9 +1,10 @@
 //! Validation: what the code computes, against what it should.
 //!
 //! A [`Case`] says what it is to show, what is run, and what the outcome is compared with; running
-//! it yields [`Check`]s, each an error and the tolerance it has to keep. [`CASES`] lists them all.
-//! The program `mpm-validation` prints them as a table, the tests run the same functions, and the
-//! README tells them as goal, setup and result.
+//! it yields [`Findings`]: [`Check`]s, each an error and the tolerance it has to keep, [`Table`]s of
+//! what was measured, and [`Picture`]s. [`CASES`] lists them all. The program `mpm-validation` prints
+//! them, the tests run the same functions to a smaller [`Extent`], and the README tells them as goal,
+//! setup and result.
 //!
 //! A new case is one function in `cases/`, one entry of [`CASES`], one line in `tests/cases.rs` and
 //! one section of the README.
@@ -11,12 +12,15 @@
 pub mod analytic;
 mod cases;
 pub mod history;
+pub mod picture;
 pub mod probe;
 mod quasi_random;
 pub mod reference;
 pub mod scenes;
+pub mod variants;
 
 pub use cases::CASES;
+pub use picture::Picture;
 
 use std::error::Error;
 
@@ -34,7 +38,71 @@ pub struct Case {
     /// What the outcome is compared with.
     pub reference: &'static str,
     /// Runs it.
-    pub run: fn() -> Result<Vec<Check>, Broken>,
+    pub run: fn(Extent) -> Result<Findings, Broken>,
+}
+
+/// How much of a case is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// What a test has time for.
+    Tests,
+    /// Everything.
+    Full,
+}
+
+impl Extent {
+    /// One of two: the first for the tests, the second for everything.
+    pub fn pick<T>(self, tests: T, full: T) -> T {
+        match self {
+            Extent::Tests => tests,
+            Extent::Full => full,
+        }
+    }
+}
+
+/// What a case found.
+#[derive(Clone, Debug, Default)]
+pub struct Findings {
+    /// Comparisons.
+    pub checks: Vec<Check>,
+    /// Measurements without a verdict.
+    pub tables: Vec<Table>,
+    /// Pictures, drawn on request.
+    pub pictures: Vec<Picture>,
+}
+
+impl From<Vec<Check>> for Findings {
+    fn from(checks: Vec<Check>) -> Self {
+        Self { checks, ..Self::default() }
+    }
+}
+
+/// Measurements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// What is measured, and what to make of it.
+    pub text: String,
+    /// Heads of the columns.
+    pub heads: Vec<String>,
+    /// As many words as there are heads.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(text: impl Into<String>, heads: &[&str]) -> Self {
+        Self { text: text.into(), heads: heads.iter().map(|&it| it.into()).collect(), rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    ///
+    /// # Panics
+    /// If it does not have a word for each column.
+    pub fn push(&mut self, row: impl IntoIterator<Item = String>) {
+        let row: Vec<String> = row.into_iter().collect();
+        assert_eq!(row.len(), self.heads.len(), "{row:?} under {:?}", self.heads);
+        self.rows.push(row);
+    }
 }
 
 /// One comparison.

@@ -29,7 +29,10 @@ impl Reference {
         for line in lines {
             let row: Vec<f64> = split(line)
                 .iter()
-                .map(|number| number.parse().map_err(|_| format!("`{number}` is no number")))
+                .map(|number| match number.as_str() {
+                    "" => Ok(f64::NAN),
+                    _ => number.parse().map_err(|_| format!("`{number}` is no number")),
+                })
                 .collect::<Result<_, _>>()?;
             if row.len() != names.len() {
                 return Err(format!("{} names, but a row of {}: {line}", names.len(), row.len()));
@@ -55,8 +58,9 @@ mod tests {
 
     #[test]
     fn a_table_is_read_by_names() {
-        let table = Reference::parse("# said by\na, b\n1,2e1\n3,-4\n").unwrap();
+        let table = Reference::parse("# said by\na, b, d\n1,2e1,\n3,-4,5\n").unwrap();
         assert_eq!(table.column("b").unwrap(), [20.0, -4.0]);
+        assert!(table.column("d").unwrap()[0].is_nan());
         assert!(table.column("c").is_err());
     }
 

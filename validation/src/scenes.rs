@@ -3,7 +3,7 @@
 use crate::Broken;
 use crate::history::History;
 use mpm_solver::scene::{Count, Scene};
-use mpm_solver::{Compiled, Error, Summary, compile};
+use mpm_solver::{Compiled, Error, StepFailure, Summary, compile};
 use std::path::{Path, PathBuf};
 
 /// A run that was watched.
@@ -78,12 +78,20 @@ pub fn run(scene: &Scene) -> Result<Run, Broken> {
 
 /// As [`run`], of a model that was already made from the scene.
 pub fn run_compiled(compiled: &mut Compiled, scene: &Scene) -> Run {
-    let mut history = History::of(&scene.output().fields);
+    let mut history = History::of(&scene.output().fields).with_outlines();
     let outcome = compiled.run(&mut history);
     Run { history, outcome }
 }
 
 impl Run {
+    /// The reason why the run ended early, if it did.
+    pub fn failure(&self) -> Option<&StepFailure> {
+        match &self.outcome {
+            Err(Error::Step { reason, .. }) => Some(reason),
+            _ => None,
+        }
+    }
+
     /// The history of a run that must have reached its end.
     ///
     /// # Errors

@@ -47,10 +47,12 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
     );
     line("load steps", count(it.steps));
 
-    let mut skipped = vec![
-        format!("{} empty cells", count(it.cells - it.cells_with_material)),
-        format!("{} nodes without material", count(it.nodes - it.active_nodes)),
+    let unused = [
+        (it.cells - it.cells_with_material, "empty cells"),
+        (it.nodes - it.active_nodes, "nodes without material"),
     ];
+    let mut skipped: Vec<String> =
+        unused.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{} {what}", count(*n))).collect();
     if !it.columns_not_stored.is_empty() {
         skipped.push(format!("not stored per point: {}", it.columns_not_stored.join(", ")));
     }

@@ -142,12 +142,15 @@ impl<const D: usize> Basis<D> for Gimp {
     }
 
     fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, HalfLengths<D>>)) {
-        let corners = piece.corners();
-        place(Seed {
-            position: piece.position(&Vector::zeros()),
-            volume: piece.volume(),
-            domain: HalfLengths::at_rest((corners[(1 << D) - 1] - corners[0]) * 0.5),
-        });
+        let centre = Vector::<D>::zeros();
+        let (directions, volume) = (piece.jacobian(&centre), piece.volume());
+        // Half the piece's extent along each axis; a piece that stands askew is as large as its box.
+        let mut half = Vector::<D>::from_fn(|d, _| directions.row(d).iter().map(|r: &f64| r.abs()).sum());
+        let askew = (0..D).any(|d| (0..D).any(|k| k != d && directions[(d, k)] != 0.0));
+        if askew {
+            half *= (volume / half.iter().map(|l| 2.0 * l).product::<f64>()).powf(1.0 / D as f64);
+        }
+        place(Seed { position: piece.position(&centre), volume, domain: HalfLengths::at_rest(half) });
     }
 
     fn influences(

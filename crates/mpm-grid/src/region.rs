@@ -38,6 +38,16 @@ pub enum Region<const D: usize> {
         /// Distance `[L]` from it.
         radius: f64,
     },
+    /// Nodes between two distances from a centre, both included; in three dimensions between two
+    /// cylinders along the third axis.
+    Annulus {
+        /// Centre `[L]`, in the plane of the first two coordinates.
+        centre: [f64; 2],
+        /// Smallest distance `[L]`.
+        inner: f64,
+        /// Largest distance `[L]`.
+        outer: f64,
+    },
     /// Nodes in all of several regions; everywhere where there are none.
     All(Vec<Region<D>>),
 }
@@ -118,13 +128,16 @@ impl<const D: usize> Region<D> {
             Self::Circle { centre, radius } => {
                 (0..D.min(2)).for_each(|d| to(d, centre[d] - radius, centre[d] + radius));
             }
+            Self::Annulus { centre, outer, .. } => {
+                (0..D.min(2)).for_each(|d| to(d, centre[d] - outer, centre[d] + outer));
+            }
             Self::All(regions) => regions.iter().for_each(|r| r.confine(axes, ranges)),
         }
     }
 
     fn on_circles(&self, x: &Vector<D>, tolerance: f64) -> bool {
         match self {
-            Self::Circle { .. } => self.contains(x, tolerance),
+            Self::Circle { .. } | Self::Annulus { .. } => self.contains(x, tolerance),
             Self::All(regions) => regions.iter().all(|r| r.on_circles(x, tolerance)),
             _ => true,
         }
@@ -139,15 +152,17 @@ impl<const D: usize> Region<D> {
                 (0..D).all(|d| x[d] >= from[d] - tolerance && x[d] <= to[d] + tolerance)
             }
             Self::Point(point) => (0..D).all(|d| (x[d] - point[d]).abs() <= tolerance),
-            Self::Circle { centre, radius } => {
-                let distance = if D == 1 {
-                    (x[0] - centre[0]).abs()
-                } else {
-                    (x[0] - centre[0]).hypot(x[1] - centre[1])
-                };
-                (distance - radius).abs() <= tolerance
+            Self::Circle { centre, radius } => (distance(x, centre) - radius).abs() <= tolerance,
+            Self::Annulus { centre, inner, outer } => {
+                let distance = distance(x, centre);
+                distance >= inner - tolerance && distance <= outer + tolerance
             }
             Self::All(regions) => regions.iter().all(|r| r.contains(x, tolerance)),
         }
     }
+}
+
+/// Distance from a centre in the plane of the first two coordinates.
+fn distance<const D: usize>(x: &Vector<D>, centre: &[f64; 2]) -> f64 {
+    if D == 1 { (x[0] - centre[0]).abs() } else { (x[0] - centre[0]).hypot(x[1] - centre[1]) }
 }

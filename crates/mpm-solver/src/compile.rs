@@ -6,6 +6,7 @@ use crate::load_step::{connect, run};
 use crate::model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Support, Tolerance};
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
+use crate::vortex::Vortex;
 use crate::scene::{
     AxisInput, BodyInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
     RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput, TrianglesInput,
@@ -380,12 +381,16 @@ fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
+        let (shape, shape_mesh) =
+            shape(&input.shape, layout, mesh).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
         let plan = Plan {
             mesh,
-            shape: shape(&input.shape, layout).map_err(|it| SceneError::new(format!("{path}.shape"), it))?,
+            shape,
+            shape_mesh: &shape_mesh,
             points_per_cell: input.points_per_cell.0,
             density: density.filter(|_| heavy).map(|density| density.0),
-            keep_reference_positions: scene.output.fields.contains(&Field::Displacement),
+            keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
+                || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
         };
         let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
@@ -395,24 +400,47 @@ fn bodies<const D: usize, B: FillBody<D>>(
     Ok((bodies, all_faces))
 }
 
-fn shape<const D: usize>(input: &ShapeInput<D>, layout: &Layout<D>) -> Result<Shape<D>, String> {
+/// What is to be filled, and the mesh whose cells it is filled by.
+fn shape<const D: usize>(
+    input: &ShapeInput<D>,
+    layout: &Layout<D>,
+    mesh: &Mesh<D>,
+) -> Result<(Shape<D>, Mesh<D>), String> {
     match (input, layout) {
-        (ShapeInput::Box { from, to }, Layout::Box { .. }) => Ok(Shape::Box { from: from.0, to: to.0 }),
+        (ShapeInput::Box { from, to }, Layout::Box { .. }) => {
+            Ok((Shape::Box { from: from.0, to: to.0 }, mesh.clone()))
+        }
         (ShapeInput::Box { .. }, _) => Err("a box can only be filled in a box mesh".into()),
-        (ShapeInput::Ring { inner, outer }, Layout::Ring { radii, .. }) => {
+        (ShapeInput::Ring { inner, outer, .. }, _) if inner.0 <= 0.0 || inner.0 >= outer.0 => {
+            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
+        }
+        (ShapeInput::Ring { inner, outer, centre }, Layout::Ring { radii, centre: mesh_centre, .. }) => {
+            if plane_point(centre) != *mesh_centre {
+                return Err("a ring in a ring mesh has the mesh's centre".into());
+            }
             let ring = |radius: f64| {
                 line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
             };
-            let (from, to) = (ring(inner.0)?, ring(outer.0)?);
-            if from >= to {
-                return Err(format!("the ring is empty: from radius {} to {}", inner.0, outer.0));
-            }
             let (mut low, mut high) = ([0; D], layout.lattice().cells());
-            (low[1], high[1]) = (from, to);
-            Ok(Shape::Cells { low, high })
+            (low[1], high[1]) = (ring(inner.0)?, ring(outer.0)?);
+            Ok((Shape::Cells { low, high }, mesh.clone()))
         }
-        (ShapeInput::Ring { .. }, _) => Err("a ring can only be filled in a ring mesh".into()),
+        (ShapeInput::Ring { inner, outer, centre }, Layout::Box { axes, .. }) => {
+            let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
+            let pieces = |length: f64| (length / h - 1e-9).ceil().clamp(1.0, 1e6) as u32;
+            let radii = Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)).map_err(|it| it.to_string())?;
+            let sectors = pieces(std::f64::consts::PI * (inner.0 + outer.0)).max(8);
+            let height = axes.get(2).cloned();
+            let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
+            let ring = ring.map_err(|it| it.to_string())?;
+            let cells = ring.lattice().cells();
+            Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+        }
     }
+}
+
+fn mean_cell(axis: &Axis) -> f64 {
+    (axis.last() - axis.first()) / f64::from(axis.cells())
 }
 
 fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
@@ -423,10 +451,12 @@ fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
         (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) => {
             (0..D).all(|d| common((a0.0[d], a1.0[d]), (b0.0[d], b1.0[d])))
         }
-        (ShapeInput::Ring { inner: a0, outer: a1 }, ShapeInput::Ring { inner: b0, outer: b1 }) => {
-            common((a0.0, a1.0), (b0.0, b1.0))
+        (ShapeInput::Ring { inner: a0, outer: a1, centre: a }, ShapeInput::Ring { inner: b0, outer: b1, centre: b }) => {
+            let [[ax, ay], [bx, by]] = [plane_point(a), plane_point(b)];
+            let distance = (ax - bx).hypot(ay - by);
+            if distance == 0.0 { common((a0.0, a1.0), (b0.0, b1.0)) } else { distance < a1.0 + b1.0 }
         }
-        // One of them does not suit the mesh, which is reported when it is filled.
+        // Boxes live in box meshes only; a ring beside a box is left to the user.
         _ => false,
     }
 }
@@ -440,6 +470,9 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
         RegionInput::Point(x) => Region::Point(Vector::from(x.0)),
         RegionInput::Circle { centre, radius } => {
             Region::Circle { centre: plane_point(centre), radius: radius.0 }
+        }
+        RegionInput::Annulus { centre, inner, outer } => {
+            Region::Annulus { centre: plane_point(centre), inner: inner.0, outer: outer.0 }
         }
         RegionInput::Everywhere => Region::Everywhere,
         RegionInput::All(regions) => Region::All(
@@ -543,7 +576,7 @@ fn loads<const D: usize, B>(
     bodies: &[NamedBody<D>],
     faces: Vec<Vec<Vec<(usize, f64)>>>,
 ) -> Result<Loads<D>, SceneError> {
-    let mut loads = Loads { body_forces: Vec::new(), point_loads: Vec::new() };
+    let mut loads = Loads { body_forces: Vec::new(), point_loads: Vec::new(), vortices: Vec::new() };
     let mut faces: Vec<_> = faces.into_iter().map(Vec::into_iter).collect();
     for (k, input) in scene.loads.iter().enumerate() {
         let path = format!("loads[{k}]");
@@ -560,6 +593,19 @@ fn loads<const D: usize, B>(
         match input {
             LoadInput::BodyForce { acceleration, ramp: input } => {
                 loads.body_forces.push((Vector::from(acceleration.0), ramp(input, 1.0, &ramp_path)?));
+            }
+            LoadInput::Vortex { body: name, angle, ramp: input } => {
+                let body = find(name)?;
+                let material = scene.bodies[body].material.as_str();
+                let Some(MaterialInput::Hencky { young, poisson, .. }) = scene.materials.get(material) else {
+                    return Err(SceneError::new(path, "a vortex needs a body of `Hencky` elasticity"));
+                };
+                if D != 2 {
+                    return Err(SceneError::new(path, "a vortex needs a scene in the plane"));
+                }
+                let shear = young.0 / (2.0 * (1.0 + poisson.0));
+                let angle = ramp(input, angle.0.to_radians(), &ramp_path)?;
+                loads.vortices.push((body, Vortex::new(shear, angle)));
             }
             LoadInput::PointForce { body: name, near, points, force, ramp: input } => {
                 let body = find(name)?;

@@ -108,3 +108,10 @@ pub enum StepFailure {
         reason: AdvanceError,
     },
 }
+
+impl StepFailure {
+    /// Whether the step failed before its length mattered.
+    pub(crate) fn is_at_start(&self) -> bool {
+        matches!(self, StepFailure::Outside { .. } | StepFailure::Mesh(_))
+    }
+}

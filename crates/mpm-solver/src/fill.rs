@@ -12,6 +12,8 @@ const MOST_POINTS: f64 = 4e9;
 pub(crate) struct Plan<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     pub shape: Shape<D>,
+    /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
+    pub shape_mesh: &'a Mesh<D>,
     pub points_per_cell: u32,
     /// Given where a body force acts `[M/L^D]`.
     pub density: Option<f64>,
@@ -56,7 +58,7 @@ where
     let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
     let mut points = Points::<D, B, M>::default();
     let mut faces = vec![Vec::new(); plan.faces.len()];
-    for_each_piece(plan.mesh, &plan.shape, pieces_per_cell, |piece| {
+    for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
         let first = points.len();
         basis.seed(piece, &mut |seed| points.push(seed));
         for (face, shares) in plan.faces.iter().zip(&mut faces) {

@@ -14,6 +14,7 @@ mod record;
 pub mod scene;
 mod schedule;
 mod timing;
+pub mod vortex;
 
 pub use compile::{Compiled, compile};
 pub use error::{Error, SceneError, StepFailure};

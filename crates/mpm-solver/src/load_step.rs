@@ -62,7 +62,8 @@ fn steps<const D: usize>(
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
             }
             Err(reason) => {
-                if !pace.cut() {
+                // What is wrong at the start of a step is wrong however short it is.
+                if reason.is_at_start() || !pace.cut() {
                     return Err(Error::Step {
                         step: record.rows(),
                         from: step.start.get(),
@@ -187,7 +188,7 @@ fn external_force<const D: usize>(
     let mut external = vec![Vector::zeros(); n_active];
     let acceleration = model.loads.acceleration(step.end);
     for (index, (named, connection)) in model.bodies.iter().zip(connections).enumerate() {
-        let point_forces = model.loads.point_forces(index, step.end);
+        let point_forces = model.loads.point_forces(index, &*named.body, step.end);
         let loads = BodyLoads { acceleration, point_forces: &point_forces };
         named.body.external_force(connection.links(), &loads, &mut external);
     }

@@ -1,6 +1,7 @@
 //! A compiled scene: nouns with everything resolved, nothing left to look up.
 
-use mpm_assembly::Body;
+use crate::vortex::Vortex;
+use mpm_assembly::{Body, views};
 use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Vector};
 
 /// All that a run needs to know.
@@ -62,6 +63,8 @@ pub struct Loads<const D: usize> {
     pub body_forces: Vec<(Vector<D>, Ramp)>,
     /// Forces on single points.
     pub point_loads: Vec<PointLoad<D>>,
+    /// Manufactured body forces: the body's index, and the field.
+    pub vortices: Vec<(usize, Vortex)>,
 }
 
 /// One load carried by points of one body.
@@ -87,11 +90,17 @@ impl<const D: usize> Loads<D> {
     }
 
     /// Forces on the points of one body at a load fraction, ascending in point `[F]`.
-    pub fn point_forces(&self, body: usize, at: LoadFraction) -> Vec<(usize, Vector<D>)> {
+    pub fn point_forces(&self, body: usize, points: &dyn Body<D>, at: LoadFraction) -> Vec<(usize, Vector<D>)> {
         let mut forces: Vec<(usize, Vector<D>)> = Vec::new();
         for load in self.point_loads.iter().filter(|load| load.body == body) {
             let force = load.force * load.ramp.value(at);
             forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
+        }
+        for (_, vortex) in self.vortices.iter().filter(|(index, _)| *index == body) {
+            forces.extend(views(points).iter().enumerate().map(|(point, view)| {
+                let rest = view.reference_position.expect("kept where a vortex acts");
+                (point, vortex.body_force(&rest, at) * view.reference_volume)
+            }));
         }
         forces.sort_by_key(|&(point, _)| point);
         forces

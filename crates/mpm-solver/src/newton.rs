@@ -1,7 +1,7 @@
 //! Equilibrium of one load step by Newton's method with the consistent tangent.
 
 use crate::error::StepFailure;
-use crate::linear::{Cause, Factorization, Method, Singular};
+use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
 use crate::model::NamedBody;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Connection, Constraints, PassInput, Pattern, Sums, TangentSums, finish_tangent};
@@ -13,6 +13,9 @@ const LEAST_PART: f64 = 1.0 / 256.0;
 
 /// A correction overshoots where the work at its end is minus this, or less, times that at its start.
 const OVERSHOT: f64 = 0.9;
+
+/// A pivot that keeps less than this part of its diagonal marks an all but singular tangent.
+const SINGULAR: f64 = 1e-11;
 
 /// Evaluations in the search for a shorter correction at most.
 const SEARCHES: usize = 5;
@@ -75,6 +78,24 @@ pub(crate) fn solve<const D: usize>(
     workspace: &mut Workspace,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
+    let mut weakest = None;
+    iterate(problem, factorization, workspace, &mut weakest, timings).map_err(|failure| match weakest {
+        // A failure after an all but singular tangent is that tangent's.
+        Some(pivot) if pivot.relative.abs() < SINGULAR => {
+            let cause = format!("{:.0e} of its stiffness is left; then: {failure}", pivot.relative);
+            singular(problem, pivot.equation, cause)
+        }
+        _ => failure,
+    })
+}
+
+fn iterate<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace,
+    weakest: &mut Option<Pivot>,
+    timings: &mut Timings,
+) -> Result<Equilibrium<D>, StepFailure> {
     let n = problem.active.len();
     let lift = problem.constraints.increment();
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
@@ -106,7 +127,7 @@ pub(crate) fn solve<const D: usize>(
             timings.skip_tangents -= 1;
             evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut [], timings)?;
         }
-        let free = correction(problem, factorization, workspace, &out_of_balance, &mut state, timings)?;
+        let free = correction(problem, factorization, workspace, &out_of_balance, &mut state, weakest, timings)?;
         // A tangent is not worth its cost where this iterate should be the last.
         let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
             timings.skip_tangents += 1;
@@ -308,6 +329,7 @@ fn correction<const D: usize>(
     workspace: &mut Workspace,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
+    weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
     let values = &workspace.values;
@@ -315,6 +337,7 @@ fn correction<const D: usize>(
     let report =
         timings.time(Phase::Factorise, || factorization.factorise(values, state.method)).map_err(failed)?;
     state.method = state.method.max(report.method);
+    *weakest = report.weakest;
     if let Some(pivot) = report.not_positive {
         state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);
     }
@@ -330,14 +353,18 @@ fn correction<const D: usize>(
 fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {
     match error.cause {
         Cause::EmptyRow | Cause::NoPivot | Cause::Inaccurate { .. } => {
-            let node = problem.active.nodes()[error.equation / D];
-            StepFailure::Singular {
-                node: node.index(),
-                position: problem.mesh.position(node).iter().copied().collect(),
-                component: error.equation % D,
-                cause: error.cause.to_string(),
-            }
+            singular(problem, error.equation, error.cause.to_string())
         }
         Cause::MatrixNotFinite | Cause::RightHandSideNotFinite => StepFailure::Linear(error.to_string()),
+    }
+}
+
+fn singular<const D: usize>(problem: &Problem<'_, D>, equation: usize, cause: String) -> StepFailure {
+    let node = problem.active.nodes()[equation / D];
+    StepFailure::Singular {
+        node: node.index(),
+        position: problem.mesh.position(node).iter().copied().collect(),
+        component: equation % D,
+        cause,
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::history::{History, Row};
 use crate::scenes::{load_own, run};
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_solver::observe::Field;
 use mpm_solver::scene::{AxisInput, Count, MeshInput, Positive, Scene};
 
@@ -14,7 +14,7 @@ pub(super) const CASE: Case = Case {
     run: determinism,
 };
 
-fn determinism() -> Result<Vec<Check>, Broken> {
+fn determinism(_: Extent) -> Result<Findings, Broken> {
     let (cells, least) = if cfg!(debug_assertions) { (40, 3_000) } else { (180, 60_000) };
     let scene = resized(load_own("pulled_block")?, cells);
     let alone = on_threads(&scene, 1)?;
@@ -38,7 +38,7 @@ fn determinism() -> Result<Vec<Check>, Broken> {
             .remark(format!("of {}", expected.len())),
         );
     }
-    Ok(checks)
+    Ok(checks.into())
 }
 
 fn on_threads(scene: &Scene, threads: usize) -> Result<History, Broken> {

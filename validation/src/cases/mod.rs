@@ -1,5 +1,6 @@
 //! The cases, in the order of the table.
 
+mod corner_stretch;
 mod determinism;
 mod newton_rate;
 mod patch;
@@ -8,12 +9,19 @@ mod simple_stretch;
 mod step_control;
 mod tangent;
 
-use crate::Case;
+use crate::history::History;
+use crate::picture::{Panel, Shapes};
+use crate::probe::plane;
+use crate::{Broken, Case};
+use mpm_grid::LoadFraction;
+use mpm_solver::scene::Scene;
 
 /// All cases.
 pub const CASES: &[Case] = &[
     simple_stretch::FREE,
     simple_stretch::ROLLERS,
+    corner_stretch::KITE,
+    corner_stretch::RECTILINEAR,
     newton_rate::CASE,
     tangent::CASE,
     rotation::CASE,
@@ -36,6 +44,52 @@ fn relative(found: &[f64], expected: &[f64]) -> f64 {
     }
     let scale = largest(expected.iter().map(|x| x.abs()));
     largest(found.iter().zip(expected).map(|(a, b)| (a - b).abs())) / scale
+}
+
+/// A number with so many decimals.
+fn fixed(x: f64, decimals: usize) -> String {
+    format!("{x:.decimals$}")
+}
+
+/// The last load step of a run as a picture: domains and the mesh; points where there are no domains.
+fn shapes(
+    title: String,
+    scene: &Scene,
+    history: &History,
+    range: [(f64, f64); 2],
+) -> Result<Panel, Broken> {
+    let outlines = history.outlines().iter().filter(|corners| !corners.is_empty());
+    let domains: Vec<_> = outlines.map(|corners| (corners.iter().map(|x| (x[0], x[1])).collect(), 0.0)).collect();
+    let points = if domains.is_empty() {
+        history.last().positions.chunks_exact(3).map(|x| (x[0], x[1])).collect()
+    } else {
+        Vec::new()
+    };
+    let lines = mesh_lines(scene, history.last().fraction)?;
+    Ok(Panel::Shapes(Shapes { title, range, domains, points, lines }))
+}
+
+/// Edges of the mesh of a scene at a load fraction.
+fn mesh_lines(scene: &Scene, fraction: f64) -> Result<Vec<[(f64, f64); 2]>, Broken> {
+    let model = plane(scene)?;
+    let at = LoadFraction::new(fraction)?;
+    let mesh = model.motion.mesh_at(&model.layout, at)?;
+    let lattice = mesh.lattice();
+    let place = |node| {
+        let x = mesh.position(node);
+        (x[0], x[1])
+    };
+    let mut lines = Vec::new();
+    let [across, up] = lattice.cells();
+    for cell in (0..up).flat_map(|j| (0..across).map(move |i| [i, j])) {
+        let corners = lattice.corners(cell);
+        let edge = |a: usize, b: usize| [place(corners[a]), place(corners[b])];
+        lines.extend([edge(0, 1), edge(0, 2)]);
+        // The last cells have the boundary, too; where the lattice closes on itself it is drawn twice.
+        lines.extend((cell[0] + 1 == across).then(|| edge(1, 3)));
+        lines.extend((cell[1] + 1 == up).then(|| edge(2, 3)));
+    }
+    Ok(lines)
 }
 
 #[cfg(test)]

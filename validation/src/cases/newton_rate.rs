@@ -3,7 +3,7 @@
 use super::largest;
 use crate::history::History;
 use crate::scenes::{load, load_own, run};
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_solver::observe::Field;
 
 pub(super) const CASE: Case = Case {
@@ -17,7 +17,7 @@ pub(super) const CASE: Case = Case {
 /// Residuals below this are round-off.
 const ROUND_OFF: f64 = 1e-13;
 
-fn rate() -> Result<Vec<Check>, Broken> {
+fn rate(_: Extent) -> Result<Findings, Broken> {
     let stretch = run(&load("simple_stretch")?)?.completed()?;
     let iterations = stretch.series("newton_iterations", 0);
     let plastic: Vec<usize> =
@@ -33,7 +33,8 @@ fn rate() -> Result<Vec<Check>, Broken> {
         Check::new("stretch: largest residual at convergence", largest(stretch.series("residual", 0)), 1e-9),
         slope("stretch", &stretch, 1e-1, 0.05),
         slope("pulled block", &block, 1e-2, 0.3),
-    ])
+    ]
+    .into())
 }
 
 /// Slopes of `ln r_{k+1}` against `ln r_k` over the last residuals of every load step that has

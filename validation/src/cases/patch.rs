@@ -4,7 +4,7 @@ use super::largest;
 use crate::history::History;
 use crate::probe::{plane, solid};
 use crate::scenes::load_own;
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_grid::{Block, NodeId, Ramp, Vector};
 use mpm_solver::observe::Field;
 use mpm_solver::scene::{MaterialInput, Scene};
@@ -18,7 +18,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run() -> Result<Vec<Check>, Broken> {
+fn run(_: Extent) -> Result<Findings, Broken> {
     let mut checks = Vec::new();
     for elastic in [true, false] {
         checks.extend(patch(plane(&scene("patch_plane_graded", elastic)?)?, "plane, graded", (0.0, 4.0))?);
@@ -26,7 +26,7 @@ fn run() -> Result<Vec<Check>, Broken> {
         checks.extend(patch(solid(&scene("patch_solid_graded", elastic)?)?, "space, graded", (0.0, 4.0))?);
         checks.extend(patch(solid(&scene("patch_solid_shifted", elastic)?)?, "space, off centre", (0.5, 3.5))?);
     }
-    Ok(checks)
+    Ok(checks.into())
 }
 
 /// The scene with its von Mises metal, or without the yielding.

@@ -3,7 +3,7 @@
 use super::largest;
 use crate::probe::{Probe, plane, solid};
 use crate::scenes::load_own;
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_assembly::PointView;
 use mpm_grid::{Block, Vector};
 use mpm_material::log_strain;
@@ -18,13 +18,13 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run() -> Result<Vec<Check>, Broken> {
+fn run(_: Extent) -> Result<Findings, Broken> {
     let mut checks = Vec::new();
     for increments in [12, 3] {
         checks.extend(turn::<2>("plane", plane(&load_own("rotated_plane")?)?, increments)?);
         checks.extend(turn::<3>("space", solid(&load_own("rotated_solid")?)?, increments)?);
     }
-    Ok(checks)
+    Ok(checks.into())
 }
 
 fn turn<const D: usize>(space: &str, model: Model<D>, increments: u32) -> Result<Vec<Check>, Broken> {

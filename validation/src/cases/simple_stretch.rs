@@ -5,7 +5,7 @@ use crate::analytic::{Metal, Sides, Stretched, stretch_strip};
 use crate::history::History;
 use crate::reference::Reference;
 use crate::scenes::{in_steps, load, run, run_compiled, text};
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_io::{Options, Results, ResultsWriter};
 use mpm_solver::compile;
 use mpm_solver::observe::Field;
@@ -37,7 +37,7 @@ fn closed_form(sides: Sides, steps: u32) -> Vec<Stretched> {
     stretch_strip(&METAL, sides, &stretches)
 }
 
-fn free() -> Result<Vec<Check>, Broken> {
+fn free(_: Extent) -> Result<Findings, Broken> {
     let scene = load("simple_stretch")?;
     let history = run(&scene)?.completed()?;
     let exact = closed_form(Sides::Free, 40);
@@ -77,7 +77,7 @@ fn free() -> Result<Vec<Check>, Broken> {
         (expected[19] - 369.473_761_2).abs(),
         5e-8,
     ));
-    Ok(checks)
+    Ok(checks.into())
 }
 
 /// A run that stays homogeneous has to follow the closed form to the end; one that necks has to
@@ -98,7 +98,7 @@ fn after_the_peak(history: &History, force: &[f64], expected: &[f64], peak: usiz
     Check::new(what, error, 1e-6).remark(format!("necked in step {row}, end value {}", force[force.len() - 1]))
 }
 
-fn rollers() -> Result<Vec<Check>, Broken> {
+fn rollers(_: Extent) -> Result<Findings, Broken> {
     let scene = load("simple_stretch_rollers")?;
     let history = run(&scene)?.completed()?;
     let exact = closed_form(Sides::Rollers, 40);
@@ -128,7 +128,8 @@ fn rollers() -> Result<Vec<Check>, Broken> {
         Check::new("Cauchy stress against the closed form (every step, every point)", stress_error, 1e-10),
         Check::new("deformation gradient, difference between points", spread, 1e-11),
         Check::none("numbers of the results file that differ from the run's", differing_in_file(&scene)?),
-    ])
+    ]
+    .into())
 }
 
 /// Reaction of the pulled edge in every load step `[F per thickness]`.

@@ -3,7 +3,7 @@
 use super::relative;
 use crate::history::{History, Row};
 use crate::scenes::{Run, load, load_own, own_text, run, run_compiled, with_cuts};
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_io::{Options, Results, ResultsWriter};
 use mpm_solver::observe::Field;
 use mpm_solver::scene::{Count, Finite, Scene};
@@ -25,7 +25,7 @@ pub(super) const CUTS: Case = Case {
     run: cuts,
 };
 
-fn failure() -> Result<Vec<Check>, Broken> {
+fn failure(_: Extent) -> Result<Findings, Broken> {
     let scene = load_own("crush")?;
     let mut compiled = compile(&scene)?;
     let Run { history, outcome } = run_compiled(&mut compiled, &scene);
@@ -59,7 +59,8 @@ fn failure() -> Result<Vec<Check>, Broken> {
             "elastic load steps missing before it",
             13_usize.abs_diff(stopped.history.rows().len() - 1),
         ),
-    ])
+    ]
+    .into())
 }
 
 /// Rows that differ between two lists, or are missing in one.
@@ -114,7 +115,7 @@ fn departures_in_file(scene: &Scene, history: &History) -> Result<usize, Broken>
         + usize::from(points.values() != last.positions))
 }
 
-fn cuts() -> Result<Vec<Check>, Broken> {
+fn cuts(_: Extent) -> Result<Findings, Broken> {
     let scene = with_cuts(load_own("crush")?, 10);
     let history = run(&scene)?.completed()?;
     let fractions: Vec<f64> = history.rows().iter().map(|row| row.fraction).collect();
@@ -137,5 +138,6 @@ fn cuts() -> Result<Vec<Check>, Broken> {
         Check::new("displacement of the top at the end", (top[top.len() - 1] + 2.7).abs(), 1e-14),
         Check::new("Cauchy stress at the end against the closed form (every point)", error, 1e-10)
             .remark(format!("height {stretch:.4}")),
-    ])
+    ]
+    .into())
 }

@@ -4,7 +4,7 @@ use super::largest;
 use crate::probe::{Probe, plane, solid};
 use crate::quasi_random::QuasiRandom;
 use crate::scenes::load_own;
-use crate::{Broken, Case, Check};
+use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_grid::Vector;
 use mpm_solver::Model;
 
@@ -19,11 +19,11 @@ pub(super) const CASE: Case = Case {
 /// Directions tried in each state.
 const DIRECTIONS: usize = 8;
 
-fn run() -> Result<Vec<Check>, Broken> {
+fn run(_: Extent) -> Result<Findings, Broken> {
     let mut checks = Vec::new();
     checks.extend(states::<2>("plane", plane(&load_own("block_plane")?)?)?);
     checks.extend(states::<3>("space", solid(&load_own("block_solid")?)?)?);
-    Ok(checks)
+    Ok(checks.into())
 }
 
 fn states<const D: usize>(space: &str, model: Model<D>) -> Result<Vec<Check>, Broken> {

@@ -1,6 +1,6 @@
 //! Points at rest: their volumes, positions, domains and numbers.
 
-use crate::completeness::check;
+use crate::completeness::{check, influences};
 use crate::random::{Random, cases};
 use mpm_basis::{
     Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, FallbackDomain, Gimp, Smpm,
@@ -24,6 +24,12 @@ fn seed_cell<const D: usize, B: Basis<D>>(name: &str, basis: &B, mesh: &Mesh<D>,
             first_moment += seed.position * seed.volume;
             count += 1;
             check(name, basis, mesh, seed.position, &seed.domain);
+            if mesh.rectilinear().is_some() {
+                // Domains that end on the cell's own grid lines do not touch the neighbours.
+                let nodes = influences(basis, mesh, &seed.position, &seed.domain).unwrap();
+                let corners = &mesh.lattice().corners(cell)[..1 << D];
+                assert!(nodes.iter().all(|it| corners.contains(&it.node)), "{name}: {nodes:?}");
+            }
         });
     }
     let error = volume / whole.volume() - 1.0;
@@ -89,6 +95,15 @@ fn slash_rises_from_the_lower_left() {
     cross.seed(&square, &mut |seed| {
         assert!(cross.outline(&seed.position, &seed.domain).contains(&centre) && seed.volume == 0.25);
     });
+}
+
+#[test]
+fn tetrahedra_have_the_hand_of_their_cell() {
+    for case in cases::<3>(&mut Random::new(13)) {
+        let cell = case.mesh.linear_cell([2, 2, 2]);
+        let hand = cell.determinant(&Vector::zeros()).signum();
+        Cpdi2Tetrahedron.seed(&cell, &mut |seed| assert!(seed.domain.initial_volume * hand > 0.0));
+    }
 }
 
 #[test]

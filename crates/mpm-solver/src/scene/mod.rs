@@ -378,11 +378,15 @@ pub enum ShapeInput<const D: usize> {
         /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
     },
-    /// All cells of a ring mesh between two of its rings of nodes; exactly the polygon's volume.
+    /// A ring. In a ring mesh: all cells between two of its rings of nodes, exactly the polygon's volume. In a box
+    /// mesh: a polygon of its own, cut into pieces about as large as the mesh's cells.
     Ring {
-        /// Radius of the inner ring of nodes `[L]`.
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Inner radius, above 0 `[L]`.
         inner: Finite,
-        /// Radius of the outer ring of nodes `[L]`.
+        /// Outer radius `[L]`.
         outer: Finite,
     },
 }
@@ -414,6 +418,17 @@ pub enum RegionInput<const D: usize> {
         centre: PlanePoint,
         /// Distance `[L]`.
         radius: Positive,
+    },
+    /// Nodes between two distances from a centre, both included (in three dimensions, from an axis along z).
+    Annulus {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Smallest distance; 0 if left out `[L]`.
+        #[serde(default = "zero")]
+        inner: Finite,
+        /// Largest distance `[L]`.
+        outer: Positive,
     },
     /// Every node.
     Everywhere,
@@ -466,6 +481,18 @@ pub enum LoadInput<const D: usize> {
         /// Force per mass `[L/T²]`.
         acceleration: Coordinates<D>,
         /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// The body force of the generalised vortex (Brannon, Kamojjala & Sadeghirad 2011), a manufactured solution for a
+    /// ring of radii 0.75 and 1.25 around the origin in `Hencky` elasticity, in the plane: every circle of radius R
+    /// turns by the angle times 1 - 32 (R - 1)² + 256 (R - 1)⁴.
+    Vortex {
+        /// Name of the body.
+        body: String,
+        /// Angle by which the middle circle turns in all `[degrees]`.
+        angle: Finite,
+        /// Part of the angle against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
     },
