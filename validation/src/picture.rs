@@ -1,10 +1,11 @@
-//! Pictures of what was found: curves as SVG, bodies with their domains as PNG.
+//! Pictures of what was found: curves, and bodies with their domains; SVG or PNG.
 
 use crate::Broken;
 use plotters::coord::Shift;
 use plotters::prelude::{
-    BLACK, BitMapBackend, ChartBuilder, Circle, Color, DashedLineSeries, DrawingArea, DrawingBackend, FontStyle,
-    IntoDrawingArea, LineSeries, PathElement, Polygon, RGBColor, SVGBackend, SeriesLabelPosition, WHITE,
+    BLACK, BitMapBackend, ChartBuilder, Circle, Color, DashedLineSeries, DrawingArea, DrawingBackend,
+    FontStyle, IntoDrawingArea, LineSeries, PathElement, Polygon, RGBColor, SVGBackend, SeriesLabelPosition,
+    WHITE,
 };
 use plotters::style::register_font;
 use std::path::Path;
@@ -25,7 +26,7 @@ pub struct Picture {
 pub enum Panel {
     /// Curves over two axes.
     Curves(Curves),
-    /// A body of domains, to scale.
+    /// A body of domains, to scale; what reaches beyond the range is cut off.
     Shapes(Shapes),
 }
 
@@ -64,7 +65,7 @@ pub enum Legend {
 /// One curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Its name in the legend.
+    /// Its name in the legend; empty where it has no place there.
     pub name: String,
     /// Number of its colour.
     pub colour: usize,
@@ -87,7 +88,7 @@ pub enum Stroke {
     MarkedLine,
 }
 
-/// A body of domains, to scale.
+/// A body of domains, to scale; what reaches beyond the range is cut off.
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     /// Title of the panel.
@@ -194,13 +195,16 @@ impl Curves {
             if let Stroke::Marks | Stroke::MarkedLine = curve.stroke {
                 chart.draw_series(points.iter().map(|&at| Circle::new(at, 3, colour.filled())))?;
             }
+            if curve.name.is_empty() {
+                continue;
+            }
             // The legend knows series, not strokes: an empty one stands for the curve.
             let stroke = curve.stroke;
             chart.draw_series(LineSeries::new([], colour))?.label(&curve.name).legend(move |(x, y)| {
-                let width = if stroke == Stroke::Marks { 0 } else { 2 };
+                let width = if stroke == Stroke::Marks { 6 } else { 3 };
                 let length = if stroke == Stroke::Dashes { 9 } else { 18 };
-                let (from, to) = if stroke == Stroke::Marks { (x + 8, x + 11) } else { (x, x + length) };
-                PathElement::new(vec![(from, y), (to, y)], colour.stroke_width(width.max(3)))
+                let (from, to) = if stroke == Stroke::Marks { (x + 6, x + 12) } else { (x, x + length) };
+                PathElement::new(vec![(from, y), (to, y)], colour.stroke_width(width))
             });
         }
         let position = match self.legend {
@@ -253,15 +257,44 @@ impl Shapes {
             .margin(10)
             .build_cartesian_2d(centred(x, wide), centred(y, high))?;
         for (corners, value) in &self.domains {
+            let corners = clipped(corners, self.range);
+            if corners.is_empty() {
+                continue;
+            }
             let outline: Vec<(f64, f64)> = corners.iter().chain(corners.first()).copied().collect();
-            chart.draw_series([Polygon::new(corners.clone(), shade(*value).filled())])?;
+            chart.draw_series([Polygon::new(corners, shade(*value).filled())])?;
             chart.draw_series([PathElement::new(outline, BLACK.mix(0.55))])?;
         }
         let grid = RGBColor(200, 30, 30);
-        chart.draw_series(self.lines.iter().map(|line| PathElement::new(line.to_vec(), grid.mix(0.7))))?;
-        chart.draw_series(self.points.iter().map(|&at| Circle::new(at, 2, BLACK.filled())))?;
+        let lines = self.lines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
+        chart.draw_series(lines.map(|line| PathElement::new(line, grid.mix(0.7))))?;
+        let points = self.points.iter().filter(|at| clipped(&[**at], self.range).len() == 1);
+        chart.draw_series(points.map(|&at| Circle::new(at, 2, BLACK.filled())))?;
         Ok(())
     }
+}
+
+/// The part of a polygon inside a box (Sutherland & Hodgman 1974).
+fn clipped(corners: &[(f64, f64)], range: [(f64, f64); 2]) -> Vec<(f64, f64)> {
+    let mut kept = corners.to_vec();
+    for (axis, end, sign) in
+        [(0, range[0].0, 1.0), (0, range[0].1, -1.0), (1, range[1].0, 1.0), (1, range[1].1, -1.0)]
+    {
+        let within = |at: (f64, f64)| sign * (if axis == 0 { at.0 } else { at.1 } - end);
+        let polygon = std::mem::take(&mut kept);
+        for (k, &to) in polygon.iter().enumerate() {
+            let from = polygon[(k + polygon.len() - 1) % polygon.len()];
+            let (a, b) = (within(from), within(to));
+            if (a < 0.0) != (b < 0.0) {
+                let t = a / (a - b);
+                kept.push((from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1)));
+            }
+            if b >= 0.0 {
+                kept.push(to);
+            }
+        }
+    }
+    kept
 }
 
 /// From pale blue over yellow to red.
@@ -282,6 +315,18 @@ mod tests {
         assert_eq!(power_of_ten(-4), "10⁻⁴");
         assert_eq!(power_of_ten(13), "10¹³");
         assert_eq!(power_of_ten(0), "10⁰");
+    }
+
+    #[test]
+    fn polygons_are_clipped() {
+        let triangle = [(0.0, 0.0), (2.0, 0.0), (0.0, 2.0)];
+        assert_eq!(clipped(&triangle, [(0.0, 3.0), (0.0, 3.0)]), triangle);
+        let area = |of: &[(f64, f64)]| {
+            let pairs = of.iter().zip(of.iter().cycle().skip(1));
+            0.5 * pairs.map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>()
+        };
+        assert!((area(&clipped(&triangle, [(0.0, 1.0), (0.0, 1.0)])) - 1.0).abs() < 1e-15);
+        assert!(clipped(&triangle, [(3.0, 4.0), (0.0, 1.0)]).is_empty());
     }
 
     #[test]

@@ -16,6 +16,9 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Number of material points.
     fn n_points(&self) -> usize;
 
+    /// Name of the basis, see [`Basis::name`].
+    fn basis(&self) -> &'static str;
+
     /// Influences of all points on the nodes of `mesh`.
     ///
     /// # Errors
@@ -116,6 +119,10 @@ impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
 impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M> {
     fn n_points(&self) -> usize {
         self.points.len()
+    }
+
+    fn basis(&self) -> &'static str {
+        self.basis.name()
     }
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {

@@ -263,9 +263,9 @@ fn sum_group<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
 
         let volume = points.reference_volume[p];
         let stress = block::<D>(&trial.response.kirchhoff) * volume;
-        for v in 0..n {
-            g[v] = trial.inverse.tr_mul(&gradients[v]);
-            force[v] += stress * g[v];
+        for ((g, force), gradient) in g.iter_mut().zip(&mut *force).zip(gradients) {
+            *g = trial.inverse.tr_mul(gradient);
+            *force += stress * *g;
         }
         if TANGENT {
             let mut a = trial.response.modes.spatial_tangent::<D>();
@@ -370,12 +370,12 @@ fn add_tangent<const D: usize>(
 
         let diagonal = &tangent[at];
         at += 1;
-        for j in 0..D {
+        for (j, start) in starts.iter().enumerate() {
             for i in j..D {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
                 let coupled = column_mask & (1 << i | 1 << j) == 0;
                 if i == j || coupled {
-                    part.values[starts[j] + i - j] += diagonal[(i, j)];
+                    part.values[start + i - j] += diagonal[(i, j)];
                 }
             }
         }

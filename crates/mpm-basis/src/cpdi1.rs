@@ -61,6 +61,10 @@ impl<const D: usize> Parallelepiped<D> {
 impl<const D: usize> Basis<D> for Cpdi1 {
     type Domain = Parallelepiped<D>;
 
+    fn name(&self) -> &'static str {
+        "CPDI1"
+    }
+
     fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, Parallelepiped<D>>)) {
         let centre = Vector::zeros();
         place(Seed {

@@ -84,6 +84,10 @@ fn samples(domain: &Hexahedron) -> [Sample<3>; 8] {
 impl Basis<3> for Cpdi2Hexahedron {
     type Domain = Hexahedron;
 
+    fn name(&self) -> &'static str {
+        "CPDI2-hexahedron"
+    }
+
     fn seed(&self, piece: &Piece<3>, place: &mut dyn FnMut(Seed<3, Hexahedron>)) {
         let corners = *piece.corners();
         let m = moments(&corners);

@@ -19,6 +19,10 @@ const PATHS: [[usize; 2]; 6] = [[1, 3], [2, 6], [4, 5], [3, 2], [6, 4], [5, 1]];
 impl Basis<3> for Cpdi2Tetrahedron {
     type Domain = Simplex<3>;
 
+    fn name(&self) -> &'static str {
+        "CPDI2-tetrahedron"
+    }
+
     fn seed(&self, piece: &Piece<3>, place: &mut dyn FnMut(Seed<3, Simplex<3>>)) {
         let x = piece.corners();
         for [a, b] in PATHS {

@@ -123,6 +123,10 @@ impl Cpdi2q {
 impl Basis<2> for Cpdi2q {
     type Domain = Quadrilateral;
 
+    fn name(&self) -> &'static str {
+        "CPDI2q"
+    }
+
     fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, Quadrilateral>)) {
         let corners = from_fn(|c| piece.corners()[c]);
         let domain = Quadrilateral::at_rest(corners);

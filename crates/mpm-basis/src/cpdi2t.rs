@@ -34,6 +34,10 @@ pub enum TriangleSplit {
 impl Basis<2> for Cpdi2t {
     type Domain = Simplex<2>;
 
+    fn name(&self) -> &'static str {
+        "CPDI2t"
+    }
+
     fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
         match self.split {
             TriangleSplit::Slash | TriangleSplit::Backslash => Ok(points_per_cell),

@@ -43,6 +43,10 @@ pub enum FallbackDomain<const D: usize, Domain> {
 impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
     type Domain = FallbackDomain<D, B::Domain>;
 
+    fn name(&self) -> &'static str {
+        self.basis.name()
+    }
+
     fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
         self.basis.pieces_per_cell(points_per_cell)
     }

@@ -133,6 +133,10 @@ impl Gimp {
 impl<const D: usize> Basis<D> for Gimp {
     type Domain = HalfLengths<D>;
 
+    fn name(&self) -> &'static str {
+        "GIMP"
+    }
+
     fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
         match mesh.rectilinear() {
             Some(_) => Ok(()),

@@ -77,6 +77,9 @@ pub trait Basis<const D: usize>: Send + Sync {
     /// Geometry a point carries for this basis; `()` for standard MPM.
     type Domain: Clone + Send + Sync;
 
+    /// Its name in one word, as people write it.
+    fn name(&self) -> &'static str;
+
     /// Pieces per direction that a cell is cut into for `points_per_cell` points per direction, or
     /// what the number must be instead.
     ///

@@ -12,6 +12,10 @@ pub struct Smpm;
 impl<const D: usize> Basis<D> for Smpm {
     type Domain = ();
 
+    fn name(&self) -> &'static str {
+        "sMPM"
+    }
+
     fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, ()>)) {
         place(Seed { position: piece.position(&Vector::zeros()), volume: piece.volume(), domain: () });
     }

@@ -71,6 +71,21 @@ fn regions_of_a_box() {
 }
 
 #[test]
+fn an_annulus_holds_both_its_edges() {
+    let axis = || Axis::uniform(-6.0, 6.0, 12).unwrap();
+    let layout = Layout::on_axes([axis(), axis()]).unwrap();
+    let annulus = |inner, outer| Region::<2>::Annulus { centre: [0.0, 0.0], inner, outer };
+    let between = |x: Vector<2>| (3.0..=5.0).contains(&x[0].hypot(x[1]));
+    assert_eq!(annulus(3.0, 5.0).nodes(&layout), searched(&layout, between));
+    assert_eq!(annulus(0.0, 0.9).nodes(&layout).len(), 1);
+    assert_eq!(annulus(5.0, 5.0).nodes(&layout).len(), 12);
+
+    let radii = Axis::uniform(5.0, 10.0, 5).unwrap();
+    let ring = Layout::<2>::ring([0.0, 0.0], radii, 32, Span::Full, None).unwrap();
+    assert_eq!(annulus(6.0, 8.5).nodes(&ring).len(), 3 * 32);
+}
+
+#[test]
 fn a_pythagorean_circle_meets_a_square_grid() {
     let axis = || Axis::uniform(-6.0, 6.0, 12).unwrap();
     let layout = Layout::on_axes([axis(), axis()]).unwrap();

@@ -54,10 +54,12 @@ impl SceneError {
 #[non_exhaustive]
 pub enum StepFailure {
     /// A point, or a part of its domain, lies outside the mesh.
-    #[error("body `{body}`: {reason}")]
+    #[error("body `{body}` ({basis}): {reason}")]
     Outside {
         /// Name of the body.
         body: String,
+        /// Name of its basis.
+        basis: &'static str,
         /// Which point, where.
         reason: String,
     },
@@ -65,12 +67,18 @@ pub enum StepFailure {
     #[error("the mesh: {0}")]
     Mesh(String),
     /// A trial displacement inverted a point, and shorter corrections did so too.
-    #[error("body `{body}`: material point {point} would be inverted (det ΔF = {determinant:e})")]
+    #[error(
+        "body `{body}` ({basis}): material point {point} at {position:?} would be inverted (det ΔF = {determinant:e})"
+    )]
     Inverted {
         /// Name of the body.
         body: String,
+        /// Name of its basis.
+        basis: &'static str,
         /// Index of the point in its body.
         point: usize,
+        /// Where it is at the start of the step `[L]`.
+        position: Vec<f64>,
         /// `det ΔF`.
         determinant: f64,
     },
@@ -100,10 +108,12 @@ pub enum StepFailure {
     #[error("the linear system could not be solved: {0}")]
     Linear(String),
     /// Equilibrium was found but a point cannot be carried on from it.
-    #[error("body `{body}`: {reason}")]
+    #[error("body `{body}` ({basis}): {reason}")]
     Advance {
         /// Name of the body.
         body: String,
+        /// Name of its basis.
+        basis: &'static str,
         /// Which point, and what is wrong with it.
         reason: AdvanceError,
     },

@@ -118,10 +118,11 @@ fn load_step<const D: usize>(
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh: &mesh, active: &active, increment: &equilibrium.increment };
         for (named, connection) in model.bodies.iter_mut().zip(&connections) {
-            named
-                .body
-                .prepare(connection, converged)
-                .map_err(|reason| StepFailure::Advance { body: named.name.clone(), reason })?;
+            named.body.prepare(connection, converged).map_err(|reason| StepFailure::Advance {
+                body: named.name.clone(),
+                basis: named.body.basis(),
+                reason,
+            })?;
         }
         Ok(())
     })?;
@@ -137,10 +138,11 @@ pub(crate) fn connect<const D: usize>(
         .bodies
         .iter()
         .map(|named| {
-            named
-                .body
-                .stencils(mesh)
-                .map_err(|it| StepFailure::Outside { body: named.name.clone(), reason: it.to_string() })
+            named.body.stencils(mesh).map_err(|it| StepFailure::Outside {
+                body: named.name.clone(),
+                basis: named.body.basis(),
+                reason: it.to_string(),
+            })
         })
         .collect::<Result<_, _>>()?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);

