@@ -59,6 +59,11 @@ fn step_control() {
 }
 
 #[test]
+fn domain_control() {
+    passes("domains under large shear");
+}
+
+#[test]
 fn every_case_has_a_test() {
     let tests = [include_str!("cases.rs"), include_str!("determinism.rs")];
     for case in CASES {

@@ -1,6 +1,7 @@
 //! Scenes, load steps and Newton iterations of the implicit Material Point Method.
 
 mod compile;
+mod domains;
 mod error;
 mod estimate;
 mod fill;
@@ -16,6 +17,7 @@ mod schedule;
 mod timing;
 
 pub use compile::{Compiled, compile};
+pub use domains::DomainLimit;
 pub use error::{Error, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
 pub use load_step::run;

@@ -1,6 +1,7 @@
 //! The cases, in the order of the table.
 
 mod determinism;
+mod domain_control;
 mod newton_rate;
 mod patch;
 mod rotation;
@@ -20,6 +21,7 @@ pub const CASES: &[Case] = &[
     patch::CASE,
     step_control::FAILURE,
     step_control::CUTS,
+    domain_control::CASE,
     determinism::CASE,
 ];
 
