@@ -7,7 +7,8 @@
 //!
 //! (Charlton, Coombs & Augarde 2017; Wang et al. 2018). A [`Body`] holds the committed [`Points`];
 //! [`assemble`] sums their forces and tangent under a trial displacement, a pure function of the
-//! committed state; [`Body::prepare`] and [`Body::commit`] are the only writers. The symmetric
+//! committed state; [`Body::prepare`], [`Body::commit`] and, between steps, [`Body::control`]
+//! are the only writers. The symmetric
 //! tangent is stored as the lower triangle of a [`Pattern`] that is derived from connectivity.
 //!
 //! ```

@@ -2,9 +2,9 @@
 //!
 //! After a shear γ of many units a convected domain is a needle, γ times as long as it was. CPDI
 //! samples the mesh at its far corners only: the needle no longer feels the cells that it passes
-//! through, and adds stiffness to cells in which its stress does not belong. [`cap`] and [`reshape`] shorten such a
-//! domain, [`split`] cuts it into several (as Homel, Brannon & Guilkey 2016 scale CPDI domains, and
-//! Ma et al. 2009 split points).
+//! through, and adds stiffness to cells in which its stress does not belong. [`cap`] and [`reshape`]
+//! shorten such a domain (as Homel, Brannon & Guilkey 2016 scale those of CPDI), [`split`] cuts it into
+//! several (as Ma et al. 2009 split points of standard MPM).
 //!
 //! The size of a domain is that of its longest semi-axis, in cells: with the second moment
 //! `S = 3/V ∫ (x - x̄) ⊗ (x - x̄) dV = Σ_k σ_k² u_k ⊗ u_k`, of a parallelepiped `R Rᵀ`, and the Jacobian J of
