@@ -114,6 +114,11 @@ fn step_control() {
 }
 
 #[test]
+fn domain_control() {
+    passes("domains under large shear");
+}
+
+#[test]
 fn every_case_has_a_test() {
     let tests = [include_str!("cases.rs"), include_str!("determinism.rs")];
     for case in CASES {
@@ -129,4 +134,9 @@ fn the_readme_tells_of_every_case() {
             assert!(README.contains(text), "the README lacks of `{}`: {text}", case.name);
         }
     }
+}
+
+#[test]
+fn generalised_vortex() {
+    passes("generalised vortex");
 }

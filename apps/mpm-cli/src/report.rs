@@ -70,6 +70,11 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     let halved = format!("{}, {} corrections shortened", count(summary.iterations), count(summary.shortened));
     line("iterations", halved);
     line("indefinite steps", count(summary.indefinite_steps));
+    match (summary.domains_capped, summary.domains_split) {
+        (0, 0) => {}
+        (capped, 0) => line("long domains", format!("shortened {} times", count(capped))),
+        (_, split) => line("long domains", format!("points split {} times", count(split))),
+    }
     line("smallest det ΔF", format!("{:.6}", summary.smallest_determinant));
     let timings = summary.timings.iter().filter(|timing| timing.count > 0);
     let timings: Vec<String> =

@@ -5,8 +5,8 @@
 
 use crate::advance::{AdvanceError, Converged, advanced};
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
-use crate::{Points, determinant};
-use mpm_basis::{Basis, DomainReport, Links, Stencils, UnconnectedPoint};
+use crate::{Controlled, Points, TooManyPoints, determinant};
+use mpm_basis::{Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
 use rayon::prelude::*;
@@ -51,6 +51,17 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Makes the prepared points the present ones.
     fn commit(&mut self);
+
+    /// Shortens or splits the domains of the present points that are too long in `mesh`.
+    ///
+    /// # Errors
+    /// The body would have more than `most` points; nothing has changed.
+    fn control(
+        &mut self,
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<Controlled, TooManyPoints>;
 
     /// One point as the outside may see it.
     fn point(&self, point: usize) -> PointView<D>;
@@ -183,6 +194,15 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         if let Some(points) = self.prepared.take() {
             self.points = points;
         }
+    }
+
+    fn control(
+        &mut self,
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<Controlled, TooManyPoints> {
+        crate::control::control(&self.basis, &mut self.points, mesh, control, most)
     }
 
     fn point(&self, point: usize) -> PointView<D> {

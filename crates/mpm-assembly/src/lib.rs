@@ -7,7 +7,8 @@
 //!
 //! (Charlton, Coombs & Augarde 2017; Wang et al. 2018). A [`Body`] holds the committed [`Points`];
 //! [`assemble`] sums their forces and tangent under a trial displacement, a pure function of the
-//! committed state; [`Body::prepare`] and [`Body::commit`] are the only writers. The symmetric
+//! committed state; [`Body::prepare`], [`Body::commit`] and, between steps, [`Body::control`]
+//! are the only writers. The symmetric
 //! tangent is stored as the lower triangle of a [`Pattern`] that is derived from connectivity.
 //!
 //! ```
@@ -47,6 +48,7 @@
 mod advance;
 mod body;
 mod constraints;
+mod control;
 mod kinematics;
 mod pass;
 mod pattern;
@@ -56,6 +58,7 @@ mod strips;
 pub use advance::{AdvanceError, Converged, advanced};
 pub use body::{Body, BodyLoads, MaterialBody, PointView, views};
 pub use constraints::Constraints;
+pub use control::{Controlled, TooManyPoints};
 pub use kinematics::determinant;
 pub use pass::{Connection, InvertedPoint, PassInput, Sums, TangentSums, assemble, finish_tangent};
 pub use pattern::Pattern;

@@ -6,7 +6,8 @@
 
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose, outline, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
+use crate::control::longest;
+use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -93,6 +94,31 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         domain.deform(&step.deformation_gradient)?;
         *position += step.displacement;
         Ok(())
+    }
+
+    fn spread(&self, domain: &Parallelepiped<D>) -> Option<Block<D>> {
+        Some(domain.current * domain.current.transpose())
+    }
+
+    /// `r_d` becomes `A r_d`, and `r⁰_d` what F takes there, `F⁻¹ A F r⁰_d`.
+    fn scale(&self, domain: &mut Parallelepiped<D>, _x: &Vector<D>, map: &Block<D>) {
+        let scaled = map * domain.current;
+        let back = inverse_transpose(&domain.current).transpose();
+        *domain = Parallelepiped { initial: domain.initial * (back * scaled), current: scaled };
+    }
+
+    fn halve(
+        &self,
+        domain: &Parallelepiped<D>,
+        x: &Vector<D>,
+        to_cells: &Block<D>,
+    ) -> Option<[Part<D, Parallelepiped<D>>; 2]> {
+        let d = longest(domain.current.column_iter().map(|r| r.into_owned()), to_cells);
+        let mut half = *domain;
+        half.current.column_mut(d).scale_mut(0.5);
+        half.initial.column_mut(d).scale_mut(0.5);
+        let r = half.current.column(d).into_owned();
+        Some([x - r, x + r].map(|position| Part { position, domain: half, share: 0.5 }))
     }
 
     fn diagnose(

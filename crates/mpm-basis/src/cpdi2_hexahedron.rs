@@ -7,8 +7,9 @@
 
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
-use mpm_grid::{LinearCell, Mesh, OutsideMesh, Vector};
+use crate::control::{longest, scale_corners, spread_of_corners};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
+use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Second-order convected particle domain interpolation with hexahedra, D = 3.
@@ -127,6 +128,39 @@ impl Basis<3> for Cpdi2Hexahedron {
         let mean = domain.volume() / 8.0;
         let at = |c| determinant(&cell.jacobian(&signs(c))) / mean;
         1.0 - (0..8).map(at).fold(f64::INFINITY, f64::min)
+    }
+
+    fn spread(&self, domain: &Hexahedron) -> Option<Block<3>> {
+        Some(spread_of_corners(&domain.corners))
+    }
+
+    fn scale(&self, domain: &mut Hexahedron, x: &Vector<3>, map: &Block<3>) {
+        scale_corners(&mut domain.corners, x, map);
+        domain.initial_volume *= determinant(map);
+    }
+
+    /// Between the middles of two opposite faces; not where a corner has folded.
+    fn halve(
+        &self,
+        domain: &Hexahedron,
+        _x: &Vector<3>,
+        to_cells: &Block<3>,
+    ) -> Option<[Part<3, Hexahedron>; 2]> {
+        let sound = self.distortion(domain) < 1.0;
+        if !sound {
+            return None;
+        }
+        let x = &domain.corners;
+        let sides: [Vector<3>; 3] = from_fn(|d| (0..8).map(|c| x[c] * signs::<3>(c)[d]).sum());
+        let d = longest(sides, to_cells);
+        let volume = domain.volume();
+        Some([0, 1].map(|side| {
+            let corners = from_fn(|c| if c >> d & 1 == side { x[c] } else { (x[c] + x[c ^ (1 << d)]) * 0.5 });
+            let m = moments(&corners);
+            let share = m.volume / volume;
+            let half = Hexahedron { corners, initial_volume: domain.initial_volume * share };
+            Part { position: m.position(&corners), domain: half, share }
+        }))
     }
 
     fn diagnose(

@@ -1,8 +1,8 @@
 //! CPDI2 in space with tetrahedra whose corners move with the displacement field; the formulas are in
 //! [`crate::Simplex`].
 
-use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Simplex, Stencil};
-use mpm_grid::{Mesh, OutsideMesh, Vector};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Simplex, Stencil};
+use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 
 /// Second-order convected particle domain interpolation with tetrahedra, D = 3 (Leavy et al. 2019).
 ///
@@ -53,6 +53,23 @@ impl Basis<3> for Cpdi2Tetrahedron {
     /// bound for slivers.
     fn distortion(&self, domain: &Simplex<3>) -> f64 {
         domain.slenderness()
+    }
+
+    fn spread(&self, domain: &Simplex<3>) -> Option<Block<3>> {
+        domain.spread()
+    }
+
+    fn scale(&self, domain: &mut Simplex<3>, x: &Vector<3>, map: &Block<3>) {
+        domain.scale(x, map);
+    }
+
+    fn halve(
+        &self,
+        domain: &Simplex<3>,
+        _x: &Vector<3>,
+        to_cells: &Block<3>,
+    ) -> Option<[Part<3, Simplex<3>>; 2]> {
+        domain.halve(to_cells)
     }
 
     fn diagnose(

@@ -11,7 +11,8 @@
 
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, outline, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
+use crate::control::{longest, scale_corners, spread_of_corners};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -161,6 +162,52 @@ impl Basis<2> for Cpdi2q {
     /// longer convex.
     fn distortion(&self, domain: &Quadrilateral) -> f64 {
         Shape::of(&domain.corners).hourglass.lp_norm(1)
+    }
+
+    fn spread(&self, domain: &Quadrilateral) -> Option<Block<2>> {
+        Some(spread_of_corners(&domain.corners))
+    }
+
+    fn scale(&self, domain: &mut Quadrilateral, x: &Vector<2>, map: &Block<2>) {
+        scale_corners(&mut domain.corners, x, map);
+        domain.initial_area *= determinant(map);
+    }
+
+    /// Between the middles of two opposite sides; not where the domain is no longer convex. Shares are
+    /// those of the area by which corners are weighed.
+    fn halve(
+        &self,
+        domain: &Quadrilateral,
+        _x: &Vector<2>,
+        to_cells: &Block<2>,
+    ) -> Option<[Part<2, Quadrilateral>; 2]> {
+        let shape = Shape::of(&domain.corners);
+        let [a, b, c, d] = domain.corners;
+        if shape.hourglass.lp_norm(1).is_nan() || shape.hourglass.lp_norm(1) >= 1.0 {
+            return None;
+        }
+        let (across, corners) = match longest([b - a + d - c, c - a + d - b], to_cells) {
+            0 => (1, [[a, (a + b) * 0.5, c, (c + d) * 0.5], [(a + b) * 0.5, b, (c + d) * 0.5, d]]),
+            _ => (0, [[a, b, (a + c) * 0.5, (b + d) * 0.5], [(a + c) * 0.5, (b + d) * 0.5, c, d]]),
+        };
+        let rest = domain.initial_hourglass;
+        Some(from_fn(|k| {
+            let side = if k == 0 { -0.5 } else { 0.5 };
+            // The half of κ at rest: x̄ ± ½ r_1, ½ r_1, r_2 ± ½ h, ½ h where the cut is across r_1.
+            let rest_share = 0.5 * (1.0 + side * rest[across]);
+            let mut initial_hourglass = Vector::zeros();
+            initial_hourglass[across] = 0.25 * rest[across] / rest_share;
+            initial_hourglass[1 - across] =
+                rest[1 - across] * (1.0 - 2.0 * side * initial_hourglass[across]);
+            let share = match self.weights {
+                CornerWeights::Current => 0.5 * (1.0 + side * shape.hourglass[across]),
+                CornerWeights::Frozen => rest_share,
+            };
+            let initial_area = share * domain.initial_area;
+            let half = Quadrilateral { corners: corners[k], initial_area, initial_hourglass };
+            let position = Self::position(&self.weights(&half, &Shape::of(&half.corners)), &half.corners);
+            Part { position, domain: half, share }
+        }))
     }
 
     fn diagnose(

@@ -6,8 +6,8 @@
 //! as the triangle turns into a sliver (Wang et al. 2019). [`crate::DomainReport`] counts such nodes,
 //! [`crate::Fallback`] replaces slivers.
 
-use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Simplex, Stencil};
-use mpm_grid::{Mesh, OutsideMesh, Vector};
+use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Simplex, Stencil};
+use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 
 /// Second-order convected particle domain interpolation with triangles, D = 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -91,6 +91,23 @@ impl Basis<2> for Cpdi2t {
     /// square, growing without bound for slivers.
     fn distortion(&self, domain: &Simplex<2>) -> f64 {
         domain.slenderness()
+    }
+
+    fn spread(&self, domain: &Simplex<2>) -> Option<Block<2>> {
+        domain.spread()
+    }
+
+    fn scale(&self, domain: &mut Simplex<2>, x: &Vector<2>, map: &Block<2>) {
+        domain.scale(x, map);
+    }
+
+    fn halve(
+        &self,
+        domain: &Simplex<2>,
+        _x: &Vector<2>,
+        to_cells: &Block<2>,
+    ) -> Option<[Part<2, Simplex<2>>; 2]> {
+        domain.halve(to_cells)
     }
 
     fn diagnose(

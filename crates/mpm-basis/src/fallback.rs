@@ -1,6 +1,6 @@
 //! A remedy for convected domains that degenerate: the point goes on with a CPDI1 domain.
 
-use crate::{Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Piece, Seed, Stencil};
+use crate::{Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Part, Piece, Seed, Stencil};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 
 /// Another basis, except for points whose domain's [`Basis::distortion`] has passed `beyond`, or
@@ -110,6 +110,43 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         match domain {
             FallbackDomain::Sound { domain, .. } => self.basis.distortion(domain),
             FallbackDomain::Fallen(_) => 0.0,
+        }
+    }
+
+    fn spread(&self, domain: &Self::Domain) -> Option<Block<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.spread(domain),
+            FallbackDomain::Fallen(domain) => Cpdi1.spread(domain),
+        }
+    }
+
+    /// The parallelepiped in reserve stays whole: it is shortened when it comes into use.
+    fn scale(&self, domain: &mut Self::Domain, x: &Vector<D>, map: &Block<D>) {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.scale(domain, x, map),
+            FallbackDomain::Fallen(domain) => Cpdi1.scale(domain, x, map),
+        }
+    }
+
+    fn halve(
+        &self,
+        domain: &Self::Domain,
+        x: &Vector<D>,
+        to_cells: &Block<D>,
+    ) -> Option<[Part<D, Self::Domain>; 2]> {
+        match domain {
+            FallbackDomain::Sound { domain, half_vectors } => {
+                let halves = self.basis.halve(domain, x, to_cells)?;
+                Some(halves.map(|Part { position, domain, share }| {
+                    let half_vectors = half_vectors * share.powf(1.0 / D as f64);
+                    Part { position, domain: FallbackDomain::Sound { domain, half_vectors }, share }
+                }))
+            }
+            FallbackDomain::Fallen(domain) => Some(
+                Cpdi1
+                    .halve(domain, x, to_cells)?
+                    .map(|it| Part { position: it.position, domain: FallbackDomain::Fallen(it.domain), share: it.share }),
+            ),
         }
     }
 

@@ -7,7 +7,8 @@
 
 use crate::sampled::BEYOND;
 use crate::tensor::{determinant, outline, right_stretch, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Piece, Seed, Stencil};
+use crate::control::longest;
+use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Axis, Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -211,6 +212,33 @@ impl<const D: usize> Basis<D> for Gimp {
         domain.current = current;
         *position += step.displacement;
         Ok(())
+    }
+
+    fn spread(&self, domain: &HalfLengths<D>) -> Option<Block<D>> {
+        Some(Block::from_diagonal(&domain.current.component_mul(&domain.current)))
+    }
+
+    fn scale(&self, domain: &mut HalfLengths<D>, _x: &Vector<D>, map: &Block<D>) {
+        domain.current.component_mul_assign(&map.diagonal());
+        domain.initial.component_mul_assign(&map.diagonal());
+    }
+
+    fn halve(
+        &self,
+        domain: &HalfLengths<D>,
+        x: &Vector<D>,
+        to_cells: &Block<D>,
+    ) -> Option<[Part<D, HalfLengths<D>>; 2]> {
+        let lengths = Block::from_diagonal(&domain.current);
+        let d = longest(lengths.column_iter().map(|l| l.into_owned()), to_cells);
+        let mut half = *domain;
+        half.current[d] *= 0.5;
+        half.initial[d] *= 0.5;
+        Some([-1.0, 1.0].map(|side| {
+            let mut position = *x;
+            position[d] += side * half.current[d];
+            Part { position, domain: half, share: 0.5 }
+        }))
     }
 
     fn diagnose(

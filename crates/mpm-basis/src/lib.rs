@@ -43,6 +43,7 @@
 //! ```
 
 mod connectivity;
+pub mod control;
 mod cpdi1;
 mod cpdi2_hexahedron;
 mod cpdi2_tetrahedron;
@@ -56,6 +57,8 @@ mod simplex;
 mod smpm;
 mod tensor;
 
+/// See [`control`].
+pub use control::{DomainControl, Part};
 pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
 pub use cpdi1::{Cpdi1, Parallelepiped};
 pub use cpdi2_hexahedron::{Cpdi2Hexahedron, Hexahedron};
@@ -127,6 +130,27 @@ pub trait Basis<const D: usize>: Send + Sync {
     /// own objective measure, 0 where the domain cannot go bad. [`Fallback`] acts on it.
     fn distortion(&self, _domain: &Self::Domain) -> f64 {
         0.0
+    }
+
+    /// Second moment of the domain, `3/V ∫ (x - x̄) ⊗ (x - x̄) dV` (of a box, squares of the half lengths),
+    /// which [`control`] takes for its size; `None` where there is no domain `[L²]`.
+    fn spread(&self, _domain: &Self::Domain) -> Option<Block<D>> {
+        None
+    }
+
+    /// Maps the domain about its point `x` by `map` `[-]`, symmetric with a positive determinant:
+    /// `x_c → x + A (x_c - x)`. It goes on deforming from there.
+    fn scale(&self, _domain: &mut Self::Domain, _x: &Vector<D>, _map: &Block<D>) {}
+
+    /// Cuts the domain of the point at `x` in two, across the side that `to_cells` (which takes half
+    /// the edges of a cell to length 1) makes longest; `None` where it has none or cannot be cut.
+    fn halve(
+        &self,
+        _domain: &Self::Domain,
+        _x: &Vector<D>,
+        _to_cells: &Block<D>,
+    ) -> Option<[Part<D, Self::Domain>; 2]> {
+        None
     }
 
     /// The health of a point's domain in this mesh.

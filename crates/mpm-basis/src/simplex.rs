@@ -8,7 +8,8 @@
 
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose};
-use crate::{Convection, ConvectionError, DomainReport, Seed};
+use crate::control::{longest, scale_corners};
+use crate::{Convection, ConvectionError, DomainReport, Part, Seed};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -90,6 +91,36 @@ impl<const D: usize> Simplex<D> {
     pub(crate) fn slenderness(&self) -> f64 {
         let size = determinant(&self.edges()).abs().powf(1.0 / D as f64);
         size * self.samples()[..=D].iter().map(|it| it.gradient.norm()).fold(0.0, f64::max)
+    }
+
+    /// See [`crate::Basis::spread`].
+    pub(crate) fn spread(&self) -> Option<Block<D>> {
+        let centre = self.centroid();
+        let corners = self.outline().into_iter().map(|x| (x - centre) * (x - centre).transpose());
+        Some(corners.sum::<Block<D>>() * (3.0 / ((D + 1) * (D + 2)) as f64))
+    }
+
+    /// See [`crate::Basis::scale`].
+    pub(crate) fn scale(&mut self, x: &Vector<D>, map: &Block<D>) {
+        scale_corners(std::iter::once(&mut self.first).chain(&mut self.others), x, map);
+        self.initial_volume *= determinant(map);
+    }
+
+    /// Through the middle of the longest edge, see [`crate::Basis::halve`].
+    pub(crate) fn halve(&self, to_cells: &Block<D>) -> Option<[Part<D, Self>; 2]> {
+        let corners = self.outline();
+        let edges: Vec<[usize; 2]> = (1..=D).flat_map(|b| (0..b).map(move |a| [a, b])).collect();
+        let ends = edges[longest(edges.iter().map(|&[a, b]| corners[b] - corners[a]), to_cells)];
+        let middle = (corners[ends[0]] + corners[ends[1]]) * 0.5;
+        Some([ends[1], ends[0]].map(|replaced| {
+            let mut half = *self;
+            half.initial_volume *= 0.5;
+            match replaced {
+                0 => half.first = middle,
+                c => half.others[c - 1] = middle,
+            }
+            Part { position: half.centroid(), domain: half, share: 0.5 }
+        }))
     }
 
     /// See [`crate::Basis::diagnose`].

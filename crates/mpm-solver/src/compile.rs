@@ -1,5 +1,6 @@
 //! A scene becomes a model: the only place that asks what kind of thing something is.
 
+use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::load_step::{connect, run};
@@ -8,11 +9,11 @@ use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::vortex::Vortex;
 use crate::scene::{
-    AxisInput, BodyInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
     RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput, TrianglesInput,
 };
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, GimpUpdate, Smpm,
+    Basis, CornerWeights, DomainControl, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, GimpUpdate, Smpm,
     TriangleSplit,
 };
 use mpm_grid::{
@@ -96,10 +97,11 @@ impl FillBody<2> for PlaneBasis {
 
     fn options(&self) -> &'static [&'static str] {
         match self {
-            PlaneBasis::Smpm | PlaneBasis::Cpdi1 => &[],
-            PlaneBasis::Gimp => &["gimp_update"],
-            PlaneBasis::Cpdi2q => &["corner_weights", "fallback_beyond"],
-            PlaneBasis::Cpdi2t => &["triangles", "fallback_beyond"],
+            PlaneBasis::Smpm => &[],
+            PlaneBasis::Cpdi1 => &["control"],
+            PlaneBasis::Gimp => &["gimp_update", "control"],
+            PlaneBasis::Cpdi2q => &["corner_weights", "fallback_beyond", "control"],
+            PlaneBasis::Cpdi2t => &["triangles", "fallback_beyond", "control"],
         }
     }
 }
@@ -122,9 +124,10 @@ impl FillBody<3> for SolidBasis {
 
     fn options(&self) -> &'static [&'static str] {
         match self {
-            SolidBasis::Smpm | SolidBasis::Cpdi1 => &[],
-            SolidBasis::Gimp => &["gimp_update"],
-            SolidBasis::Cpdi2Hexahedron | SolidBasis::Cpdi2Tetrahedron => &["fallback_beyond"],
+            SolidBasis::Smpm => &[],
+            SolidBasis::Cpdi1 => &["control"],
+            SolidBasis::Gimp => &["gimp_update", "control"],
+            SolidBasis::Cpdi2Hexahedron | SolidBasis::Cpdi2Tetrahedron => &["fallback_beyond", "control"],
         }
     }
 }
@@ -146,6 +149,7 @@ fn check_domains<const D: usize, B: FillBody<D>>(basis: &B, domains: &DomainsInp
         ("triangles", domains.triangles.is_some()),
         ("corner_weights", domains.corner_weights.is_some()),
         ("fallback_beyond", domains.fallback_beyond.is_some()),
+        ("control", domains.control.is_some()),
     ];
     match given.into_iter().find(|(name, given)| *given && !basis.options().contains(name)) {
         None => Ok(()),
@@ -153,6 +157,23 @@ fn check_domains<const D: usize, B: FillBody<D>>(basis: &B, domains: &DomainsInp
             Err(SceneError::new(format!("domains.{name}"), "the scene's basis does not have this option"))
         }
     }
+}
+
+/// What the scene wants done about domains that have outgrown their cells.
+fn domain_limit<const D: usize>(domains: &DomainsInput, bodies: &[NamedBody<D>]) -> Option<DomainLimit> {
+    let points: usize = bodies.iter().map(|named| named.body.n_points()).sum();
+    Some(match domains.control? {
+        ControlInput::Cap { cells } => {
+            DomainLimit { control: DomainControl::Cap { cells: cells.0 }, most_points: points }
+        }
+        ControlInput::Reshape { cells } => {
+            DomainLimit { control: DomainControl::Reshape { cells: cells.0 }, most_points: points }
+        }
+        ControlInput::Split { cells, growth } => {
+            let control = DomainControl::Split { cells: cells.0 };
+            DomainLimit { control, most_points: ((points as f64 * growth.0) as usize).max(points) }
+        }
+    })
 }
 
 fn fill_convected<const D: usize, B: Basis<D> + 'static>(
@@ -198,6 +219,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         loads: loads(scene, &bodies, faces)?,
         layout,
         motion,
+        domain_limit: domain_limit(&scene.domains, &bodies),
         bodies,
         schedule: schedule(scene)?,
         domain_history: scene.output.domain_history,

@@ -24,6 +24,21 @@ pub enum Error {
         /// What went wrong in the last try.
         reason: StepFailure,
     },
+    /// Splitting domains that have outgrown their cells would make too many points.
+    #[error(
+        "after load step {step}: splitting long domains of body `{body}` would make of {points} points more than \
+        the {most} that `domains.control` allows"
+    )]
+    TooManyPoints {
+        /// Row of the history that shows the points as they were.
+        step: usize,
+        /// Name of the body.
+        body: String,
+        /// Points of all bodies before.
+        points: usize,
+        /// Points of all bodies at most.
+        most: usize,
+    },
     /// The model does not fit into this machine's memory.
     #[error("{0}")]
     TooLarge(String),

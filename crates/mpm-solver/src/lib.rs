@@ -45,6 +45,7 @@
 //! ```
 
 mod compile;
+mod domains;
 mod error;
 mod estimate;
 mod fill;
@@ -61,6 +62,7 @@ mod timing;
 pub mod vortex;
 
 pub use compile::{Compiled, compile};
+pub use domains::DomainLimit;
 pub use error::{Error, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
 pub use load_step::run;

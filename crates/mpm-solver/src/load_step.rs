@@ -1,5 +1,6 @@
 //! A run through the load steps: the file to read first.
 
+use crate::domains::{self, DomainCounts};
 use crate::error::{Error, StepFailure};
 use crate::linear::{Analysis, Factorization, SymmetricPattern};
 use crate::model::{Model, Prescribed};
@@ -17,15 +18,15 @@ use mpm_grid::{Mesh, Vector};
 /// Each load step (Coombs & Augarde 2020, figure 3; Wang et al. 2018, slides 8-9):
 /// 1. take the mesh of this step and connect points to nodes,
 /// 2. find the nodal displacements that balance the forces,
-/// 3. advance the points,
+/// 3. advance the points (and shorten or split domains too long for their cells, where asked to),
 /// 4. let the observer look. The mesh is then replaced by that of the next step.
 ///
 /// A step that cannot be solved is halved; the points are those of the last converged step until
 /// the next one has converged.
 ///
 /// # Errors
-/// [`Error::Step`] where a step fails at its smallest length, [`Error::Observer`] where the record
-/// cannot be written. All load steps before have been shown to the observer.
+/// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
+/// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
     let mut timings = Timings::new();
     let mut record = Record::new(model);
@@ -54,12 +55,15 @@ fn steps<const D: usize>(
 
     while let Some(step) = pace.next() {
         match load_step(model, &step, &mut factorization, &mut workspace, timings) {
-            Ok(result) => {
+            Ok(mut result) => {
                 for named in &mut model.bodies {
                     named.body.commit();
                 }
                 pace.succeed();
+                let controlled = domains::control(model, step.end, record.rows());
+                result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
+                controlled?;
             }
             Err(reason) => {
                 // What is wrong at the start of a step is wrong however short it is.
@@ -126,7 +130,8 @@ fn load_step<const D: usize>(
         }
         Ok(())
     })?;
-    Ok(StepResult { mesh, active, equilibrium, equations: constraints.n_free(), analysis })
+    let equations = constraints.n_free();
+    Ok(StepResult { mesh, active, equilibrium, equations, analysis, domains: DomainCounts::default() })
 }
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.

@@ -1,5 +1,6 @@
 //! A compiled scene: nouns with everything resolved, nothing left to look up.
 
+use crate::domains::DomainLimit;
 use crate::vortex::Vortex;
 use mpm_assembly::{Body, views};
 use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Vector};
@@ -20,6 +21,8 @@ pub struct Model<const D: usize> {
     pub schedule: Schedule,
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
+    /// What is done about domains that have outgrown their cells, if anything.
+    pub domain_limit: Option<DomainLimit>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
 }

@@ -1,5 +1,6 @@
 //! The record of a run: history columns, fields of the points, and the summary at its end.
 
+use crate::domains::DomainCounts;
 use crate::error::Error;
 use crate::linear::{Analysis, Method};
 use crate::model::{Model, NamedBody};
@@ -8,7 +9,7 @@ use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observe
 use crate::schedule::Step;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
-use mpm_basis::{ActiveNodes, DomainReport};
+use mpm_basis::{ActiveNodes, DomainControl, DomainReport};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
@@ -22,6 +23,7 @@ pub(crate) struct StepResult<const D: usize> {
     /// Free components of displacement.
     pub equations: usize,
     pub analysis: Analysis,
+    pub domains: DomainCounts,
 }
 
 /// A run in a few numbers.
@@ -39,6 +41,10 @@ pub struct Summary {
     pub indefinite_steps: u64,
     /// Smallest `det ΔF` of any point in any step `[-]`.
     pub smallest_determinant: f64,
+    /// Times a domain was shortened to the size of its cell.
+    pub domains_capped: u64,
+    /// Times a point was split because its domain had outgrown its cell.
+    pub domains_split: u64,
     /// Material points at the end.
     pub points: usize,
     /// Seconds and counts per phase.
@@ -66,6 +72,7 @@ struct Totals {
     cuts: u64,
     shortened: u64,
     indefinite_steps: u64,
+    domains: DomainCounts,
     smallest_determinant: Option<f64>,
     active_nodes: u64,
 }
@@ -94,6 +101,12 @@ impl Record {
             if support.moment_about.is_some() {
                 columns.push(real(format!("reaction_moment/{}", support.name), 1));
             }
+        }
+        if let Some(limit) = model.domain_limit {
+            columns.push(count(match limit.control {
+                DomainControl::Cap { .. } | DomainControl::Reshape { .. } => "domains_capped",
+                DomainControl::Split { .. } => "domains_split",
+            }));
         }
         if model.domain_history {
             columns.extend([
@@ -157,7 +170,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { mesh, active, equilibrium, equations, analysis } = result;
+        let StepResult { mesh, active, equilibrium, equations, analysis, domains } = result;
         let cuts_here = cuts - self.cuts_before;
         self.cuts_before = cuts;
         let seconds = self.clock.elapsed().as_secs_f64();
@@ -211,6 +224,9 @@ impl Record {
             }
         }
         let mesh_after = mesh_after(model, step.end, mesh);
+        if model.domain_limit.is_some() {
+            row.push(Entry::Count(vec![domains.capped + domains.split]));
+        }
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));
         }
@@ -219,6 +235,8 @@ impl Record {
         totals.iterations += iterations;
         totals.cuts = cuts;
         totals.shortened += u64::from(equilibrium.shortened);
+        totals.domains.capped += domains.capped;
+        totals.domains.split += domains.split;
         totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
@@ -254,6 +272,8 @@ impl Record {
             cuts: totals.cuts,
             shortened: totals.shortened,
             indefinite_steps: totals.indefinite_steps,
+            domains_capped: totals.domains.capped,
+            domains_split: totals.domains.split,
             smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),

@@ -5,6 +5,7 @@ mod collapse;
 mod column;
 mod corner_stretch;
 mod determinism;
+mod domain_control;
 mod domains;
 mod doughnut;
 mod newton_rate;
@@ -14,6 +15,7 @@ mod rotation;
 mod simple_stretch;
 mod step_control;
 mod tangent;
+mod vortex;
 
 use crate::history::History;
 use crate::picture::{Panel, Shapes};
@@ -31,6 +33,7 @@ pub const CASES: &[Case] = &[
     corner_stretch::RECTILINEAR,
     doughnut::ELASTIC,
     doughnut::PLASTIC,
+    vortex::CASE,
     remedies::CASE,
     domains::HEALTH,
     domains::INVERSION,
@@ -44,6 +47,7 @@ pub const CASES: &[Case] = &[
     patch::CASE,
     step_control::FAILURE,
     step_control::CUTS,
+    domain_control::CASE,
     determinism::CASE,
 ];
 

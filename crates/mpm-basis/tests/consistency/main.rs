@@ -2,6 +2,7 @@
 //! published formulas demand.
 
 mod completeness;
+mod control;
 mod convection;
 mod formulas;
 mod random;

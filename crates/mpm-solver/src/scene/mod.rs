@@ -110,6 +110,49 @@ pub struct DomainsInput {
     /// Bases with convected corners: a point whose domain's distortion passes this, or whose domain turns inside
     /// out, goes on with the `Cpdi1` domain of its own deformation gradient; never if left out `[-]`.
     pub fallback_beyond: Option<Positive>,
+    /// Bases with domains: what is done, after every load step, about domains that have outgrown their cells
+    /// (needles, after large shear); nothing if left out.
+    pub control: Option<ControlInput>,
+}
+
+/// What is done about domains that have outgrown their cells. The size of a domain is that of its longest
+/// principal semi-axis in half cells: 1 where it is as long as the cell around its point, 1/n at rest with n
+/// points per cell and direction. A limit of 0.7, the default, leaves domains at rest alone from two points per
+/// cell and direction on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ControlInput {
+    /// They are shortened along their long axes. Only where the mesh is sampled changes, not the point's state,
+    /// volume or mass; counted as `/history/domains_capped`.
+    Cap {
+        /// Largest size `[-]`.
+        #[serde(default = "default_cells")]
+        cells: Positive,
+    },
+    /// As `Cap`, and they are thickened so that their volume stays, as far as they reach no limit that way.
+    Reshape {
+        /// Largest size `[-]`.
+        #[serde(default = "default_cells")]
+        cells: Positive,
+    },
+    /// Their points are split, into halves of halves, until none is too large. Volume, mass, their centre, and
+    /// loads are kept; counted as `/history/domains_split`.
+    Split {
+        /// Largest size `[-]`.
+        #[serde(default = "default_cells")]
+        cells: Positive,
+        /// The run ends where there would be more than so many times the points of the start `[-]`.
+        #[serde(default = "default_growth")]
+        growth: Positive,
+    },
+}
+
+fn default_cells() -> Positive {
+    Positive(0.7)
+}
+
+fn default_growth() -> Positive {
+    Positive(16.0)
 }
 
 /// What a half length of a `Gimp` domain follows.

@@ -1,0 +1,104 @@
+//! The generalised vortex (Brannon, Kamojjala & Sadeghirad 2011): large shear with a known answer.
+
+use super::{fixed, scientific, sweep};
+use crate::history::History;
+use crate::scenes::{load, run};
+use crate::variants::{ALL, CPDI1, CPDI2Q, Method, plane, refined};
+use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_grid::{LoadFraction, Ramp, Vector};
+use mpm_solver::observe::Field;
+use mpm_solver::scene::{LoadInput, MaterialInput, Scene, SceneIn};
+use mpm_solver::vortex::Vortex;
+
+pub(super) const CASE: Case = Case {
+    name: "generalised vortex",
+    goal: "Shear and rotation in a mesh that does not move, with an exact answer: orders of convergence of every basis.",
+    setup: "A ring 0.75 to 1.25 whose circles turn by up to a quarter of a radian (simple shear up to 1.77), held by the body force of that motion, in 20 load steps; E = 10³, ν = 0.3. Nodes beyond the ring's edges are held; points of the ring are cut from it, not from the mesh. 24², 48² and 96² cells on [-1.5, 1.5]², 2² points a cell.",
+    reference: "The exact motion and its Hencky stress. Beyond a shear of 2.23 (0.316 radian) the Hencky law is no longer elliptic in simple shear: the exact motion is then no stable equilibrium, and no mesh holds it.",
+    run: vortex,
+};
+
+/// Relative error of displacement and of stress, in the mean square over the volume.
+struct Errors {
+    displacement: f64,
+    stress: f64,
+}
+
+fn vortex(extent: Extent) -> Result<Findings, Broken> {
+    let factors: &[u32] = extent.pick(&[1, 2], &[1, 2, 4]);
+    let jobs: Vec<(&Method, u32)> =
+        ALL.iter().flat_map(|method| factors.iter().map(move |&factor| (method, factor))).collect();
+    let results = sweep(&jobs, |(method, factor)| {
+        let scene = refined(method.of(plane(load("vortex")?)?), *factor);
+        let field = exact(&scene)?;
+        let history = run(&Scene::PlaneStrain(scene))?.history;
+        Ok((errors(&history, &field)?, history.last().fraction))
+    })?;
+
+    let mut findings = Findings::default();
+    let heads = ["basis", "cells", "displacement", "order", "stress", "order", "reached"];
+    let mut table =
+        Table::new("Relative errors in the mean square at the end (or where the run ended).", &heads);
+    for (method, results) in ALL.iter().zip(results.chunks_exact(factors.len())) {
+        let mut before: Option<&Errors> = None;
+        for ((errors, reached), factor) in results.iter().zip(factors) {
+            let order = |of: fn(&Errors) -> f64| before.map(|coarse| (of(coarse) / of(errors)).log2());
+            let orders = [order(|it| it.displacement), order(|it| it.stress)];
+            let told = orders.map(|order| order.map_or(String::new(), |order| fixed(order, 2)));
+            table.push([
+                method.name.into(),
+                format!("{}²", 24 * factor),
+                scientific(errors.displacement, 3),
+                told[0].clone(),
+                scientific(errors.stress, 3),
+                told[1].clone(),
+                fixed(*reached, 3),
+            ]);
+            if let (true, [Some(displacement), Some(stress)]) = (*method == CPDI1 || *method == CPDI2Q, orders)
+            {
+                let name = format!("{}, {}² cells", method.name, 24 * factor);
+                let lack = |order: f64, least: f64| (least - order).max(0.0);
+                findings.checks.push(Check::new(
+                    format!("{name}: order of displacement below 1.9, of stress below 1"),
+                    lack(displacement, 1.9).max(lack(stress, 1.0)) + (1.0 - reached),
+                    0.0,
+                ));
+            }
+            before = Some(errors);
+        }
+    }
+    findings.tables.push(table);
+    Ok(findings)
+}
+
+/// The exact solution of the scene.
+fn exact<B>(scene: &SceneIn<2, B>) -> Result<Vortex, Broken> {
+    let angle = scene.loads.iter().find_map(|load| match load {
+        LoadInput::Vortex { angle, .. } => Some(angle.0),
+        _ => None,
+    });
+    let shear = scene.materials.values().find_map(|material| match material {
+        MaterialInput::Hencky { young, poisson, .. } => Some(young.0 / (2.0 * (1.0 + poisson.0))),
+        MaterialInput::VonMises { .. } => None,
+    });
+    let (angle, shear) = angle.zip(shear).ok_or("expected a vortex in a Hencky material")?;
+    Ok(Vortex::new(shear, Ramp::linear(angle.to_radians())))
+}
+
+fn errors(history: &History, field: &Vortex) -> Result<Errors, Broken> {
+    let last = history.rows().len() - 1;
+    let at = LoadFraction::new(history.last().fraction)?;
+    let positions = &history.last().positions;
+    let (moved, stress) = (history.field(Field::Displacement, last), history.field(Field::CauchyStress, last));
+    let (mut off, mut far, mut wrong, mut strong) = (0.0, 0.0, 0.0, 0.0);
+    for ((x, u), s) in positions.chunks_exact(3).zip(moved.chunks_exact(3)).zip(stress.chunks_exact(9)) {
+        let rest = Vector::<2>::new(x[0] - u[0], x[1] - u[1]);
+        let there = field.position(&rest, at);
+        off += (there - Vector::<2>::new(x[0], x[1])).norm_squared();
+        far += (there - rest).norm_squared();
+        let [xx, yy, xy] = field.stress(&rest, at);
+        wrong += (s[0] - xx).powi(2) + (s[4] - yy).powi(2) + 2.0 * (s[1] - xy).powi(2);
+        strong += xx * xx + yy * yy + 2.0 * xy * xy;
+    }
+    Ok(Errors { displacement: (off / far).sqrt(), stress: (wrong / strong).sqrt() })
+}
