@@ -32,7 +32,7 @@ fn large_shear(_: Extent) -> Result<Findings, Broken> {
         Check::none("no control: end torque below twice the limit", usize::from(plain[179] < 2.0))
             .remark(format!("{:.2} of the limit", plain[179])),
         mean("Reshape", &reshaped, 0.05),
-        Check::new("Reshape: torque against the limit, every degree", swing(&reshaped), 0.25),
+        Check::new("Reshape: torque against the limit, every degree", swing(&reshaped), 0.2),
         mean("Cap", &capped, 0.05),
         mean("Split", &split, 0.1),
         Check::none("Split: points that are not more than before", usize::from(points <= 640))
