@@ -47,6 +47,7 @@
 mod advance;
 mod body;
 mod constraints;
+mod dissipation;
 mod kinematics;
 mod pass;
 mod pattern;
@@ -56,6 +57,7 @@ mod strips;
 pub use advance::{AdvanceError, Converged, advanced};
 pub use body::{Body, BodyLoads, MaterialBody, PointView, views};
 pub use constraints::Constraints;
+pub use dissipation::dissipation;
 pub use kinematics::determinant;
 pub use pass::{Connection, InvertedPoint, PassInput, Sums, TangentSums, assemble, finish_tangent};
 pub use pattern::Pattern;
