@@ -243,6 +243,10 @@ impl<const D: usize> Solver<'_, '_, D> {
             .time(Phase::Stress, || gauge(self.problem, &self.weights, measure, increment, &self.origin))
     }
 
+    fn weighted(&self, a: &[Vector<D>], b: &[Vector<D>]) -> f64 {
+        self.weights.iter().zip(a.iter().zip(b)).map(|(weight, (a, b))| weight * a.dot(b)).sum()
+    }
+
     /// The first guess of displacement and load fraction.
     fn guess(
         &mut self,
@@ -254,7 +258,16 @@ impl<const D: usize> Solver<'_, '_, D> {
         let mut tangent = None;
         if by_displacement {
             let trial = self.evaluate(state, *at)?;
-            let (first, second) = self.directions(&trial, state)?;
+            let (mut first, second) = self.directions(&trial, state)?;
+            // Across the path: along it the tangent is singular at a limit point.
+            let shift = attempt.secant.map_or(0.0, |secant| {
+                let onwards = carried(self.problem, secant);
+                -self.weighted(&onwards, &first) / self.weighted(&onwards, &second)
+            });
+            for (first, second) in first.iter_mut().zip(&second) {
+                *first += second * shift;
+            }
+            *at += shift;
             self.origin = first.clone();
             tangent = Some((trial, first, second));
         }
