@@ -4,6 +4,7 @@
 //! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
 
 use crate::advance::{AdvanceError, Converged, advanced};
+use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
 use crate::{Controlled, Points, TooManyPoints, determinant};
 use mpm_basis::{Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
@@ -34,6 +35,17 @@ pub trait Body<const D: usize>: Send + Sync {
         connection: &Connection<D>,
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
+    ) -> Result<f64, InvertedPoint>;
+
+    /// Energy that a trial displacement dissipates `[F L]`, see [`dissipation`].
+    ///
+    /// # Errors
+    /// The first point that the trial displacement inverts.
+    fn dissipation(
+        &self,
+        connection: &Connection<D>,
+        increment: &[Vector<D>],
+        gradient: &mut [Vector<D>],
     ) -> Result<f64, InvertedPoint>;
 
     /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
@@ -147,6 +159,15 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         sums: Sums<'_, D>,
     ) -> Result<f64, InvertedPoint> {
         assemble(&self.law, &self.points, connection, input, sums)
+    }
+
+    fn dissipation(
+        &self,
+        connection: &Connection<D>,
+        increment: &[Vector<D>],
+        gradient: &mut [Vector<D>],
+    ) -> Result<f64, InvertedPoint> {
+        dissipation(&self.law, &self.points, connection, increment, gradient)
     }
 
     fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {

@@ -4,13 +4,14 @@ use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::load_step::{connect, run};
-use crate::model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Support, Tolerance};
+use crate::model::{Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance};
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::vortex::Vortex;
 use crate::scene::{
-    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PlaneBasis, PlanePoint,
-    RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SupportInput, TrianglesInput,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis, PlanePoint,
+    RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StepControlInput, SupportInput,
+    TrianglesInput,
 };
 use mpm_basis::{
     Basis, CornerWeights, DomainControl, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, GimpUpdate, Smpm,
@@ -222,6 +223,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         domain_limit: domain_limit(&scene.domains, &bodies),
         bodies,
         schedule: schedule(scene)?,
+        path: path_control(&scene.schedule.control),
         domain_history: scene.output.domain_history,
         tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
@@ -684,6 +686,16 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
         return Err(SceneError::new("schedule.cuts", format!("expected at most 40 halvings, got {cuts}")));
     }
     Ok(Schedule { steps: scene.schedule.steps.0, cuts })
+}
+
+fn path_control(control: &StepControlInput) -> Option<PathControl> {
+    let StepControlInput::Path { first, longest, iterations, measure } = control else { return None };
+    let measure = match measure {
+        PathMeasureInput::Dissipation { most } => PathMeasure::Dissipation { most: most.map(|it| it.0) },
+        PathMeasureInput::ArcLength { most } => PathMeasure::ArcLength { most: most.map(|it| it.0) },
+    };
+    let longest = longest.as_ref().map_or(first.0, |it| it.0);
+    Some(PathControl { measure, first: first.0, longest, iterations: iterations.0 })
 }
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.

@@ -39,6 +39,14 @@ pub enum Error {
         /// Points of all bodies at most.
         most: usize,
     },
+    /// Path control took all its steps before the load fraction reached 1.
+    #[error("the limit of {steps} load steps is reached at load fraction {fraction}")]
+    StepLimit {
+        /// Load steps taken.
+        steps: u32,
+        /// Load fraction reached.
+        fraction: f64,
+    },
     /// The model does not fit into this machine's memory.
     #[error("{0}")]
     TooLarge(String),
@@ -122,6 +130,9 @@ pub enum StepFailure {
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]
     Linear(String),
+    /// A step along the path could not be made.
+    #[error("path control: {0}")]
+    Path(PathFailure),
     /// Equilibrium was found but a point cannot be carried on from it.
     #[error("body `{body}` ({basis}): {reason}")]
     Advance {
@@ -139,4 +150,29 @@ impl StepFailure {
     pub(crate) fn is_at_start(&self) -> bool {
         matches!(self, StepFailure::Outside { .. } | StepFailure::Mesh(_))
     }
+}
+
+/// Why a step along the path could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PathFailure {
+    /// The path leaves the load fractions that a run knows.
+    #[error("the path leads to load fraction {fraction}, outside 0 to 1")]
+    Leaves {
+        /// Load fraction of the step's end.
+        fraction: f64,
+    },
+    /// A load step met an indefinite tangent: a limit point lies inside, and beyond it the step would
+    /// have jumped to some other part of the path.
+    #[error("a limit point of the load fraction lies in the step")]
+    LimitPoint,
+    /// The step found an equilibrium so far away that it cannot be the path's next one.
+    #[error("the equilibrium found is {change} in load fraction away: on another part of the path")]
+    Jump {
+        /// Change of the load fraction.
+        change: f64,
+    },
+    /// Neither more nor less load makes the step longer or shorter.
+    #[error("nothing in the step changes its length (by dissipation control: nothing yields)")]
+    NoLength,
 }

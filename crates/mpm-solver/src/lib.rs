@@ -45,6 +45,7 @@
 //! ```
 
 mod compile;
+mod course;
 mod domains;
 mod error;
 mod estimate;
@@ -55,6 +56,7 @@ mod model;
 mod newton;
 pub mod observe;
 mod ordering;
+mod path;
 mod record;
 pub mod scene;
 mod schedule;
@@ -63,9 +65,9 @@ pub mod vortex;
 
 pub use compile::{Compiled, compile};
 pub use domains::DomainLimit;
-pub use error::{Error, SceneError, StepFailure};
+pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
 pub use load_step::run;
-pub use model::{Loads, Model, NamedBody, PointLoad, Prescribed, Schedule, Support, Tolerance};
+pub use model::{Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance};
 pub use record::Summary;
 pub use schedule::{Pace, Step};

@@ -1,17 +1,19 @@
 //! A run through the load steps: the file to read first.
 
+use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
-use crate::error::{Error, StepFailure};
-use crate::linear::{Analysis, Factorization, SymmetricPattern};
+use crate::error::{Error, PathFailure, StepFailure};
+use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, Prescribed};
 use crate::newton::{self, Problem, Workspace};
 use crate::observe::{Observer, Outcome};
+use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils};
-use mpm_grid::{Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, Vector};
 
 /// Runs a model through its load steps.
 ///
@@ -32,7 +34,13 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
     let mut record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
 
-    let outcome = steps(model, observer, &mut record, &mut timings);
+    let outcome = match model.path {
+        None => steps(model, observer, &mut record, &mut timings),
+        Some(control) => {
+            let course = Course::new(control, model.schedule.cuts);
+            steps_along(course, model, observer, &mut record, &mut timings)
+        }
+    };
     let said = match &outcome {
         Ok(()) => Outcome::Completed,
         Err(error) => Outcome::Failed(error.to_string()),
@@ -54,7 +62,7 @@ fn steps<const D: usize>(
     record.show_initial(model, observer, timings)?;
 
     while let Some(step) = pace.next() {
-        match load_step(model, &step, &mut factorization, &mut workspace, timings) {
+        match load_step(model, &step, Drive::Load, &mut factorization, &mut workspace, timings) {
             Ok(mut result) => {
                 for named in &mut model.bodies {
                     named.body.commit();
@@ -82,10 +90,82 @@ fn steps<const D: usize>(
     Ok(())
 }
 
+/// As [`steps`], at load fractions that the path decides.
+fn steps_along<const D: usize>(
+    mut course: Course<D>,
+    model: &mut Model<D>,
+    observer: &mut dyn Observer,
+    record: &mut Record,
+    timings: &mut Timings,
+) -> Result<(), Error> {
+    let mut factorization = Factorization::new();
+    let mut workspace = Workspace::default();
+    record.show_initial(model, observer, timings)?;
+
+    while let Some(next) = course.next() {
+        let taken = record.rows() as u32 - 1;
+        if taken == model.schedule.steps {
+            return Err(Error::StepLimit { steps: taken, fraction: course.at() });
+        }
+        let fraction = |value: f64| LoadFraction::new(value.clamp(0.0, 1.0)).expect("clamped");
+        let start = fraction(course.at());
+        let mut step = Step { start, end: start, nominal: taken + 1, level: course.level() };
+        let mut attempt = course.attempt();
+        let drive = match next {
+            Next::Load(end) => {
+                step.end = fraction(end);
+                Drive::Measured(&mut attempt)
+            }
+            Next::Along => Drive::Path(&mut attempt),
+        };
+        let result = load_step(model, &step, drive, &mut factorization, &mut workspace, timings);
+        let Attempt { aim, end, length, origin, .. } = attempt;
+        match result {
+            Ok(mut result) => {
+                for named in &mut model.bodies {
+                    named.body.commit();
+                }
+                step.end = fraction(end);
+                let controlled = domains::control(model, step.end, record.rows());
+                result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
+                let nodes = result.active.nodes().iter().copied();
+                let increment = result.equilibrium.increment.iter().enumerate();
+                let increment =
+                    increment.map(|(v, u)| u - origin.get(v).copied().unwrap_or_else(Vector::zeros));
+                let increment = nodes.zip(increment).collect();
+                let secant = Secant { increment, fraction: end - start.get(), length };
+                course.succeed(secant, end, result.equilibrium.residuals.len());
+                record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
+                controlled?;
+            }
+            Err(StepFailure::Path(PathFailure::Leaves { fraction })) if fraction > 1.0 => course.land(aim),
+            Err(reason) => {
+                let no_length = matches!(reason, StepFailure::Path(PathFailure::NoLength));
+                if !course.cut(aim, no_length) {
+                    let (from, level) = (step.start.get(), step.level);
+                    return Err(Error::Step { step: record.rows(), from, to: end, level, reason });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What decides the load fraction at the end of a load step.
+enum Drive<'a, 'b, const D: usize> {
+    /// The step.
+    Load,
+    /// The step; its length is measured.
+    Measured(&'a mut Attempt<'b, D>),
+    /// The length that it should have.
+    Path(&'a mut Attempt<'b, D>),
+}
+
 /// Finds the equilibrium of one load step and prepares the points for it; commits nothing.
 fn load_step<const D: usize>(
     model: &mut Model<D>,
     step: &Step,
+    drive: Drive<'_, '_, D>,
     factorization: &mut Factorization,
     workspace: &mut Workspace,
     timings: &mut Timings,
@@ -117,7 +197,37 @@ fn load_step<const D: usize>(
         round_off,
         tolerance: model.tolerance,
     };
-    let equilibrium = newton::solve(&problem, factorization, workspace, timings)?;
+    let equilibrium = match drive {
+        Drive::Load => newton::solve(&problem, factorization, workspace, timings)?,
+        Drive::Measured(attempt) => {
+            attempt.end = step.end.get();
+            let equilibrium = newton::solve(&problem, factorization, workspace, timings)?;
+            if attempt.measure == Length::Dissipation
+                && equilibrium.method != Method::Llt
+                && step.end.get() < 1.0
+            {
+                return Err(StepFailure::Path(PathFailure::LimitPoint));
+            }
+            attempt.length = path::length(&problem, attempt.measure, &equilibrium.increment)?;
+            equilibrium
+        }
+        Drive::Path(attempt) => {
+            let loading = |end| {
+                let step = Step { end, ..*step };
+                let constraints = constrain(model, &mesh, &active, &step)?;
+                Ok((constraints, external_force(model, &connections, active.len(), &step)))
+            };
+            let equilibrium = path::solve(&problem, &loading, attempt, factorization, workspace, timings)?;
+            if !(0.0..=1.0).contains(&attempt.end) {
+                return Err(StepFailure::Path(PathFailure::Leaves { fraction: attempt.end }));
+            }
+            let change = attempt.end - attempt.start;
+            if change.abs() > attempt.reach {
+                return Err(StepFailure::Path(PathFailure::Jump { change }));
+            }
+            equilibrium
+        }
+    };
 
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh: &mesh, active: &active, increment: &equilibrium.increment };

@@ -19,6 +19,8 @@ pub struct Model<const D: usize> {
     pub loads: Loads<D>,
     /// Load steps.
     pub schedule: Schedule,
+    /// How the load fraction follows the path, where it does.
+    pub path: Option<PathControl>,
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
     /// What is done about domains that have outgrown their cells, if anything.
@@ -117,6 +119,34 @@ pub struct Schedule {
     pub steps: u32,
     /// Halvings of a nominal step before the run gives up.
     pub cuts: u8,
+}
+
+/// Control of the path: the load fraction is found, and may decrease.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathControl {
+    /// What the length of a step is.
+    pub measure: PathMeasure,
+    /// Change of the load fraction in the first step `[-]`.
+    pub first: f64,
+    /// Largest change of the load fraction in any step, about `[-]`.
+    pub longest: f64,
+    /// Iterations that a step should need: with fewer the next is longer, with more shorter.
+    pub iterations: u32,
+}
+
+/// What the length of a step along the path is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathMeasure {
+    /// Root mean square of the free displacements.
+    ArcLength {
+        /// Longest step `[L]`.
+        most: Option<f64>,
+    },
+    /// Dissipated energy.
+    Dissipation {
+        /// Longest step `[F L]`.
+        most: Option<f64>,
+    },
 }
 
 /// When a load step counts as solved.

@@ -4,7 +4,7 @@ use crate::error::StepFailure;
 use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
 use crate::model::NamedBody;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Connection, Constraints, PassInput, Pattern, Sums, TangentSums, finish_tangent};
+use mpm_assembly::{Connection, Constraints, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Mesh, NodeId, Vector};
 
@@ -24,6 +24,7 @@ const SEARCHES: usize = 5;
 const DIVERGED: f64 = 1e8;
 
 /// Everything that stays fixed while one load step is balanced.
+#[derive(Clone, Copy)]
 pub(crate) struct Problem<'a, const D: usize> {
     pub bodies: &'a [NamedBody<D>],
     pub connections: &'a [Connection<D>],
@@ -56,16 +57,31 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub smallest_determinant: f64,
 }
 
+impl<const D: usize> Equilibrium<D> {
+    /// Nothing has moved.
+    pub(crate) fn start(n: usize) -> Self {
+        Self {
+            increment: vec![Vector::zeros(); n],
+            reaction: vec![Vector::zeros(); n],
+            residuals: Vec::new(),
+            method: Method::Llt,
+            shortened: 0,
+            unstable_node: None,
+            smallest_determinant: f64::INFINITY,
+        }
+    }
+}
+
 /// Buffers kept from step to step.
 #[derive(Default)]
 pub(crate) struct Workspace {
-    values: Vec<f64>,
+    pub values: Vec<f64>,
     rhs: Vec<f64>,
 }
 
 /// Whether a pass over the points also sums the tangent.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Wanted {
+pub(crate) enum Wanted {
     Force,
     ForceAndTangent,
 }
@@ -99,15 +115,7 @@ fn iterate<const D: usize>(
     let n = problem.active.len();
     let lift = problem.constraints.increment();
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
-    let mut state = Equilibrium {
-        increment: vec![Vector::zeros(); n],
-        reaction: vec![Vector::zeros(); n],
-        residuals: Vec::new(),
-        method: Method::Llt,
-        shortened: 0,
-        unstable_node: None,
-        smallest_determinant: f64::INFINITY,
-    };
+    let mut state = Equilibrium::start(n);
 
     // Linear predictor: the prescribed increments enter once, through the tangent.
     let mut lifted = if problem.constraints.is_driven() { vec![Vector::zeros(); n] } else { Vec::new() };
@@ -162,7 +170,7 @@ fn iterate<const D: usize>(
 
 impl<const D: usize> Problem<'_, D> {
     /// `|f_oob| / (|f_ext| + |f_reaction|)`.
-    fn relative(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> f64 {
+    pub(crate) fn relative(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> f64 {
         let mut supported = 0.0;
         for (v, force) in reaction.iter().enumerate() {
             for i in (0..D).filter(|&i| self.constraints.is_prescribed(v, i)) {
@@ -175,7 +183,7 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// Whether what is out of balance is small against the forces, or no more than rounding.
-    fn is_balanced(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> bool {
+    pub(crate) fn is_balanced(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> bool {
         norm(out_of_balance) <= self.round_off
             || self.relative(out_of_balance, reaction) < self.tolerance.residual
     }
@@ -275,7 +283,7 @@ fn work<const D: usize>(displacement: &[Vector<D>], force: &[Vector<D>]) -> f64 
 
 /// Forces (and tangent) under the state's increment: sets the reaction, returns `f_ext - f_int` of
 /// the components that are free.
-fn evaluate<const D: usize>(
+pub(crate) fn evaluate<const D: usize>(
     problem: &Problem<'_, D>,
     state: &mut Equilibrium<D>,
     wanted: Wanted,
@@ -305,13 +313,7 @@ fn evaluate<const D: usize>(
             });
             let sums = Sums { internal: &mut state.reaction, tangent };
             let determinant =
-                named.body.assemble(connection, input, sums).map_err(|it| StepFailure::Inverted {
-                    body: named.name.clone(),
-                    basis: named.body.basis(),
-                    point: it.point,
-                    position: named.body.point(it.point).position.iter().copied().collect(),
-                    determinant: it.determinant,
-                })?;
+                named.body.assemble(connection, input, sums).map_err(|it| inverted(named, it))?;
             state.smallest_determinant = state.smallest_determinant.min(determinant);
         }
         if wanted == Wanted::ForceAndTangent {
@@ -328,8 +330,19 @@ fn evaluate<const D: usize>(
     })
 }
 
+/// The failure of a trial that inverts a point.
+pub(crate) fn inverted<const D: usize>(named: &NamedBody<D>, it: InvertedPoint) -> StepFailure {
+    StepFailure::Inverted {
+        body: named.name.clone(),
+        basis: named.body.basis(),
+        point: it.point,
+        position: named.body.point(it.point).position.iter().copied().collect(),
+        determinant: it.determinant,
+    }
+}
+
 /// `K⁻¹ f`, zero on prescribed components.
-fn correction<const D: usize>(
+pub(crate) fn correction<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
     workspace: &mut Workspace,
@@ -347,11 +360,24 @@ fn correction<const D: usize>(
     if let Some(pivot) = report.not_positive {
         state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);
     }
+    substitute(problem, factorization, workspace, force, state, timings)
+}
 
-    let rhs = &mut workspace.rhs;
+/// As [`correction`], with the factorisation at hand.
+pub(crate) fn substitute<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace,
+    force: &[Vector<D>],
+    state: &mut Equilibrium<D>,
+    timings: &mut Timings,
+) -> Result<Vec<Vector<D>>, StepFailure> {
+    let Workspace { values, rhs } = workspace;
     rhs.clear();
     rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
-    let report = timings.time(Phase::Solve, || factorization.solve(values, rhs)).map_err(failed)?;
+    let report = timings
+        .time(Phase::Solve, || factorization.solve(values, rhs))
+        .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
     Ok(rhs.chunks_exact(D).map(Vector::from_column_slice).collect())
 }

@@ -594,6 +594,65 @@ pub struct ScheduleInput {
     /// by doubling, and every one of the equal steps ends where it would have.
     #[serde(default = "default_cuts")]
     pub cuts: u8,
+    /// What sets the load fraction of a load step.
+    #[serde(default)]
+    pub control: StepControlInput,
+}
+
+/// What sets the load fraction of a load step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum StepControlInput {
+    /// It is given: `steps` equal steps.
+    #[default]
+    Load,
+    /// It is found: each step has a given length along the path of equilibria, so that a run passes points
+    /// where the load fraction has to decrease (snap-through, snap-back). `steps` is then the largest
+    /// number of load steps; the run ends when the load fraction reaches 1. `cuts` limits how often in a
+    /// row a step that cannot be solved is halved.
+    Path {
+        /// Change of the load fraction in the first step.
+        first: Positive,
+        /// Largest change of the load fraction in a step; as `first` if left out.
+        #[serde(default)]
+        longest: Option<Positive>,
+        /// Newton iterations that a step should need: with fewer the next is longer, with more shorter.
+        #[serde(default = "default_path_iterations")]
+        iterations: Count,
+        /// What the length of a step is.
+        #[serde(default)]
+        measure: PathMeasureInput,
+    },
+}
+
+/// What the length of a step along the path is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum PathMeasureInput {
+    /// Energy dissipated by yielding; load steps while nothing yields. For limit points caused by
+    /// yielding and localisation: it cannot turn back, because a body that unloads dissipates nothing.
+    Dissipation {
+        /// Longest step `[F L]` (in the plane: per unit thickness); if left out, as the iterations allow.
+        #[serde(default)]
+        most: Option<Positive>,
+    },
+    /// Root mean square of the free displacements, each node weighted by its share of the stiffness. For
+    /// limit points of elastic bodies (arches, shells).
+    ArcLength {
+        /// Longest step `[L]`; if left out, as the iterations allow.
+        #[serde(default)]
+        most: Option<Positive>,
+    },
+}
+
+impl Default for PathMeasureInput {
+    fn default() -> Self {
+        Self::Dissipation { most: None }
+    }
+}
+
+fn default_path_iterations() -> Count {
+    Count(6)
 }
 
 fn default_cuts() -> u8 {
