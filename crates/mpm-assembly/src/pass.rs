@@ -284,12 +284,12 @@ fn sum_group<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
                     }
                     sum
                 });
-                for v in w..n {
+                for (sum, g) in tangent[at..].iter_mut().zip(&g[w..]) {
                     for k in 0..D {
-                        tangent[at] += half[k] * g[v][k];
+                        *sum += half[k] * g[k];
                     }
-                    at += 1;
                 }
+                at += n - w;
             }
         }
     }
@@ -386,8 +386,8 @@ fn add_tangent<const D: usize>(
             slot += 1;
             let row_mask = input.constraints.mask(node as usize);
             if row_mask | column_mask == 0 {
-                for j in 0..D {
-                    let start = starts[j] + (D - j) + row;
+                for (j, start) in starts.iter().enumerate() {
+                    let start = start + (D - j) + row;
                     for (value, add) in part.values[start..start + D].iter_mut().zip(block.column(j).iter()) {
                         *value += add;
                     }

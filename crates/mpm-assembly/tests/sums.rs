@@ -56,7 +56,8 @@ fn setup<const D: usize, B: Basis<D> + 'static>(basis: B, cells: u32, stride: us
 
 /// A smooth displacement, large enough for a part of the points to yield.
 fn field<const D: usize>(setup: &Setup<D>, size: f64) -> Vec<Vector<D>> {
-    let wave = |x: Vector<D>| Vector::from_fn(|i, _| size * (1.3 * x[i] + 0.7 * x[(i + 1) % D] + i as f64).sin());
+    let wave =
+        |x: Vector<D>| Vector::from_fn(|i, _| size * (1.3 * x[i] + 0.7 * x[(i + 1) % D] + i as f64).sin());
     setup.active.nodes().iter().map(|&node| wave(setup.mesh.position(node))).collect()
 }
 
@@ -128,7 +129,8 @@ fn the_tangent_is_the_derivative_of_the_internal_force() {
 #[test]
 fn the_order_of_points_changes_sums_by_rounding_only() {
     for stride in [2, 7] {
-        let (sorted, shuffled) = (setup::<2, _>(Gimp::default(), 40, 1), setup::<2, _>(Gimp::default(), 40, stride));
+        let (sorted, shuffled) =
+            (setup::<2, _>(Gimp::default(), 40, 1), setup::<2, _>(Gimp::default(), 40, stride));
         let free = Constraints::none(sorted.active.len());
         let increment = field(&sorted, 0.02);
         let (force, tangent, _) = sum(&sorted, &increment, &free);

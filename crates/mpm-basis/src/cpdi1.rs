@@ -4,9 +4,9 @@
 //! `g_c = 2⁻ᴰ R⁻ᵀ s_c` with `R = (r_1 … r_D)` and the signs `s_c` of the corner (Sadeghirad, Brannon &
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
+use crate::control::longest;
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose, outline, signs};
-use crate::control::longest;
 use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;

@@ -5,9 +5,9 @@
 //! integrands `M_c det J` and `cof(J) ∂M_c/∂ξ` are polynomials of degree 3 and 2 in each direction, so
 //! 2×2×2 Gauss points are exact.
 
+use crate::control::{longest, scale_corners, spread_of_corners};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, signs};
-use crate::control::{longest, scale_corners, spread_of_corners};
 use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;

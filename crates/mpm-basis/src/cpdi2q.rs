@@ -9,9 +9,9 @@
 //! the signs s. The domain is convex while `|κ_1| + |κ_2| < 1`. The mean gradient does not feel κ, so
 //! nothing resists its growth; past 3 a weight is negative.
 
+use crate::control::{longest, scale_corners, spread_of_corners};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, outline, signs};
-use crate::control::{longest, scale_corners, spread_of_corners};
 use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
@@ -197,8 +197,7 @@ impl Basis<2> for Cpdi2q {
             let rest_share = 0.5 * (1.0 + side * rest[across]);
             let mut initial_hourglass = Vector::zeros();
             initial_hourglass[across] = 0.25 * rest[across] / rest_share;
-            initial_hourglass[1 - across] =
-                rest[1 - across] * (1.0 - 2.0 * side * initial_hourglass[across]);
+            initial_hourglass[1 - across] = rest[1 - across] * (1.0 - 2.0 * side * initial_hourglass[across]);
             let share = match self.weights {
                 CornerWeights::Current => 0.5 * (1.0 + side * shape.hourglass[across]),
                 CornerWeights::Frozen => rest_share,

@@ -1,6 +1,8 @@
 //! A remedy for convected domains that degenerate: the point goes on with a CPDI1 domain.
 
-use crate::{Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Part, Piece, Seed, Stencil};
+use crate::{
+    Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Part, Piece, Seed, Stencil,
+};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 
 /// Another basis, except for points whose domain's [`Basis::distortion`] has passed `beyond`, or
@@ -142,11 +144,11 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
                     Part { position, domain: FallbackDomain::Sound { domain, half_vectors }, share }
                 }))
             }
-            FallbackDomain::Fallen(domain) => Some(
-                Cpdi1
-                    .halve(domain, x, to_cells)?
-                    .map(|it| Part { position: it.position, domain: FallbackDomain::Fallen(it.domain), share: it.share }),
-            ),
+            FallbackDomain::Fallen(domain) => Some(Cpdi1.halve(domain, x, to_cells)?.map(|it| Part {
+                position: it.position,
+                domain: FallbackDomain::Fallen(it.domain),
+                share: it.share,
+            })),
         }
     }
 

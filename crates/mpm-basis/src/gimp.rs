@@ -5,9 +5,9 @@
 //! cut at the grid lines: N_v is linear in every part, so that its mean over the part is its value in
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
+use crate::control::longest;
 use crate::sampled::BEYOND;
 use crate::tensor::{determinant, outline, right_stretch, signs};
-use crate::control::longest;
 use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
 use mpm_grid::{Axis, Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;

@@ -57,9 +57,9 @@ mod simplex;
 mod smpm;
 mod tensor;
 
+pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
 /// See [`control`].
 pub use control::{DomainControl, Part};
-pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
 pub use cpdi1::{Cpdi1, Parallelepiped};
 pub use cpdi2_hexahedron::{Cpdi2Hexahedron, Hexahedron};
 pub use cpdi2_tetrahedron::Cpdi2Tetrahedron;

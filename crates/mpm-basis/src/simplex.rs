@@ -6,9 +6,9 @@
 //! the polygon formula. The convected corners are the affine image by the point's own
 //! `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, exactly, so that the domain's volume follows `det F`.
 
+use crate::control::{longest, scale_corners};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose};
-use crate::control::{longest, scale_corners};
 use crate::{Convection, ConvectionError, DomainReport, Part, Seed};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;

@@ -19,16 +19,8 @@ pub struct Axis {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Spacing {
-    Uniform {
-        from: f64,
-        to: f64,
-        cells: u32,
-        per_length: f64,
-    },
-    Graded {
-        nodes: Vec<f64>,
-        cells: u32,
-    },
+    Uniform { from: f64, to: f64, cells: u32, per_length: f64 },
+    Graded { nodes: Vec<f64>, cells: u32 },
 }
 
 /// What an axis cannot be made of.
@@ -66,26 +58,14 @@ impl Axis {
             return Err(AxisError::Empty);
         }
         if cells == u32::MAX {
-            return Err(AxisError::TooLong {
-                cells: to_usize(cells),
-            });
+            return Err(AxisError::TooLong { cells: to_usize(cells) });
         }
         check_order(from, to)?;
         let per_length = f64::from(cells) / (to - from);
         if !per_length.is_finite() || per_length == 0.0 {
-            return Err(AxisError::Order {
-                previous: from,
-                next: to,
-            });
+            return Err(AxisError::Order { previous: from, next: to });
         }
-        Ok(Self {
-            spacing: Spacing::Uniform {
-                from,
-                to,
-                cells,
-                per_length,
-            },
-        })
+        Ok(Self { spacing: Spacing::Uniform { from, to, cells, per_length } })
     }
 
     /// The axis through the given coordinates.
@@ -98,9 +78,7 @@ impl Axis {
         }
         let count = nodes.len() - 1;
         match u32::try_from(count) {
-            Ok(cells) if cells < u32::MAX => Ok(Self {
-                spacing: Spacing::Graded { nodes, cells },
-            }),
+            Ok(cells) if cells < u32::MAX => Ok(Self { spacing: Spacing::Graded { nodes, cells } }),
             _ => Err(AxisError::TooLong { cells: count }),
         }
     }
@@ -117,11 +95,8 @@ impl Axis {
         // x_i = from + L (qⁱ - 1)/(qⁿ - 1) with q = ratio^(1/(n-1)); expm1 keeps digits near q = 1.
         let ln_q = ratio.ln() / f64::from(cells - 1);
         let whole = (f64::from(cells) * ln_q).exp_m1();
-        let inner =
-            (1..cells).map(|i| from + (to - from) * ((f64::from(i) * ln_q).exp_m1() / whole));
-        let nodes = std::iter::once(from)
-            .chain(inner)
-            .chain(std::iter::once(to));
+        let inner = (1..cells).map(|i| from + (to - from) * ((f64::from(i) * ln_q).exp_m1() / whole));
+        let nodes = std::iter::once(from).chain(inner).chain(std::iter::once(to));
         Self::graded(nodes.collect())
     }
 
@@ -137,15 +112,9 @@ impl Axis {
     #[inline]
     pub fn node(&self, i: u32) -> f64 {
         match &self.spacing {
-            &Spacing::Uniform {
-                from, to, cells, ..
-            } => {
+            &Spacing::Uniform { from, to, cells, .. } => {
                 debug_assert!(i <= cells, "node {i} of an axis of {cells} cells");
-                if i == cells {
-                    to
-                } else {
-                    from + (to - from) * f64::from(i) / f64::from(cells)
-                }
+                if i == cells { to } else { from + (to - from) * f64::from(i) / f64::from(cells) }
             }
             Spacing::Graded { nodes, .. } => nodes[to_usize(i)],
         }
@@ -165,9 +134,7 @@ impl Axis {
     #[inline]
     pub fn size(&self, cell: u32) -> f64 {
         match &self.spacing {
-            &Spacing::Uniform {
-                from, to, cells, ..
-            } => (to - from) / f64::from(cells),
+            &Spacing::Uniform { from, to, cells, .. } => (to - from) / f64::from(cells),
             Spacing::Graded { .. } => self.node(cell + 1) - self.node(cell),
         }
     }
@@ -200,12 +167,7 @@ impl Axis {
     #[inline]
     pub fn locate(&self, x: f64) -> (u32, f64) {
         let (cell, local) = match &self.spacing {
-            &Spacing::Uniform {
-                from,
-                cells,
-                per_length,
-                ..
-            } => {
+            &Spacing::Uniform { from, cells, per_length, .. } => {
                 let t = (x - from) * per_length;
                 let cell = whole(t, cells);
                 (cell, 2.0 * (t - f64::from(cell)) - 1.0)
@@ -217,11 +179,7 @@ impl Axis {
             }
         };
         let local = snap(local);
-        if local == -1.0 && cell > 0 {
-            (cell - 1, 1.0)
-        } else {
-            (cell, local)
-        }
+        if local == -1.0 && cell > 0 { (cell - 1, 1.0) } else { (cell, local) }
     }
 
     /// Numbers of the nodes in [from, to], widened by 1e-9 of the cell at either end.
@@ -248,11 +206,7 @@ impl Axis {
 /// Sets a local coordinate within [`SNAP`] of ±1 to ±1.
 #[inline]
 pub(crate) fn snap(local: f64) -> f64 {
-    if (local.abs() - 1.0).abs() <= SNAP {
-        local.signum()
-    } else {
-        local
-    }
+    if (local.abs() - 1.0).abs() <= SNAP { local.signum() } else { local }
 }
 
 fn check_order(previous: f64, next: f64) -> Result<(), AxisError> {
@@ -314,10 +268,7 @@ mod tests {
 
     #[test]
     fn every_node_is_found_from_below() {
-        let axes = [
-            Axis::uniform(0.1, 0.7, 1000).unwrap(),
-            Axis::geometric(0.1, 0.7, 1000, 30.0).unwrap(),
-        ];
+        let axes = [Axis::uniform(0.1, 0.7, 1000).unwrap(), Axis::geometric(0.1, 0.7, 1000, 30.0).unwrap()];
         for axis in axes {
             assert_eq!(axis.locate(axis.node(0)), (0, -1.0));
             for i in 1..=axis.cells() {
@@ -361,10 +312,7 @@ mod tests {
         assert!(Axis::uniform(0.0, f64::INFINITY, 2).is_err());
         assert!(Axis::uniform(0.0, 1.0, u32::MAX).is_err());
         assert!(Axis::graded(vec![0.0]).is_err());
-        let order = AxisError::Order {
-            previous: 2.0,
-            next: 1.0,
-        };
+        let order = AxisError::Order { previous: 2.0, next: 1.0 };
         assert_eq!(Axis::graded(vec![0.0, 2.0, 1.0]), Err(order));
         assert!(Axis::geometric(0.0, 1.0, 4, -2.0).is_err());
         assert!(Axis::geometric(0.0, 1.0, 4, f64::NAN).is_err());

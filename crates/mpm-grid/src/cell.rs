@@ -35,26 +35,14 @@ impl<const D: usize> LinearCell<D> {
     #[inline]
     pub fn values(local: &Vector<D>) -> [f64; 8] {
         let half = halves(local);
-        from_fn(|c| {
-            if c < 1 << D {
-                product(&half, c, D)
-            } else {
-                0.0
-            }
-        })
+        from_fn(|c| if c < 1 << D { product(&half, c, D) } else { 0.0 })
     }
 
     /// ∂N_c/∂ξ at local coordinates, the first 2^D entries.
     #[inline]
     pub fn local_gradients(local: &Vector<D>) -> [Vector<D>; 8] {
         let half = halves(local);
-        from_fn(|c| {
-            if c < 1 << D {
-                local_gradient(&half, c)
-            } else {
-                Vector::zeros()
-            }
-        })
+        from_fn(|c| if c < 1 << D { local_gradient(&half, c) } else { Vector::zeros() })
     }
 
     /// ∂N_c/∂x `[1/L]` at local coordinates, the first 2^D entries; not finite where the Jacobian
@@ -115,17 +103,9 @@ impl<const D: usize> LinearCell<D> {
     pub fn piece(&self, from_local: &Vector<D>, to_local: &Vector<D>) -> Self {
         Self::new(from_fn(|c| {
             let pick = |d: usize| {
-                if c >> d & 1 == 0 {
-                    from_local[d]
-                } else {
-                    to_local[d]
-                }
+                if c >> d & 1 == 0 { from_local[d] } else { to_local[d] }
             };
-            if c < 1 << D {
-                self.position(&Vector::from_fn(|d, _| pick(d)))
-            } else {
-                Vector::zeros()
-            }
+            if c < 1 << D { self.position(&Vector::from_fn(|d, _| pick(d))) } else { Vector::zeros() }
         }))
     }
 
@@ -146,11 +126,7 @@ impl<const D: usize> LinearCell<D> {
             2 => self.bilinear_local(x)?,
             _ => self.estimate(x),
         };
-        let local = if D == 3 {
-            self.newton(x, start)?
-        } else {
-            self.correct(x, start, 2)
-        };
+        let local = if D == 3 { self.newton(x, start)? } else { self.correct(x, start, 2) };
         local.iter().all(|c| c.is_finite()).then_some(local)
     }
 
@@ -200,8 +176,7 @@ impl<const D: usize> LinearCell<D> {
     fn newton(&self, x: &Vector<D>, start: Vector<D>) -> Option<Vector<D>> {
         let clamped = start.map(|c| c.clamp(-2.0, 2.0));
         // A parallelepiped is solved by `start` itself; elsewhere a far start may lie beyond a fold.
-        self.newton_from(x, clamped)
-            .or_else(|| self.newton_from(x, Vector::zeros()))
+        self.newton_from(x, clamped).or_else(|| self.newton_from(x, Vector::zeros()))
     }
 
     fn newton_from(&self, x: &Vector<D>, mut local: Vector<D>) -> Option<Vector<D>> {
@@ -296,11 +271,7 @@ pub(crate) fn inverse<const D: usize>(m: &Block<D>) -> Block<D> {
     match D {
         1 => Block::from_element(per_det),
         2 => Block::from_fn(|i, j| {
-            let adjugate = if i == j {
-                m[(1 - i, 1 - j)]
-            } else {
-                -m[(i, j)]
-            };
+            let adjugate = if i == j { m[(1 - i, 1 - j)] } else { -m[(i, j)] };
             adjugate * per_det
         }),
         _ => Block::from_fn(|i, j| cofactor(m, j, i) * per_det),

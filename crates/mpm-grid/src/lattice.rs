@@ -46,26 +46,14 @@ impl<const D: usize> Lattice<D> {
             let least = if periodic[direction] { 3 } else { 1 };
             let count = cells[direction];
             if count < least {
-                return Err(LatticeError::TooFewCells {
-                    direction,
-                    cells: count,
-                    least,
-                });
+                return Err(LatticeError::TooFewCells { direction, cells: count, least });
             }
             let extra = u32::from(!periodic[direction]);
             nodes[direction] = count.checked_add(extra).ok_or(LatticeError::TooLarge)?;
-            n_nodes = n_nodes
-                .checked_mul(nodes[direction])
-                .ok_or(LatticeError::TooLarge)?;
+            n_nodes = n_nodes.checked_mul(nodes[direction]).ok_or(LatticeError::TooLarge)?;
             n_cells = n_cells.checked_mul(count).ok_or(LatticeError::TooLarge)?;
         }
-        Ok(Self {
-            cells,
-            periodic,
-            nodes,
-            n_nodes,
-            n_cells,
-        })
+        Ok(Self { cells, periodic, nodes, n_nodes, n_cells })
     }
 
     /// Cells in each direction.
@@ -96,10 +84,7 @@ impl<const D: usize> Lattice<D> {
     /// The node at a multi-index.
     #[inline]
     pub fn node(&self, index: [u32; D]) -> NodeId {
-        debug_assert!(
-            (0..D).all(|d| index[d] < self.nodes[d]),
-            "{index:?} is not a node"
-        );
+        debug_assert!((0..D).all(|d| index[d] < self.nodes[d]), "{index:?} is not a node");
         NodeId::new(join(index, self.nodes))
     }
 
@@ -113,10 +98,7 @@ impl<const D: usize> Lattice<D> {
     /// The cell at a multi-index.
     #[inline]
     pub fn cell(&self, index: [u32; D]) -> CellId {
-        debug_assert!(
-            (0..D).all(|d| index[d] < self.cells[d]),
-            "{index:?} is not a cell"
-        );
+        debug_assert!((0..D).all(|d| index[d] < self.cells[d]), "{index:?} is not a cell");
         CellId::new(join(index, self.cells))
     }
 
@@ -137,18 +119,11 @@ impl<const D: usize> Lattice<D> {
     /// Share of the lower and upper side of the cell in its corners' node numbers, per direction.
     #[inline]
     pub(crate) fn sides(&self, cell: &[u32; D]) -> [[u32; 2]; D] {
-        debug_assert!(
-            (0..D).all(|d| cell[d] < self.cells[d]),
-            "{cell:?} is not a cell"
-        );
+        debug_assert!((0..D).all(|d| cell[d] < self.cells[d]), "{cell:?} is not a cell");
         let mut stride = 1;
         from_fn(|d| {
             let lower = cell[d];
-            let upper = if lower + 1 == self.nodes[d] {
-                0
-            } else {
-                lower + 1
-            };
+            let upper = if lower + 1 == self.nodes[d] { 0 } else { lower + 1 };
             let side = [lower * stride, upper * stride];
             stride = stride.wrapping_mul(self.nodes[d]);
             side
@@ -198,9 +173,7 @@ pub(crate) fn corner<const D: usize>(sides: &[[u32; 2]; D], c: usize) -> NodeId 
 
 #[inline]
 fn join<const D: usize>(index: [u32; D], counts: [u32; D]) -> u32 {
-    (0..D)
-        .rev()
-        .fold(0, |number, d| number * counts[d] + index[d])
+    (0..D).rev().fold(0, |number, d| number * counts[d] + index[d])
 }
 
 #[inline]
@@ -219,10 +192,7 @@ mod tests {
     #[test]
     fn numbers_and_multi_indices_invert_each_other() {
         let lattice = Lattice::new([3, 4, 2], [false, true, false]).unwrap();
-        assert_eq!(
-            (lattice.n_nodes(), lattice.n_cells()),
-            (4 * 4 * 3, 3 * 4 * 2)
-        );
+        assert_eq!((lattice.n_nodes(), lattice.n_cells()), (4 * 4 * 3, 3 * 4 * 2));
         for i in 0..lattice.n_nodes() {
             let node = NodeId::from_index(i).unwrap();
             assert_eq!(lattice.node(lattice.node_index(node)), node);
@@ -258,20 +228,10 @@ mod tests {
 
     #[test]
     fn impossible_lattices_are_refused() {
-        let short = LatticeError::TooFewCells {
-            direction: 1,
-            cells: 2,
-            least: 3,
-        };
+        let short = LatticeError::TooFewCells { direction: 1, cells: 2, least: 3 };
         assert_eq!(Lattice::new([4, 2], [false, true]), Err(short));
-        assert_eq!(
-            Lattice::new([65_535, 65_536], [false; 2]),
-            Err(LatticeError::TooLarge)
-        );
+        assert_eq!(Lattice::new([65_535, 65_536], [false; 2]), Err(LatticeError::TooLarge));
         assert!(Lattice::new([65_534, 65_534], [false; 2]).is_ok());
-        assert_eq!(
-            Lattice::new([u32::MAX], [false]),
-            Err(LatticeError::TooLarge)
-        );
+        assert_eq!(Lattice::new([u32::MAX], [false]), Err(LatticeError::TooLarge));
     }
 }

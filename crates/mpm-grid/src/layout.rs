@@ -138,9 +138,7 @@ impl<const D: usize> Layout<D> {
             return Err(LayoutError::Centre { centre });
         }
         if radii.first() <= 0.0 {
-            return Err(LayoutError::InnerRadius {
-                radius: radii.first(),
-            });
+            return Err(LayoutError::InnerRadius { radius: radii.first() });
         }
         if let Span::Sector { from, to } = span {
             let turn = to - from;
@@ -150,26 +148,16 @@ impl<const D: usize> Layout<D> {
             }
         }
         ring_lattice::<D>(&radii, sectors, span, height.as_ref())?;
-        Ok(Self::Ring {
-            centre,
-            radii,
-            sectors,
-            span,
-            height,
-        })
+        Ok(Self::Ring { centre, radii, sectors, span, height })
     }
 
     /// The arrangement of nodes and cells.
     pub fn lattice(&self) -> Lattice<D> {
         let lattice = match self {
             Self::Box { axes } => Lattice::new(axes.each_ref().map(Axis::cells), [false; D]),
-            Self::Ring {
-                radii,
-                sectors,
-                span,
-                height,
-                ..
-            } => ring_lattice(radii, *sectors, *span, height.as_ref()),
+            Self::Ring { radii, sectors, span, height, .. } => {
+                ring_lattice(radii, *sectors, *span, height.as_ref())
+            }
         };
         lattice.expect("the constructors of a layout have built this lattice before")
     }
@@ -179,13 +167,7 @@ impl<const D: usize> Layout<D> {
         let index = self.lattice().node_index(node);
         match self {
             Self::Box { axes } => Vector::from_fn(|d, _| axes[d].node(index[d])),
-            Self::Ring {
-                centre,
-                radii,
-                sectors,
-                span,
-                height,
-            } => {
+            Self::Ring { centre, radii, sectors, span, height } => {
                 let r = radii.node(index[1]);
                 let angle = span.start() + f64::from(index[0]) * span.step(*sectors);
                 Vector::from_fn(|d, _| match d {
@@ -231,22 +213,14 @@ mod tests {
         assert!(ring(radii(), 8, Span::Full).is_ok());
         assert!(ring(Axis::uniform(0.0, 2.0, 2).unwrap(), 8, Span::Full).is_err());
         assert!(ring(radii(), 2, Span::Full).is_err());
-        for (from, to, sectors) in [
-            (1.0, 1.0, 4),
-            (0.0, 6.3, 8),
-            (0.0, 3.2, 1),
-            (0.0, f64::NAN, 4),
-        ] {
+        for (from, to, sectors) in [(1.0, 1.0, 4), (0.0, 6.3, 8), (0.0, 3.2, 1), (0.0, f64::NAN, 4)] {
             let error = ring(radii(), sectors, Span::Sector { from, to }).unwrap_err();
             assert!(matches!(error, LayoutError::Sector { .. }), "{error}");
         }
         assert!(ring(radii(), 1, Span::Sector { from: 0.0, to: 1.0 }).is_ok());
         let flat = Layout::<3>::ring([0.0; 2], radii(), 8, Span::Full, None).unwrap_err();
         assert_eq!(flat, LayoutError::Height { dimensions: 3 });
-        assert_eq!(
-            flat.to_string(),
-            "a ring in 3 dimensions needs a height axis"
-        );
+        assert_eq!(flat.to_string(), "a ring in 3 dimensions needs a height axis");
     }
 
     #[test]
@@ -254,13 +228,7 @@ mod tests {
         let radii = Axis::uniform(1.0, 2.0, 1).unwrap();
         let layout = Layout::<2>::ring([3.0, 0.0], radii, 4, Span::Full, None).unwrap();
         let at = |i| layout.position(NodeId::from_index(i).unwrap());
-        for (i, x, y) in [
-            (0, 4.0, 0.0),
-            (1, 3.0, 1.0),
-            (2, 2.0, 0.0),
-            (4, 5.0, 0.0),
-            (7, 3.0, -2.0),
-        ] {
+        for (i, x, y) in [(0, 4.0, 0.0), (1, 3.0, 1.0), (2, 2.0, 0.0), (4, 5.0, 0.0), (7, 3.0, -2.0)] {
             assert!((at(i) - Vector::<2>::new(x, y)).norm() < 1e-15);
         }
     }

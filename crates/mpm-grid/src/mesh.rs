@@ -30,10 +30,7 @@ pub struct Mesh<const D: usize> {
 #[derive(Clone, Debug, PartialEq)]
 enum Shape<const D: usize> {
     Rectilinear([Axis; D]),
-    Bent {
-        axes: [Axis; D],
-        motion: PlacedMotion<D>,
-    },
+    Bent { axes: [Axis; D], motion: PlacedMotion<D> },
     Ring(PlacedRing),
 }
 
@@ -66,11 +63,7 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// The mesh under a motion that suits the layout; `None` where its cells fold.
-    pub(crate) fn new(
-        layout: &Layout<D>,
-        motion: PlacedMotion<D>,
-        reindexing: Reindexing,
-    ) -> Option<Self> {
+    pub(crate) fn new(layout: &Layout<D>, motion: PlacedMotion<D>, reindexing: Reindexing) -> Option<Self> {
         let lattice = layout.lattice();
         let shape = match (layout, motion) {
             (Layout::Box { axes }, PlacedMotion::Rest) => Shape::Rectilinear(axes.clone()),
@@ -89,14 +82,9 @@ impl<const D: usize> Mesh<D> {
                 {
                     return None;
                 }
-                Shape::Bent {
-                    axes: axes.clone(),
-                    motion,
-                }
+                Shape::Bent { axes: axes.clone(), motion }
             }
-            (Layout::Ring { .. }, motion) => {
-                Shape::Ring(PlacedRing::new(layout, &motion, reindexing)?)
-            }
+            (Layout::Ring { .. }, motion) => Shape::Ring(PlacedRing::new(layout, &motion, reindexing)?),
         };
         Some(Self { lattice, shape })
     }
@@ -117,9 +105,7 @@ impl<const D: usize> Mesh<D> {
     fn position_at(&self, index: &[u32; D]) -> Vector<D> {
         match &self.shape {
             Shape::Rectilinear(axes) => Vector::from_fn(|d, _| axes[d].node(index[d])),
-            Shape::Bent { axes, motion } => {
-                motion.place(&Vector::from_fn(|d, _| axes[d].node(index[d])))
-            }
+            Shape::Bent { axes, motion } => motion.place(&Vector::from_fn(|d, _| axes[d].node(index[d]))),
             Shape::Ring(ring) => ring.position(index),
         }
     }
@@ -166,19 +152,13 @@ impl<const D: usize> Mesh<D> {
             Shape::Bent { axes, motion } => {
                 // The map of the whole box restricted to a cell is the cell's own map.
                 let Some(rest) = motion.recall(x) else {
-                    return Err(OutsideMesh {
-                        position: *x,
-                        distance: f64::INFINITY,
-                    });
+                    return Err(OutsideMesh { position: *x, distance: f64::INFINITY });
                 };
                 within(x, place_on(axes, &rest), beyond)
             }
             Shape::Ring(ring) => match ring.walk(&self.lattice, x, ring.guess(x), WALK) {
                 Ok(place) => within(x, place, beyond),
-                Err(distance) => Err(OutsideMesh {
-                    position: *x,
-                    distance,
-                }),
+                Err(distance) => Err(OutsideMesh { position: *x, distance }),
             },
         }
     }
@@ -186,12 +166,7 @@ impl<const D: usize> Mesh<D> {
     /// As [`Self::locate`], for a position expected in or near the cell of `hint`: a ring is
     /// searched from there first, without trigonometry.
     #[inline]
-    pub fn locate_near(
-        &self,
-        x: &Vector<D>,
-        beyond: f64,
-        hint: &Place<D>,
-    ) -> Result<Place<D>, OutsideMesh<D>> {
+    pub fn locate_near(&self, x: &Vector<D>, beyond: f64, hint: &Place<D>) -> Result<Place<D>, OutsideMesh<D>> {
         if let Shape::Ring(ring) = &self.shape
             && let Ok(place) = ring.walk(&self.lattice, x, hint.cell, WALK_FROM_HINT)
         {
@@ -213,15 +188,10 @@ impl<const D: usize> Mesh<D> {
 
     /// As [`Self::values`], with the gradient ∂N_v/∂x `[1/L]` as third argument.
     #[inline]
-    pub fn values_and_gradients(
-        &self,
-        place: &Place<D>,
-        mut each: impl FnMut(NodeId, f64, Vector<D>),
-    ) {
+    pub fn values_and_gradients(&self, place: &Place<D>, mut each: impl FnMut(NodeId, f64, Vector<D>)) {
         let sides = self.lattice.sides(&place.cell);
         let half = halves(&place.local);
-        let along =
-            |axes: &[Axis; D]| Vector::<D>::from_fn(|d, _| 2.0 * axes[d].per_size(place.cell[d]));
+        let along = |axes: &[Axis; D]| Vector::<D>::from_fn(|d, _| 2.0 * axes[d].per_size(place.cell[d]));
         // ∂N/∂x = (∂ξ/∂x)ᵀ ∂N/∂ξ, diagonal in an unbent box.
         let push = match &self.shape {
             Shape::Rectilinear(axes) => {
@@ -272,21 +242,10 @@ pub(crate) fn outside<const D: usize>(local: &Vector<D>) -> f64 {
 }
 
 #[inline]
-fn within<const D: usize>(
-    x: &Vector<D>,
-    place: Place<D>,
-    beyond: f64,
-) -> Result<Place<D>, OutsideMesh<D>> {
+fn within<const D: usize>(x: &Vector<D>, place: Place<D>, beyond: f64) -> Result<Place<D>, OutsideMesh<D>> {
     let distance = outside(&place.local);
     // Local coordinates within the tolerance have been snapped; the slack is for `beyond` > 0.
-    if distance <= beyond * (1.0 + SNAP) {
-        Ok(place)
-    } else {
-        Err(OutsideMesh {
-            position: *x,
-            distance,
-        })
-    }
+    if distance <= beyond * (1.0 + SNAP) { Ok(place) } else { Err(OutsideMesh { position: *x, distance }) }
 }
 
 /// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.

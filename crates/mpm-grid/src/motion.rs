@@ -147,12 +147,7 @@ impl<const D: usize> MeshMotion<D> {
     /// A box re-spaced between the anchored and driven planes given per direction.
     pub fn stretch(axes: [Option<DrivenPlane>; D]) -> Result<Self, MotionError> {
         for (axis, plane) in axes.iter().enumerate() {
-            let Some(DrivenPlane {
-                anchor,
-                driven,
-                displacement,
-            }) = plane
-            else {
+            let Some(DrivenPlane { anchor, driven, displacement }) = plane else {
                 continue;
             };
             let span = driven - anchor;
@@ -175,10 +170,7 @@ impl<const D: usize> MeshMotion<D> {
     /// A box whose 2^D corners, lexicographic with the first direction fastest, follow `path`.
     pub fn corners(path: Vec<[Ramp; D]>) -> Result<Self, MotionError> {
         if path.len() != 1 << D {
-            return Err(MotionError::CornerCount {
-                needed: 1 << D,
-                found: path.len(),
-            });
+            return Err(MotionError::CornerCount { needed: 1 << D, found: path.len() });
         }
         if !path.iter().flatten().all(Ramp::is_finite) {
             return Err(MotionError::NotFinite);
@@ -210,17 +202,9 @@ impl<const D: usize> MeshMotion<D> {
             return Err(MotionError::NotFinite);
         }
         if !(0.0 <= inner.0 && inner.0 < outer.0) {
-            return Err(MotionError::TwistRadii {
-                inner: inner.0,
-                outer: outer.0,
-            });
+            return Err(MotionError::TwistRadii { inner: inner.0, outer: outer.0 });
         }
-        Ok(Self::Twist {
-            centre,
-            inner,
-            outer,
-            reindexing,
-        })
+        Ok(Self::Twist { centre, inner, outer, reindexing })
     }
 
     /// The mesh at a load fraction.
@@ -252,9 +236,7 @@ impl<const D: usize> MeshMotion<D> {
         at: LoadFraction,
     ) -> Result<Vector<D>, MotionError> {
         let rest = self.placed(layout, at)?.recall(x);
-        rest.ok_or_else(|| MotionError::OutOfReach {
-            position: x.as_slice().to_vec(),
-        })
+        rest.ok_or_else(|| MotionError::OutOfReach { position: x.as_slice().to_vec() })
     }
 
     /// Displacement `[L]` that the motion prescribes from fraction `start` to `end` for the
@@ -273,23 +255,15 @@ impl<const D: usize> MeshMotion<D> {
         let x = mesh.position(node);
         match (self.placed(layout, start)?, self.placed(layout, end)?) {
             (PlacedMotion::Rest, _) => Ok(Vector::zeros()),
-            (
-                PlacedMotion::Rotation { centre, angle, .. },
-                PlacedMotion::Rotation { angle: later, .. },
-            ) => Ok(turn(&x, &centre, later - angle)),
-            (
-                PlacedMotion::Twist { centre, profile },
-                PlacedMotion::Twist { profile: later, .. },
-            ) => {
+            (PlacedMotion::Rotation { centre, angle, .. }, PlacedMotion::Rotation { angle: later, .. }) => {
+                Ok(turn(&x, &centre, later - angle))
+            }
+            (PlacedMotion::Twist { centre, profile }, PlacedMotion::Twist { profile: later, .. }) => {
                 let Layout::Ring { radii, .. } = layout else {
                     return Err(MotionError::NeedsRing);
                 };
                 let radius = radii.node(layout.lattice().node_index(node)[1]);
-                Ok(turn(
-                    &x,
-                    &centre,
-                    later.angle(radius) - profile.angle(radius),
-                ))
+                Ok(turn(&x, &centre, later.angle(radius) - profile.angle(radius)))
             }
             (_, later) => Ok(later.place(&layout.position(node)) - x),
         }
@@ -305,9 +279,7 @@ impl<const D: usize> MeshMotion<D> {
                     driven: plane.driven,
                     displacement: plane.displacement.value(at),
                 };
-                Ok(PlacedMotion::Stretch(
-                    axes.each_ref().map(|a| a.as_ref().map(placed)),
-                ))
+                Ok(PlacedMotion::Stretch(axes.each_ref().map(|a| a.as_ref().map(placed))))
             }
             (Self::Corners { path }, Layout::Box { axes }) => {
                 let from = Vector::from_fn(|d, _| axes[d].first());
@@ -319,56 +291,28 @@ impl<const D: usize> MeshMotion<D> {
                     })
                 };
                 let corners = from_fn(|c| path.get(c).map_or(Vector::zeros(), |p| corner(c, p)));
-                Ok(PlacedMotion::Corners {
-                    from,
-                    to,
-                    image: LinearCell::new(corners),
-                })
+                Ok(PlacedMotion::Corners { from, to, image: LinearCell::new(corners) })
             }
             (Self::Rotate { centre, angle }, _) => {
                 let angle = angle.value(at);
-                Ok(PlacedMotion::Rotation {
-                    centre: *centre,
-                    angle,
-                    cos_sin: cos_sin(angle),
-                })
+                Ok(PlacedMotion::Rotation { centre: *centre, angle, cos_sin: cos_sin(angle) })
             }
             (
-                Self::Twist {
-                    centre: twist,
-                    inner,
-                    outer,
-                    reindexing,
-                },
-                Layout::Ring {
-                    centre: ring,
-                    radii,
-                    span,
-                    ..
-                },
+                Self::Twist { centre: twist, inner, outer, reindexing },
+                Layout::Ring { centre: ring, radii, span, .. },
             ) => {
                 let apart = (twist[0] - ring[0]).hypot(twist[1] - ring[1]);
                 if apart > 1e-9 * radii.first() {
-                    return Err(MotionError::OffCentre {
-                        ring: *ring,
-                        twist: *twist,
-                    });
+                    return Err(MotionError::OffCentre { ring: *ring, twist: *twist });
                 }
                 if *reindexing == Reindexing::WholeCells && !span.is_full() {
                     return Err(MotionError::OpenRing);
                 }
-                let profile = Profile {
-                    inner: (inner.0, inner.1.value(at)),
-                    outer: (outer.0, outer.1.value(at)),
-                };
-                Ok(PlacedMotion::Twist {
-                    centre: *ring,
-                    profile,
-                })
+                let profile =
+                    Profile { inner: (inner.0, inner.1.value(at)), outer: (outer.0, outer.1.value(at)) };
+                Ok(PlacedMotion::Twist { centre: *ring, profile })
             }
-            (Self::Stretch { .. } | Self::Corners { .. }, Layout::Ring { .. }) => {
-                Err(MotionError::NeedsBox)
-            }
+            (Self::Stretch { .. } | Self::Corners { .. }, Layout::Ring { .. }) => Err(MotionError::NeedsBox),
             (Self::Twist { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
         }
     }

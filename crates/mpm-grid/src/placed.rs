@@ -30,16 +30,12 @@ impl<const D: usize> PlacedMotion<D> {
     pub(crate) fn place(&self, rest: &Vector<D>) -> Vector<D> {
         match self {
             Self::Rest => *rest,
-            Self::Stretch(axes) => {
-                Vector::from_fn(|d, _| axes[d].map_or(rest[d], |s| s.place(rest[d])))
-            }
+            Self::Stretch(axes) => Vector::from_fn(|d, _| axes[d].map_or(rest[d], |s| s.place(rest[d]))),
             Self::Corners { from, to, image } => {
                 let local = |d: usize| 2.0 * ((rest[d] - from[d]) / (to[d] - from[d])) - 1.0;
                 image.position(&Vector::from_fn(|d, _| local(d)))
             }
-            Self::Rotation {
-                centre, cos_sin, ..
-            } => rotate(rest, centre, *cos_sin),
+            Self::Rotation { centre, cos_sin, .. } => rotate(rest, centre, *cos_sin),
             Self::Twist { centre, profile } => {
                 rotate(rest, centre, cos_sin(profile.angle(radius(rest, centre))))
             }
@@ -55,14 +51,8 @@ impl<const D: usize> PlacedMotion<D> {
                 let local = image.local(x)?;
                 Vector::from_fn(|d, _| from[d] + (to[d] - from[d]) * (0.5 * (local[d] + 1.0)))
             }
-            Self::Rotation {
-                centre,
-                cos_sin: [c, s],
-                ..
-            } => rotate(x, centre, [*c, -s]),
-            Self::Twist { centre, profile } => {
-                rotate(x, centre, cos_sin(-profile.angle(radius(x, centre))))
-            }
+            Self::Rotation { centre, cos_sin: [c, s], .. } => rotate(x, centre, [*c, -s]),
+            Self::Twist { centre, profile } => rotate(x, centre, cos_sin(-profile.angle(radius(x, centre)))),
         })
     }
 
@@ -99,22 +89,12 @@ pub(crate) struct Stretching {
 impl Stretching {
     pub(crate) fn place(self, x: f64) -> f64 {
         let span = self.driven - self.anchor;
-        self.pass(
-            x,
-            span,
-            (span + self.displacement) / span,
-            self.displacement,
-        )
+        self.pass(x, span, (span + self.displacement) / span, self.displacement)
     }
 
     fn recall(self, x: f64) -> f64 {
         let span = self.driven - self.anchor + self.displacement;
-        self.pass(
-            x,
-            span,
-            (self.driven - self.anchor) / span,
-            -self.displacement,
-        )
+        self.pass(x, span, (self.driven - self.anchor) / span, -self.displacement)
     }
 
     fn pass(self, x: f64, span: f64, factor: f64, shift: f64) -> f64 {
@@ -155,11 +135,7 @@ pub(crate) fn reduce(angle: f64, sector: f64) -> f64 {
 
 /// Rotation in the plane of the first two coordinates.
 #[inline]
-pub(crate) fn rotate<const D: usize>(
-    x: &Vector<D>,
-    centre: &[f64; 2],
-    [cos, sin]: [f64; 2],
-) -> Vector<D> {
+pub(crate) fn rotate<const D: usize>(x: &Vector<D>, centre: &[f64; 2], [cos, sin]: [f64; 2]) -> Vector<D> {
     let (dx, dy) = (x[0] - centre[0], x[1] - centre[1]);
     Vector::from_fn(|d, _| match d {
         0 => centre[0] + (cos * dx - sin * dy),
@@ -196,18 +172,9 @@ mod tests {
     #[test]
     fn angles_reduce_by_whole_sectors() {
         let sector = PI / 16.0;
-        for (sectors, reduced) in [
-            (0.5, 0.5),
-            (-0.5, 0.5),
-            (0.6, -0.4),
-            (7.25, 0.25),
-            (-3.0, 0.0),
-        ] {
+        for (sectors, reduced) in [(0.5, 0.5), (-0.5, 0.5), (0.6, -0.4), (7.25, 0.25), (-3.0, 0.0)] {
             let angle = reduce(sectors * sector, sector);
-            assert!(
-                (angle - reduced * sector).abs() < 1e-14,
-                "{sectors} sectors"
-            );
+            assert!((angle - reduced * sector).abs() < 1e-14, "{sectors} sectors");
         }
         // One rounding error above half a sector must not choose the other side.
         assert!(reduce(0.5 * sector * (1.0 + 1e-15), sector) > 0.0);

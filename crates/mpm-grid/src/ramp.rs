@@ -12,11 +12,7 @@ impl LoadFraction {
 
     /// The fraction `value`; an error outside [0, 1] and for NaN.
     pub fn new(value: f64) -> Result<Self, RampError> {
-        if (0.0..=1.0).contains(&value) {
-            Ok(Self(value))
-        } else {
-            Err(RampError::Fraction { value })
-        }
+        if (0.0..=1.0).contains(&value) { Ok(Self(value)) } else { Err(RampError::Fraction { value }) }
     }
 
     /// The fraction as a number in [0, 1].
@@ -85,24 +81,19 @@ impl Ramp {
 
     /// From nothing at fraction 0 to `end_value` at fraction 1.
     pub fn linear(end_value: f64) -> Self {
-        Self {
-            knots: vec![(0.0, 0.0), (1.0, end_value)],
-        }
+        Self { knots: vec![(0.0, 0.0), (1.0, end_value)] }
     }
 
     /// The same `value` at every fraction.
     pub fn constant(value: f64) -> Self {
-        Self {
-            knots: vec![(0.0, value)],
-        }
+        Self { knots: vec![(0.0, value)] }
     }
 
     /// The value at a load fraction; exactly the knot's value on a knot.
     pub fn value(&self, fraction: LoadFraction) -> f64 {
         let f = fraction.get();
         let above = self.knots.partition_point(|knot| knot.0 <= f);
-        let (Some(&(f0, v0)), Some(&(f1, v1))) =
-            (self.knots.get(above.wrapping_sub(1)), self.knots.get(above))
+        let (Some(&(f0, v0)), Some(&(f1, v1))) = (self.knots.get(above.wrapping_sub(1)), self.knots.get(above))
         else {
             return self.knots[above.saturating_sub(1)].1;
         };
@@ -139,14 +130,7 @@ mod tests {
     #[test]
     fn ramps_interpolate_and_hold() {
         let ramp = Ramp::new(vec![(0.25, 1.0), (0.5, 3.0), (0.75, -1.0)]).unwrap();
-        let table = [
-            (0.0, 1.0),
-            (0.25, 1.0),
-            (0.375, 2.0),
-            (0.5, 3.0),
-            (0.625, 1.0),
-            (1.0, -1.0),
-        ];
+        let table = [(0.0, 1.0), (0.25, 1.0), (0.375, 2.0), (0.5, 3.0), (0.625, 1.0), (1.0, -1.0)];
         for (fraction, value) in table {
             assert_eq!(at(&ramp, fraction), value, "at {fraction}");
         }
@@ -157,15 +141,9 @@ mod tests {
     #[test]
     fn bad_knots_are_refused() {
         assert_eq!(Ramp::new(vec![]), Err(RampError::Empty));
-        let order = RampError::Order {
-            previous: 0.5,
-            next: 0.5,
-        };
+        let order = RampError::Order { previous: 0.5, next: 0.5 };
         assert_eq!(Ramp::new(vec![(0.5, 0.0), (0.5, 1.0)]), Err(order));
-        assert_eq!(
-            Ramp::new(vec![(1.5, 0.0)]),
-            Err(RampError::Fraction { value: 1.5 })
-        );
+        assert_eq!(Ramp::new(vec![(1.5, 0.0)]), Err(RampError::Fraction { value: 1.5 }));
         assert!(Ramp::new(vec![(0.5, f64::NAN)]).is_err());
     }
 }

@@ -90,14 +90,7 @@ impl<const D: usize> Region<D> {
     }
 
     fn nodes_of_ring(&self, layout: &Layout<D>) -> Vec<NodeId> {
-        let Layout::Ring {
-            radii,
-            sectors,
-            span,
-            height,
-            ..
-        } = layout
-        else {
+        let Layout::Ring { radii, sectors, span, height, .. } = layout else {
             return Vec::new();
         };
         let mesh = Mesh::at_rest(layout);
@@ -148,9 +141,7 @@ impl<const D: usize> Region<D> {
         match self {
             Self::Everywhere => true,
             Self::Plane { axis, at } => *axis < D && (x[*axis] - at).abs() <= tolerance,
-            Self::Box { from, to } => {
-                (0..D).all(|d| x[d] >= from[d] - tolerance && x[d] <= to[d] + tolerance)
-            }
+            Self::Box { from, to } => (0..D).all(|d| x[d] >= from[d] - tolerance && x[d] <= to[d] + tolerance),
             Self::Point(point) => (0..D).all(|d| (x[d] - point[d]).abs() <= tolerance),
             Self::Circle { centre, radius } => (distance(x, centre) - radius).abs() <= tolerance,
             Self::Annulus { centre, inner, outer } => {

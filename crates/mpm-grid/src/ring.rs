@@ -36,14 +36,7 @@ impl PlacedRing {
         motion: &PlacedMotion<D>,
         reindexing: Reindexing,
     ) -> Option<Self> {
-        let Layout::Ring {
-            centre,
-            radii,
-            sectors,
-            span,
-            height,
-        } = layout
-        else {
+        let Layout::Ring { centre, radii, sectors, span, height } = layout else {
             return None;
         };
         let step = span.step(*sectors);
@@ -57,21 +50,13 @@ impl PlacedRing {
             _ => None,
         };
         let centre = match motion {
-            PlacedMotion::Rotation {
-                centre: about,
-                cos_sin,
-                ..
-            } => {
+            PlacedMotion::Rotation { centre: about, cos_sin, .. } => {
                 let moved = rotate(&Vector::<2>::from(*centre), about, *cos_sin);
                 [moved[0], moved[1]]
             }
             _ => *centre,
         };
-        let n_lines = if span.is_full() {
-            *sectors
-        } else {
-            *sectors + 1
-        };
+        let n_lines = if span.is_full() { *sectors } else { *sectors + 1 };
         let line = |i: u32| cos_sin(span.start() + f64::from(i) * step);
         let turn = |j: u32| angle(radii.node(j)).map(|a| (a, cos_sin(a)));
         let ring = Self {
@@ -110,11 +95,7 @@ impl PlacedRing {
     /// The section of the cells between lines `line`, `line + 1` and rings `ring`, `ring + 1`.
     #[inline]
     fn plane_cell(&self, line: u32, ring: u32) -> LinearCell<2> {
-        let next = if to_usize(line) + 1 == self.lines.len() {
-            0
-        } else {
-            line + 1
-        };
+        let next = if to_usize(line) + 1 == self.lines.len() { 0 } else { line + 1 };
         let mut corners = [Vector::zeros(); 8];
         corners[0] = self.plane_position(line, ring);
         corners[1] = self.plane_position(next, ring);
@@ -235,20 +216,12 @@ impl PlacedRing {
 }
 
 /// The neighbour in the plane across the face that `local` lies farthest beyond, if there is one.
-fn next_cell<const D: usize>(
-    lattice: &Lattice<D>,
-    cell: &[u32; D],
-    local: &Vector<2>,
-) -> Option<[u32; D]> {
+fn next_cell<const D: usize>(lattice: &Lattice<D>, cell: &[u32; D], local: &Vector<2>) -> Option<[u32; D]> {
     let (mut farthest, mut next) = (SNAP, None);
     for d in 0..2 {
         let over = local[d].abs() - 1.0;
         if over > farthest {
-            let neighbour = if local[d] > 0.0 {
-                lattice.above(*cell, d)
-            } else {
-                lattice.below(*cell, d)
-            };
+            let neighbour = if local[d] > 0.0 { lattice.above(*cell, d) } else { lattice.below(*cell, d) };
             if neighbour.is_some() {
                 (farthest, next) = (over, neighbour);
             }

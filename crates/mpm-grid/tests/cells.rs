@@ -25,19 +25,11 @@ fn check<const D: usize>(cell: &LinearCell<D>, local: &Vector<D>) {
     let g = cell.gradients(local);
     let corners = || cell.corners().iter().take(1 << D);
 
-    assert!(
-        (n.iter().sum::<f64>() - 1.0).abs() < 1e-14,
-        "partition of unity"
-    );
+    assert!((n.iter().sum::<f64>() - 1.0).abs() < 1e-14, "partition of unity");
     let sum = g.iter().fold(Vector::zeros(), |s: Vector<D>, g| s + g);
     assert!(sum.norm() < 1e-12, "Σ∇N = {sum}");
-    let linear = corners()
-        .zip(g)
-        .fold(Block::zeros(), |s: Block<D>, (x, g)| s + x * g.transpose());
-    assert!(
-        (linear - Block::identity()).norm() < 1e-11,
-        "Σ x ⊗ ∇N = {linear}"
-    );
+    let linear = corners().zip(g).fold(Block::zeros(), |s: Block<D>, (x, g)| s + x * g.transpose());
+    assert!((linear - Block::identity()).norm() < 1e-11, "Σ x ⊗ ∇N = {linear}");
 
     let found = cell.local(&x).expect("a valid cell has an inverse map");
     assert!((found - local).norm() < 1e-11, "{found} instead of {local}");
@@ -48,23 +40,14 @@ fn check<const D: usize>(cell: &LinearCell<D>, local: &Vector<D>) {
         let [up, down] = [x + step, x - step].map(|x| LinearCell::values(&cell.local(&x).unwrap()));
         for c in 0..1 << D {
             let difference = (up[c] - down[c]) / 2e-5;
-            assert!(
-                (difference - g[c][d]).abs() < 1e-7,
-                "∂N_{c}/∂x_{d}: {difference}, {}",
-                g[c][d]
-            );
+            assert!((difference - g[c][d]).abs() < 1e-7, "∂N_{c}/∂x_{d}: {difference}, {}", g[c][d]);
         }
     }
 }
 
 /// The same cases in every run, and no files written on failure.
 fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        rng_seed: RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..Default::default()
-    }
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }
 }
 
 proptest! {
@@ -113,31 +96,19 @@ fn pieces_sum<const D: usize>(cell: &LinearCell<D>, cut: &Vector<D>) {
         assert!(through.norm() < 1e-14, "a piece is the same map");
         volume += piece.volume();
     }
-    assert!(
-        (volume - cell.volume()).abs() < 1e-13,
-        "{volume} of {}",
-        cell.volume()
-    );
+    assert!((volume - cell.volume()).abs() < 1e-13, "{volume} of {}", cell.volume());
 }
 
 #[test]
 fn volumes_are_exact() {
     let plane = |x, y| Vector::<2>::new(x, y);
     let mut corners = [Vector::zeros(); 8];
-    corners[..4].copy_from_slice(&[
-        plane(0.0, 0.0),
-        plane(3.0, 0.0),
-        plane(0.0, 1.0),
-        plane(2.0, 2.0),
-    ]);
+    corners[..4].copy_from_slice(&[plane(0.0, 0.0), plane(3.0, 0.0), plane(0.0, 1.0), plane(2.0, 2.0)]);
     // Shoelace: ½ |3·2 - 2·0 + 2·1 - 0·2| with corners in turn (0,0) (3,0) (2,2) (0,1).
     assert!((LinearCell::new(corners).volume() - 4.0).abs() < 1e-15);
     corners.swap(0, 1);
     corners.swap(2, 3);
-    assert!(
-        (LinearCell::new(corners).volume() - 4.0).abs() < 1e-15,
-        "either hand"
-    );
+    assert!((LinearCell::new(corners).volume() - 4.0).abs() < 1e-15, "either hand");
 
     // A frustum: square base 2×2, top 1×1, height 3.
     let frustum = LinearCell::<3>::new(from_fn(|c| {
@@ -159,18 +130,13 @@ fn special_shapes_are_inverted() {
     ];
     for shape in shapes {
         let cell = LinearCell::<2>::new(from_fn(|c| {
-            shape
-                .get(c)
-                .map_or(Vector::zeros(), |&(x, y)| Vector::<2>::new(x, y))
+            shape.get(c).map_or(Vector::zeros(), |&(x, y)| Vector::<2>::new(x, y))
         }));
         for i in 0..=8 {
             for j in 0..=8 {
                 let local = Vector::<2>::new(f64::from(i) / 4.0 - 1.0, f64::from(j) / 4.0 - 1.0);
                 let found = cell.local(&cell.position(&local)).unwrap();
-                assert!(
-                    (found - local).norm() < 1e-11,
-                    "{shape:?}: {found} instead of {local}"
-                );
+                assert!((found - local).norm() < 1e-11, "{shape:?}: {found} instead of {local}");
             }
         }
     }
@@ -181,13 +147,9 @@ fn beyond_a_fold_there_is_no_local_coordinate() {
     // The sides of this trapezium meet at (0, -½): nothing is mapped below, on this branch.
     let shape = [(-1.0, 0.0), (1.0, 0.0), (-3.0, 1.0), (2.0, 1.5)];
     let cell = LinearCell::<2>::new(from_fn(|c| {
-        shape
-            .get(c)
-            .map_or(Vector::zeros(), |&(x, y)| Vector::<2>::new(x, y))
+        shape.get(c).map_or(Vector::zeros(), |&(x, y)| Vector::<2>::new(x, y))
     }));
-    let found: Vec<_> = (0..40)
-        .map(|i| cell.local(&Vector::<2>::new(0.3, -0.25 * f64::from(i))))
-        .collect();
+    let found: Vec<_> = (0..40).map(|i| cell.local(&Vector::<2>::new(0.3, -0.25 * f64::from(i)))).collect();
     assert!(found.iter().any(Option::is_none));
     for (i, local) in found.into_iter().enumerate() {
         if let Some(local) = local {

@@ -1,8 +1,8 @@
 //! Motions: place and recall, what they refuse, re-indexing, prescribed displacements.
 
 use mpm_grid::{
-    Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, MotionError, NodeId, Ramp,
-    Reindexing, Span, Vector,
+    Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, MotionError, NodeId, Ramp, Reindexing, Span,
+    Vector,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -18,22 +18,11 @@ fn square<const D: usize>() -> Layout<D> {
 }
 
 fn ring(span: Span) -> Layout<2> {
-    Layout::ring(
-        [1.0, 2.0],
-        Axis::uniform(5.0, 10.0, 5).unwrap(),
-        32,
-        span,
-        None,
-    )
-    .unwrap()
+    Layout::ring([1.0, 2.0], Axis::uniform(5.0, 10.0, 5).unwrap(), 32, span, None).unwrap()
 }
 
 fn plane(anchor: f64, driven: f64, displacement: f64) -> Option<DrivenPlane> {
-    Some(DrivenPlane {
-        anchor,
-        driven,
-        displacement: Ramp::linear(displacement),
-    })
+    Some(DrivenPlane { anchor, driven, displacement: Ramp::linear(displacement) })
 }
 
 fn twist(angle: f64, reindexing: Reindexing) -> MeshMotion<2> {
@@ -56,20 +45,12 @@ fn round_trip<const D: usize>(motion: &MeshMotion<D>, layout: &Layout<D>, rest: 
     let rest = Vector::from_fn(|d, _| rest[d]);
     let x = motion.place(layout, &rest, fraction(f)).unwrap();
     let back = motion.recall(layout, &x, fraction(f)).unwrap();
-    assert!(
-        (back - rest).norm() < 1e-12,
-        "{motion:?}: {rest} became {back}"
-    );
+    assert!((back - rest).norm() < 1e-12, "{motion:?}: {rest} became {back}");
 }
 
 /// The same cases in every run, and no files written on failure.
 fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        rng_seed: RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..Default::default()
-    }
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() }
 }
 
 proptest! {
@@ -131,10 +112,7 @@ fn stretch_moves_planes_as_told() {
         let mesh = motion.mesh_at(&layout, LoadFraction::END).unwrap();
         let [axis] = mesh.rectilinear().expect("a stretched box is rectilinear");
         for (i, x) in (0..5).zip(expected) {
-            assert!(
-                (axis.node(i) - x).abs() < 1e-15,
-                "{anchor} to {driven}: node {i}"
-            );
+            assert!((axis.node(i) - x).abs() < 1e-15, "{anchor} to {driven}: node {i}");
         }
     }
 }
@@ -153,54 +131,26 @@ fn a_uniform_axis_stays_uniform_only_where_it_does() {
 #[test]
 fn motions_that_cannot_be_are_refused() {
     let error = MeshMotion::stretch([plane(0.0, 2.0, -2.0)]).unwrap_err();
-    assert_eq!(
-        error,
-        MotionError::ThroughAnchor {
-            axis: 0,
-            fraction: 1.0
-        }
-    );
+    assert_eq!(error, MotionError::ThroughAnchor { axis: 0, fraction: 1.0 });
     assert!(MeshMotion::stretch([plane(2.0, 0.0, 2.5)]).is_err());
     assert!(MeshMotion::stretch([plane(2.0, 0.0, -2.5)]).is_ok());
     let error = MeshMotion::stretch([None, plane(1.0, 1.0, 0.0)]).unwrap_err();
     assert_eq!(error, MotionError::CoincidentPlanes { axis: 1 });
-    assert_eq!(
-        MeshMotion::stretch([plane(0.0, f64::NAN, 0.0)]),
-        Err(MotionError::NotFinite)
-    );
-    assert_eq!(
-        MeshMotion::stretch([plane(0.0, 1.0, f64::NAN)]),
-        Err(MotionError::NotFinite)
-    );
-    let count = MotionError::CornerCount {
-        needed: 4,
-        found: 3,
-    };
+    assert_eq!(MeshMotion::stretch([plane(0.0, f64::NAN, 0.0)]), Err(MotionError::NotFinite));
+    assert_eq!(MeshMotion::stretch([plane(0.0, 1.0, f64::NAN)]), Err(MotionError::NotFinite));
+    let count = MotionError::CornerCount { needed: 4, found: 3 };
     let still = || [Ramp::constant(0.0), Ramp::constant(0.0)];
-    assert_eq!(
-        MeshMotion::<2>::corners(vec![still(), still(), still()]),
-        Err(count)
-    );
+    assert_eq!(MeshMotion::<2>::corners(vec![still(), still(), still()]), Err(count));
     let still = || Ramp::constant(0.0);
-    assert_eq!(
-        MeshMotion::<1>::rotate([0.0; 2], still()),
-        Err(MotionError::NeedsPlane)
-    );
+    assert_eq!(MeshMotion::<1>::rotate([0.0; 2], still()), Err(MotionError::NeedsPlane));
     let radii = MeshMotion::<2>::twist([0.0; 2], (2.0, still()), (2.0, still()), Reindexing::Off);
-    assert_eq!(
-        radii,
-        Err(MotionError::TwistRadii {
-            inner: 2.0,
-            outer: 2.0
-        })
-    );
+    assert_eq!(radii, Err(MotionError::TwistRadii { inner: 2.0, outer: 2.0 }));
 }
 
 #[test]
 fn motions_that_do_not_suit_the_layout_are_refused() {
-    let refused = |motion: MeshMotion<2>, layout: &Layout<2>| {
-        motion.mesh_at(layout, fraction(0.5)).unwrap_err()
-    };
+    let refused =
+        |motion: MeshMotion<2>, layout: &Layout<2>| motion.mesh_at(layout, fraction(0.5)).unwrap_err();
     let full = ring(Span::Full);
     let stretch = MeshMotion::stretch([plane(0.0, 2.0, 1.0), None]).unwrap();
     assert_eq!(refused(stretch, &full), MotionError::NeedsBox);
@@ -213,10 +163,7 @@ fn motions_that_do_not_suit_the_layout_are_refused() {
     let off = MeshMotion::twist([1.0, 2.1], inner, outer, Reindexing::Off).unwrap();
     assert!(matches!(refused(off, &full), MotionError::OffCentre { .. }));
     // Folded: the kite's corner pulled through the diagonal; a twist of a whole turn in five cells.
-    assert_eq!(
-        refused(kite(-3.0), &square()),
-        MotionError::Folded { fraction: 0.5 }
-    );
+    assert_eq!(refused(kite(-3.0), &square()), MotionError::Folded { fraction: 0.5 });
     let torn = twist(4.0 * TAU, Reindexing::Off);
     assert_eq!(refused(torn, &full), MotionError::Folded { fraction: 0.5 });
 }
@@ -227,9 +174,7 @@ fn reindexing_keeps_polygons_and_bounds_the_shear() {
     for degrees in 0..=720 {
         let angle = f64::from(degrees).to_radians();
         let raw = twist(angle, Reindexing::Off);
-        let mesh = twist(angle, Reindexing::WholeCells)
-            .mesh_at(&layout, LoadFraction::END)
-            .unwrap();
+        let mesh = twist(angle, Reindexing::WholeCells).mesh_at(&layout, LoadFraction::END).unwrap();
         let lattice = mesh.lattice();
         let index_of = |i, j| lattice.node([i, j]);
         let mut previous = None;
@@ -273,9 +218,7 @@ fn prescribed_displacements_are_those_of_the_material() {
             let x = mesh.position(node);
             let rest = motion.recall(&layout, &x, start).unwrap();
             let expected = motion.place(&layout, &rest, end).unwrap() - x;
-            let found = motion
-                .displacement(&layout, node, &mesh, start, end)
-                .unwrap();
+            let found = motion.displacement(&layout, node, &mesh, start, end).unwrap();
             assert!((found - expected).norm() < 1e-11, "{motion:?} at {x}");
         }
     }

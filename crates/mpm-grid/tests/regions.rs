@@ -36,10 +36,7 @@ fn regions_of_a_box() {
     same(plane(1, y), &|x| near(x[1], y), 7 * 3);
     same(plane(2, 0.5), &|_| false, 0);
     same(plane(3, 0.0), &|_| false, 0);
-    let (from, to) = (
-        Vector::<3>::new(-1.0, 0.1, 1.0),
-        Vector::<3>::new(9.0, f64::INFINITY, 1.5),
-    );
+    let (from, to) = (Vector::<3>::new(-1.0, 0.1, 1.0), Vector::<3>::new(9.0, f64::INFINITY, 1.5));
     let inside = |x: Vector<3>| x[0] > -1.5 && x[1] > 0.1 && near(x[2], 1.0);
     same(Region::Box { from, to }, &inside, 5 * 4);
     same(
@@ -47,15 +44,8 @@ fn regions_of_a_box() {
         &|x| near((x - Vector::<3>::new(2.0, 3.0, 0.0)).norm(), 0.0),
         1,
     );
-    same(
-        Region::Point(Vector::<3>::new(2.0, 3.0, 1e-6)),
-        &|_| false,
-        0,
-    );
-    let circle = || Region::Circle {
-        centre: [0.0, 0.0],
-        radius: 3.0,
-    };
+    same(Region::Point(Vector::<3>::new(2.0, 3.0, 1e-6)), &|_| false, 0);
+    let circle = || Region::Circle { centre: [0.0, 0.0], radius: 3.0 };
     let on = |x: Vector<3>| near(x[0].hypot(x[1]), 3.0);
     same(circle(), &on, 3 * 3);
     same(
@@ -63,11 +53,7 @@ fn regions_of_a_box() {
         &|x| on(x) && near(x[1], 0.0) && near(x[2], 1.0),
         2,
     );
-    same(
-        Region::All(vec![plane(0, 1.0), plane(0, 2.0)]),
-        &|_| false,
-        0,
-    );
+    same(Region::All(vec![plane(0, 1.0), plane(0, 2.0)]), &|_| false, 0);
 }
 
 #[test]
@@ -89,10 +75,7 @@ fn an_annulus_holds_both_its_edges() {
 fn a_pythagorean_circle_meets_a_square_grid() {
     let axis = || Axis::uniform(-6.0, 6.0, 12).unwrap();
     let layout = Layout::on_axes([axis(), axis()]).unwrap();
-    let circle = Region::Circle {
-        centre: [0.0, 0.0],
-        radius: 5.0,
-    };
+    let circle = Region::Circle { centre: [0.0, 0.0], radius: 5.0 };
     assert_eq!(circle.nodes(&layout).len(), 12);
 }
 
@@ -100,15 +83,9 @@ fn a_pythagorean_circle_meets_a_square_grid() {
 fn regions_of_a_ring() {
     let radii = Axis::uniform(5.0, 10.0, 5).unwrap();
     let layout = Layout::<2>::ring([1.0, 2.0], radii, 32, Span::Full, None).unwrap();
-    let circle = |radius| Region::Circle {
-        centre: [1.0, 2.0],
-        radius,
-    };
+    let circle = |radius| Region::Circle { centre: [1.0, 2.0], radius };
     let inner = circle(5.0).nodes(&layout);
-    assert_eq!(
-        inner.iter().map(|v| v.index()).collect::<Vec<_>>(),
-        (0..32).collect::<Vec<_>>()
-    );
+    assert_eq!(inner.iter().map(|v| v.index()).collect::<Vec<_>>(), (0..32).collect::<Vec<_>>());
     assert_eq!(circle(10.0).nodes(&layout).len(), 32);
     assert!(circle(5.5).nodes(&layout).is_empty());
     // Both half lines of the diameter along x, and one end of it.
@@ -118,22 +95,13 @@ fn regions_of_a_ring() {
     assert_eq!(ends.len(), 2);
     let end = Region::Point(Vector::<2>::new(11.0, 2.0)).nodes(&layout);
     assert_eq!(end, [layout.lattice().node([0, 5])]);
-    let half = Region::Box {
-        from: Vector::<2>::new(-99.0, 2.0),
-        to: Vector::<2>::new(99.0, 99.0),
-    };
-    assert_eq!(
-        half.nodes(&layout),
-        searched(&layout, |x| x[1] > 2.0 - 1e-10)
-    );
+    let half = Region::Box { from: Vector::<2>::new(-99.0, 2.0), to: Vector::<2>::new(99.0, 99.0) };
+    assert_eq!(half.nodes(&layout), searched(&layout, |x| x[1] > 2.0 - 1e-10));
 
     let height = Axis::uniform(0.0, 1.0, 2).unwrap();
     let radii = Axis::uniform(5.0, 10.0, 5).unwrap();
     let layout = Layout::<3>::ring([1.0, 2.0], radii, 8, Span::Full, Some(height)).unwrap();
-    let cylinder = Region::Circle {
-        centre: [1.0, 2.0],
-        radius: 5.0,
-    };
+    let cylinder = Region::Circle { centre: [1.0, 2.0], radius: 5.0 };
     let bottom = Region::Plane { axis: 2, at: 0.0 };
     assert_eq!(cylinder.nodes(&layout).len(), 24);
     assert_eq!(Region::All(vec![cylinder, bottom]).nodes(&layout).len(), 8);
@@ -143,22 +111,14 @@ fn regions_of_a_ring() {
 fn small_regions_of_a_huge_grid_are_cheap() {
     let axis = || Axis::uniform(0.0, 1.0, 1500).unwrap();
     let layout = Layout::on_axes([axis(), axis(), axis()]).unwrap();
-    let edge = |a, b| {
-        Region::All(vec![
-            Region::Plane { axis: a, at: 0.0 },
-            Region::Plane { axis: b, at: 1.0 },
-        ])
-    };
+    let edge = |a, b| Region::All(vec![Region::Plane { axis: a, at: 0.0 }, Region::Plane { axis: b, at: 1.0 }]);
     // Searching 3.4e9 nodes would take minutes each time.
     for _ in 0..100 {
         assert_eq!(edge(0, 1).nodes(&layout).len(), 1501);
         let corner = Region::Point(Vector::<3>::new(1.0, 1.0, 1.0)).nodes(&layout);
         assert_eq!(corner[0].index(), layout.lattice().n_nodes() - 1);
         let from = Vector::<3>::from_element(0.5);
-        let cube = Region::Box {
-            from,
-            to: from.add_scalar(0.01),
-        };
+        let cube = Region::Box { from, to: from.add_scalar(0.01) };
         assert_eq!(cube.nodes(&layout).len(), 16 * 16 * 16);
     }
 }

@@ -33,10 +33,7 @@ impl Elasticity {
         if !(poisson > -1.0 && poisson < 0.5) {
             return Err(ParameterError::Poisson(poisson));
         }
-        Ok(Self {
-            bulk: young / (3.0 * (1.0 - 2.0 * poisson)),
-            shear: young / (2.0 * (1.0 + poisson)),
-        })
+        Ok(Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) })
     }
 
     /// Bulk modulus K [F/L²].

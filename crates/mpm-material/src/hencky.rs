@@ -25,9 +25,7 @@ impl Material for Hencky {
         let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
         Update {
             elastic_strain: *trial,
-            kirchhoff: trial
-                .map(|eps| two_g * eps)
-                .add_scalar(lambda * trial.sum()),
+            kirchhoff: trial.map(|eps| two_g * eps).add_scalar(lambda * trial.sum()),
             tangent: Matrix3::from_diagonal_element(two_g).add_scalar(lambda),
             secant: Vector3::repeat(two_g),
             plastic: false,

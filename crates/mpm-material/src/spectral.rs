@@ -33,11 +33,7 @@ pub(crate) enum Frame {
 impl Spectrum {
     #[inline]
     pub fn of(tensor: &SymmetricTensor) -> Self {
-        if tensor.is_plane() {
-            Self::plane(tensor)
-        } else {
-            Self::space(tensor)
-        }
+        if tensor.is_plane() { Self::plane(tensor) } else { Self::space(tensor) }
     }
 
     /// Mohr's circle.
@@ -55,10 +51,7 @@ impl Spectrum {
             let radius = square.sqrt();
             (radius, half / radius, xy / radius)
         };
-        Self {
-            values: Vector3::new(mean + radius, mean - radius, zz),
-            frame: Frame::Plane { cos_2, sin_2 },
-        }
+        Self { values: Vector3::new(mean + radius, mean - radius, zz), frame: Frame::Plane { cos_2, sin_2 } }
     }
 
     /// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.5).
@@ -71,10 +64,7 @@ impl Spectrum {
         let scale = matrix.amax();
         let mut axes = Matrix3::identity();
         if !matrix.sum().is_finite() {
-            return Self {
-                values: Vector3::repeat(f64::NAN),
-                frame: Frame::Space(axes),
-            };
+            return Self { values: Vector3::repeat(f64::NAN), frame: Frame::Space(axes) };
         }
         // Entries of at most one, so that no square under- or overflows.
         let mut a = matrix / scale;
@@ -86,10 +76,7 @@ impl Spectrum {
                 break;
             }
         }
-        Self {
-            values: a.diagonal() * scale,
-            frame: Frame::Space(axes),
-        }
+        Self { values: a.diagonal() * scale, frame: Frame::Space(axes) }
     }
 }
 
@@ -215,10 +202,7 @@ mod tests {
     fn check(tensor: &SymmetricTensor, spectrum: &Spectrum) {
         let n = spectrum.frame.axes();
         let scale = tensor.norm();
-        assert!(
-            (n.transpose() * n - Matrix3::identity()).norm() < 3e-15,
-            "{tensor:?}"
-        );
+        assert!((n.transpose() * n - Matrix3::identity()).norm() < 3e-15, "{tensor:?}");
         let diagonal = n.transpose() * tensor.to_matrix() * n;
         let error = (diagonal - Matrix3::from_diagonal(&spectrum.values)).norm();
         assert!(error <= 5e-15 * scale, "{tensor:?}: {error}");
@@ -250,11 +234,8 @@ mod tests {
         for gap in GAPS {
             for step in -8..=8 {
                 let excess = plane(0.8, 0.8 - gap, -0.3, 0.2 * f64::from(step));
-                let log = |spectrum: Spectrum| {
-                    spectrum
-                        .frame
-                        .compose(&spectrum.values.map(|c| 0.5 * c.ln_1p()))
-                };
+                let log =
+                    |spectrum: Spectrum| spectrum.frame.compose(&spectrum.values.map(|c| 0.5 * c.ln_1p()));
                 let (fast, general) = (Spectrum::plane(&excess), Spectrum::space(&excess));
                 assert!(distance(&log(fast), &log(general)) < 1e-14 * log(fast).norm());
             }
@@ -277,13 +258,7 @@ mod tests {
     fn plane_axes_at_equal_values_are_x_and_y() {
         for tensor in [SymmetricTensor::ZERO, plane(0.2, 0.2, 0.2, 0.0)] {
             let Spectrum { values, frame } = Spectrum::of(&tensor);
-            assert_eq!(
-                frame,
-                Frame::Plane {
-                    cos_2: 1.0,
-                    sin_2: 0.0
-                }
-            );
+            assert_eq!(frame, Frame::Plane { cos_2: 1.0, sin_2: 0.0 });
             assert_eq!(frame.axes(), Matrix3::identity());
             assert_eq!(frame.compose(&values), tensor);
         }
@@ -292,15 +267,9 @@ mod tests {
     #[test]
     fn values_too_small_to_square_stay_finite() {
         for size in [1e-150, 1e-160, 1e-300, 5e-324] {
-            for tensor in [
-                plane(size, -size, 0.0, 0.3),
-                space([size, -size, 0.5 * size]),
-            ] {
+            for tensor in [plane(size, -size, 0.0, 0.3), space([size, -size, 0.5 * size])] {
                 let Spectrum { values, frame } = Spectrum::of(&tensor);
-                assert!(
-                    values.iter().all(|value| value.abs() <= 2.0 * size),
-                    "{tensor:?}"
-                );
+                assert!(values.iter().all(|value| value.abs() <= 2.0 * size), "{tensor:?}");
                 assert!(frame.axes().iter().all(|component| component.is_finite()));
             }
         }
@@ -313,18 +282,8 @@ mod tests {
             for tensor in [
                 SymmetricTensor { xx: bad, ..finite },
                 SymmetricTensor { yz: bad, ..finite },
-                SymmetricTensor {
-                    xy: bad,
-                    yz: 0.0,
-                    zx: 0.0,
-                    ..finite
-                },
-                SymmetricTensor {
-                    zz: bad,
-                    yz: 0.0,
-                    zx: 0.0,
-                    ..finite
-                },
+                SymmetricTensor { xy: bad, yz: 0.0, zx: 0.0, ..finite },
+                SymmetricTensor { zz: bad, yz: 0.0, zx: 0.0, ..finite },
             ] {
                 let values = Spectrum::of(&tensor).values;
                 assert!(!values.iter().all(|value| value.is_finite()), "{tensor:?}");

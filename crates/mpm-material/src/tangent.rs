@@ -83,9 +83,8 @@ impl Modes {
         let mut terms = [(SMatrix::zeros(), SMatrix::zeros()); 6];
         for a in 0..3 {
             tau += along[a] * self.kirchhoff[a];
-            let row = along[0] * self.normal(a, 0)
-                + along[1] * self.normal(a, 1)
-                + along[2] * self.normal(a, 2);
+            let row =
+                along[0] * self.normal(a, 0) + along[1] * self.normal(a, 1) + along[2] * self.normal(a, 2);
             terms[a] = (along[a], row);
 
             let (b, c) = PAIRS[a];
@@ -196,29 +195,17 @@ mod tests {
         let law = VonMises::new(elasticity, 50.0).expect("positive");
         for gap in [1.0, 0.5, 0.1, 1e-2, 1e-3] {
             let b = [2.0, 2.0 - gap, 0.8];
-            let excess = SymmetricTensor {
-                xx: b[0] - 1.0,
-                yy: b[1] - 1.0,
-                zz: b[2] - 1.0,
-                ..SymmetricTensor::ZERO
-            };
+            let excess =
+                SymmetricTensor { xx: b[0] - 1.0, yy: b[1] - 1.0, zz: b[2] - 1.0, ..SymmetricTensor::ZERO };
             let modes = respond(&law, &excess, &PlasticStrain::default()).modes;
             for (pair, (i, j)) in PAIRS.into_iter().enumerate() {
                 let tau = modes.kirchhoff;
                 let quotient = (tau[i] * b[j] - tau[j] * b[i]) / (b[i] - b[j]);
                 let error = (modes.shear(pair) - quotient).abs();
-                assert!(
-                    error < 1e-13 / gap * 1000.0,
-                    "gap {gap}, pair {pair}: {error}"
-                );
+                assert!(error < 1e-13 / gap * 1000.0, "gap {gap}, pair {pair}: {error}");
             }
         }
-        let equal = SymmetricTensor {
-            xx: 0.4,
-            yy: 0.4,
-            zz: -0.1,
-            ..SymmetricTensor::ZERO
-        };
+        let equal = SymmetricTensor { xx: 0.4, yy: 0.4, zz: -0.1, ..SymmetricTensor::ZERO };
         let modes = respond(&law, &equal, &PlasticStrain::default()).modes;
         let d = modes.tangent;
         // With ε_0 = ε_1 also n_0 = n_1, and the flow drops out of the difference.
@@ -235,10 +222,7 @@ mod tests {
         for (i, k, j, l) in (0..81).map(|m| (m / 27, m / 9 % 3, m / 3 % 3, m % 3)) {
             let exact = elasticity.lame() * delta(i, k) * delta(j, l)
                 + elasticity.shear() * (delta(i, j) * delta(k, l) + delta(i, l) * delta(k, j));
-            assert!(
-                (a[k][l][(i, j)] - exact).abs() < 1e-12 * 1000.0,
-                "{i}{k}{j}{l}"
-            );
+            assert!((a[k][l][(i, j)] - exact).abs() < 1e-12 * 1000.0, "{i}{k}{j}{l}");
         }
     }
 }

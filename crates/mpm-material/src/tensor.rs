@@ -21,34 +21,15 @@ pub struct SymmetricTensor {
 
 impl SymmetricTensor {
     /// All components zero.
-    pub const ZERO: Self = Self {
-        xx: 0.0,
-        yy: 0.0,
-        zz: 0.0,
-        xy: 0.0,
-        yz: 0.0,
-        zx: 0.0,
-    };
+    pub const ZERO: Self = Self { xx: 0.0, yy: 0.0, zz: 0.0, xy: 0.0, yz: 0.0, zx: 0.0 };
 
     /// The unit tensor.
-    pub const IDENTITY: Self = Self {
-        xx: 1.0,
-        yy: 1.0,
-        zz: 1.0,
-        ..Self::ZERO
-    };
+    pub const IDENTITY: Self = Self { xx: 1.0, yy: 1.0, zz: 1.0, ..Self::ZERO };
 
     /// The full 3×3 matrix.
     #[inline]
     pub fn to_matrix(&self) -> Matrix3<f64> {
-        let Self {
-            xx,
-            yy,
-            zz,
-            xy,
-            yz,
-            zx,
-        } = *self;
+        let Self { xx, yy, zz, xy, yz, zx } = *self;
         Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz)
     }
 
@@ -75,14 +56,7 @@ impl SymmetricTensor {
     /// Frobenius norm √(A : A), the off-diagonal components counted twice.
     #[inline]
     pub fn norm(&self) -> f64 {
-        let Self {
-            xx,
-            yy,
-            zz,
-            xy,
-            yz,
-            zx,
-        } = *self;
+        let Self { xx, yy, zz, xy, yz, zx } = *self;
         (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
     }
 
@@ -97,21 +71,11 @@ impl SymmetricTensor {
 mod tests {
     use super::*;
 
-    const SAMPLE: SymmetricTensor = SymmetricTensor {
-        xx: 1.0,
-        yy: 2.0,
-        zz: 3.0,
-        xy: 4.0,
-        yz: 5.0,
-        zx: 6.0,
-    };
+    const SAMPLE: SymmetricTensor = SymmetricTensor { xx: 1.0, yy: 2.0, zz: 3.0, xy: 4.0, yz: 5.0, zx: 6.0 };
 
     #[test]
     fn matrix_places_every_component_and_returns_it() {
-        assert_eq!(
-            SAMPLE.to_matrix(),
-            Matrix3::new(1.0, 4.0, 6.0, 4.0, 2.0, 5.0, 6.0, 5.0, 3.0)
-        );
+        assert_eq!(SAMPLE.to_matrix(), Matrix3::new(1.0, 4.0, 6.0, 4.0, 2.0, 5.0, 6.0, 5.0, 3.0));
         assert_eq!(SymmetricTensor::from_matrix(&SAMPLE.to_matrix()), SAMPLE);
         assert_eq!(SymmetricTensor::IDENTITY.to_matrix(), Matrix3::identity());
     }
@@ -119,10 +83,7 @@ mod tests {
     #[test]
     fn from_matrix_drops_the_skew_part() {
         let skew = Matrix3::new(0.0, 1.0, -2.0, -1.0, 0.0, 3.0, 2.0, -3.0, 0.0);
-        assert_eq!(
-            SymmetricTensor::from_matrix(&(SAMPLE.to_matrix() + skew)),
-            SAMPLE
-        );
+        assert_eq!(SymmetricTensor::from_matrix(&(SAMPLE.to_matrix() + skew)), SAMPLE);
     }
 
     #[test]
@@ -133,29 +94,8 @@ mod tests {
 
     #[test]
     fn plane_means_exactly_no_shear_along_z() {
-        assert!(
-            SymmetricTensor {
-                yz: 0.0,
-                zx: -0.0,
-                ..SAMPLE
-            }
-            .is_plane()
-        );
-        assert!(
-            !SymmetricTensor {
-                yz: 1e-300,
-                zx: 0.0,
-                ..SAMPLE
-            }
-            .is_plane()
-        );
-        assert!(
-            !SymmetricTensor {
-                yz: 0.0,
-                zx: f64::NAN,
-                ..SAMPLE
-            }
-            .is_plane()
-        );
+        assert!(SymmetricTensor { yz: 0.0, zx: -0.0, ..SAMPLE }.is_plane());
+        assert!(!SymmetricTensor { yz: 1e-300, zx: 0.0, ..SAMPLE }.is_plane());
+        assert!(!SymmetricTensor { yz: 0.0, zx: f64::NAN, ..SAMPLE }.is_plane());
     }
 }

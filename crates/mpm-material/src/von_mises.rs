@@ -31,10 +31,7 @@ impl VonMises {
     /// √(3/2) ρ_y, the shear strength ρ_y/√2.
     pub fn new(elasticity: Elasticity, yield_radius: f64) -> Result<Self, ParameterError> {
         if yield_radius > 0.0 && yield_radius.is_finite() {
-            Ok(Self {
-                elasticity,
-                yield_radius,
-            })
+            Ok(Self { elasticity, yield_radius })
         } else {
             Err(ParameterError::YieldRadius(yield_radius))
         }

@@ -1,8 +1,6 @@
 //! Responses that are known in closed form, and digits at strains of any size.
 
-use mpm_material::{
-    Elasticity, Hencky, PlasticStrain, SymmetricTensor, VonMises, log_strain, respond,
-};
+use mpm_material::{Elasticity, Hencky, PlasticStrain, SymmetricTensor, VonMises, log_strain, respond};
 use nalgebra::Matrix3;
 
 const YOUNG: f64 = 1000.0;
@@ -18,29 +16,17 @@ fn von_mises() -> VonMises {
 }
 
 fn diagonal(xx: f64, yy: f64, zz: f64) -> SymmetricTensor {
-    SymmetricTensor {
-        xx,
-        yy,
-        zz,
-        ..SymmetricTensor::ZERO
-    }
+    SymmetricTensor { xx, yy, zz, ..SymmetricTensor::ZERO }
 }
 
 /// F = I + γ e_x⊗e_y.
 fn simple_shear(gamma: f64) -> SymmetricTensor {
-    SymmetricTensor {
-        xx: gamma * gamma,
-        xy: gamma,
-        ..SymmetricTensor::ZERO
-    }
+    SymmetricTensor { xx: gamma * gamma, xy: gamma, ..SymmetricTensor::ZERO }
 }
 
 fn assert_close(actual: &SymmetricTensor, expected: &SymmetricTensor, tolerance: f64) {
     let error = (actual.to_matrix() - expected.to_matrix()).norm();
-    assert!(
-        error <= tolerance,
-        "{actual:?} is not {expected:?}: {error:e}"
-    );
+    assert!(error <= tolerance, "{actual:?} is not {expected:?}: {error:e}");
 }
 
 #[test]
@@ -52,20 +38,13 @@ fn confined_stretch() {
 
         let elastic = respond(&Hencky(elasticity()), &excess, &());
         let (axial, lateral) = ((k + 4.0 / 3.0 * g) * eps, (k - 2.0 / 3.0 * g) * eps);
-        assert_close(
-            &elastic.kirchhoff,
-            &diagonal(axial, lateral, lateral),
-            1e-12 * YOUNG,
-        );
+        assert_close(&elastic.kirchhoff, &diagonal(axial, lateral, lateral), 1e-12 * YOUNG);
 
         // |dev τ| = √(2/3) 2G |ε| while elastic.
         let plastic = respond(&von_mises(), &excess, &PlasticStrain::default());
         let reach = (2.0_f64 / 3.0).sqrt() * 2.0 * g * eps.abs();
         let held = reach.min(YIELD_RADIUS) * eps.signum();
-        let (axial, lateral) = (
-            (2.0_f64 / 3.0).sqrt() * held,
-            -(1.0_f64 / 6.0).sqrt() * held,
-        );
+        let (axial, lateral) = ((2.0_f64 / 3.0).sqrt() * held, -(1.0_f64 / 6.0).sqrt() * held);
         let tau = diagonal(k * eps + axial, k * eps + lateral, k * eps + lateral);
         assert_eq!(plastic.plastic, reach > YIELD_RADIUS);
         assert_close(&plastic.kirchhoff, &tau, 1e-12 * YOUNG);
@@ -80,11 +59,7 @@ fn free_stretch() {
         let lateral = stretch.powf(-2.0 * POISSON) - 1.0;
         let excess = diagonal(stretch * stretch - 1.0, lateral, lateral);
         let tau = respond(&Hencky(elasticity()), &excess, &()).kirchhoff;
-        assert_close(
-            &tau,
-            &diagonal(YOUNG * stretch.ln(), 0.0, 0.0),
-            1e-12 * YOUNG,
-        );
+        assert_close(&tau, &diagonal(YOUNG * stretch.ln(), 0.0, 0.0), 1e-12 * YOUNG);
     }
 }
 
@@ -93,10 +68,7 @@ fn free_stretch() {
 fn shear() {
     let g = elasticity().shear();
     for gamma in [-2.0, -1e-3, 1e-6, 0.01, 0.5, 1.0, 4.0_f64] {
-        let (cos_2, sin_2) = (
-            gamma.abs() / 2.0_f64.hypot(gamma),
-            2.0 / 2.0_f64.hypot(gamma),
-        );
+        let (cos_2, sin_2) = (gamma.abs() / 2.0_f64.hypot(gamma), 2.0 / 2.0_f64.hypot(gamma));
         let eps = (0.5 * gamma.abs()).asinh();
         let turned = |tau: f64| SymmetricTensor {
             xx: tau * cos_2,
@@ -106,17 +78,9 @@ fn shear() {
         };
 
         let elastic = respond(&Hencky(elasticity()), &simple_shear(gamma), &());
-        assert_close(
-            &elastic.kirchhoff,
-            &turned(2.0 * g * eps),
-            1e-13 * YOUNG * eps,
-        );
+        assert_close(&elastic.kirchhoff, &turned(2.0 * g * eps), 1e-13 * YOUNG * eps);
 
-        let plastic = respond(
-            &von_mises(),
-            &simple_shear(gamma),
-            &PlasticStrain::default(),
-        );
+        let plastic = respond(&von_mises(), &simple_shear(gamma), &PlasticStrain::default());
         let tau = (2.0 * g * eps).min(YIELD_RADIUS / 2.0_f64.sqrt());
         assert_close(&plastic.kirchhoff, &turned(tau), 1e-13 * YOUNG * eps);
     }
@@ -135,18 +99,10 @@ fn tiny_strains_keep_their_digits() {
             let eps = (c - c * c / 2.0 + c * c * c / 3.0 - c * c * c * c / 4.0) / 2.0;
 
             let excess = SymmetricTensor::from_matrix(&c);
-            assert_close(
-                &log_strain(&excess),
-                &SymmetricTensor::from_matrix(&eps),
-                2e-15 * eps.norm(),
-            );
+            assert_close(&log_strain(&excess), &SymmetricTensor::from_matrix(&eps), 2e-15 * eps.norm());
             let response = respond(&Hencky(elasticity()), &excess, &());
             let tau = Matrix3::from_diagonal_element(lambda * eps.trace()) + eps * two_g;
-            assert_close(
-                &response.kirchhoff,
-                &SymmetricTensor::from_matrix(&tau),
-                3e-15 * tau.norm(),
-            );
+            assert_close(&response.kirchhoff, &SymmetricTensor::from_matrix(&tau), 3e-15 * tau.norm());
             assert_eq!(response.elastic_excess, excess);
         }
     }
@@ -171,12 +127,7 @@ fn tiny_plastic_strains_keep_their_digits() {
     assert_close(&response.elastic_excess, &expected, 3e-15 * expected.norm());
     assert_close(
         &log_strain(&response.elastic_excess),
-        &SymmetricTensor {
-            xx: eps * cos_2,
-            yy: -eps * cos_2,
-            xy: eps,
-            ..SymmetricTensor::ZERO
-        },
+        &SymmetricTensor { xx: eps * cos_2, yy: -eps * cos_2, xy: eps, ..SymmetricTensor::ZERO },
         3e-15 * eps,
     );
 }
@@ -188,14 +139,8 @@ fn impossible_states_give_nan_everywhere() {
         for excess in [
             along_x,
             along_z,
-            SymmetricTensor {
-                yz: 1e-3,
-                ..along_x
-            },
-            SymmetricTensor {
-                zx: 4.0 * bad,
-                ..diagonal(0.1, 0.2, -0.1)
-            },
+            SymmetricTensor { yz: 1e-3, ..along_x },
+            SymmetricTensor { zx: 4.0 * bad, ..diagonal(0.1, 0.2, -0.1) },
         ] {
             let hencky = respond(&Hencky(elasticity()), &excess, &());
             let von_mises = respond(&von_mises(), &excess, &PlasticStrain::default());
@@ -204,10 +149,7 @@ fn impossible_states_give_nan_everywhere() {
                     assert!(component.is_nan(), "{excess:?}: {tau:?}");
                 }
             }
-            assert!(
-                hencky.modes.spatial_tangent::<2>()[0][0][(0, 0)].is_nan(),
-                "{excess:?}"
-            );
+            assert!(hencky.modes.spatial_tangent::<2>()[0][0][(0, 0)].is_nan(), "{excess:?}");
         }
     }
 }

@@ -29,13 +29,8 @@ fn trial(state: &State, increment: &Matrix3<f64>) -> SymmetricTensor {
 /// P = τ ΔF⁻ᵀ.
 fn nominal<M: Material>(law: &M, state: &State, increment: &Matrix3<f64>) -> Matrix3<f64> {
     let history = M::History::default();
-    let tau = respond(law, &trial(state, increment), &history)
-        .kirchhoff
-        .to_matrix();
-    tau * increment
-        .transpose()
-        .try_inverse()
-        .expect("increments are invertible")
+    let tau = respond(law, &trial(state, increment), &history).kirchhoff.to_matrix();
+    tau * increment.transpose().try_inverse().expect("increments are invertible")
 }
 
 fn check<M: Material, const D: usize>(law: &M, state: &State, plastic: bool) {
@@ -45,10 +40,7 @@ fn check<M: Material, const D: usize>(law: &M, state: &State, plastic: bool) {
     assert_eq!(response.plastic, plastic, "{name}");
 
     let a = response.modes.spatial_tangent::<D>();
-    let pull = state
-        .increment
-        .try_inverse()
-        .expect("increments are invertible");
+    let pull = state.increment.try_inverse().expect("increments are invertible");
     for (j, big_l) in (0..D * D).map(|m| (m / D, m % D)) {
         let at = |sign: f64| {
             let mut increment = state.increment;
@@ -62,28 +54,18 @@ fn check<M: Material, const D: usize>(law: &M, state: &State, plastic: bool) {
                 analytic += pull[(big_k, k)] * a[k][l][(i, j)] * pull[(big_l, l)];
             }
             let error = (difference[(i, big_k)] - analytic).abs() / law.stiffness();
-            assert!(
-                error < TOLERANCE,
-                "{name}, D = {D}, dP_{i}{big_k}/dF_{j}{big_l}: {error:e}"
-            );
+            assert!(error < TOLERANCE, "{name}, D = {D}, dP_{i}{big_k}/dF_{j}{big_l}: {error:e}");
         }
     }
     check_symmetry(law, &a, name);
 }
 
 /// a_ikjl = a_jlik.
-fn check_symmetry<M: Material, const D: usize>(
-    law: &M,
-    a: &[[SMatrix<f64, D, D>; D]; D],
-    name: &str,
-) {
+fn check_symmetry<M: Material, const D: usize>(law: &M, a: &[[SMatrix<f64, D, D>; D]; D], name: &str) {
     assert!(M::SYMMETRIC);
     for (k, l) in (0..D * D).map(|m| (m / D, m % D)) {
         let error = (a[k][l] - a[l][k].transpose()).amax();
-        assert!(
-            error < 1e-14 * law.stiffness(),
-            "{name}, D = {D}, block {k}{l}: {error:e}"
-        );
+        assert!(error < 1e-14 * law.stiffness(), "{name}, D = {D}, block {k}{l}: {error:e}");
     }
 }
 
@@ -94,11 +76,7 @@ fn check_part<M: Material>(law: &M, state: &State) {
     let (flat, full) = (modes.spatial_tangent::<2>(), modes.spatial_tangent::<3>());
     for (k, l) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         let error = (flat[k][l] - full[k][l].fixed_view::<2, 2>(0, 0)).amax();
-        assert!(
-            error < 1e-14 * law.stiffness(),
-            "{}, block {k}{l}: {error:e}",
-            state.name
-        );
+        assert!(error < 1e-14 * law.stiffness(), "{}, block {k}{l}: {error:e}", state.name);
     }
 }
 
@@ -114,22 +92,14 @@ fn plane_states() -> Vec<State> {
         for angle in [0.0, 0.3, FRAC_PI_4, 1.2, FRAC_PI_2, -0.7] {
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
             let b_e = turned([1.7, 0.8, 1.1], &turn);
-            states.push(State {
-                name: format!("plane, {name}, {angle}"),
-                b_e,
-                increment,
-            });
+            states.push(State { name: format!("plane, {name}, {angle}"), b_e, increment });
         }
     }
     for gap in GAPS {
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
         let b_e = turned([1.2, 1.2 + gap, 0.7], &turn);
         let increment = Matrix3::identity();
-        states.push(State {
-            name: format!("plane, gap {gap:e}"),
-            b_e,
-            increment,
-        });
+        states.push(State { name: format!("plane, gap {gap:e}"), b_e, increment });
     }
     states
 }
@@ -143,11 +113,7 @@ fn space_states() -> Vec<State> {
             b_e: turned([1.7, 0.8, 1.1], &turn),
             increment: Matrix3::identity(),
         },
-        State {
-            name: "space, moved".into(),
-            b_e: turned([1.7, 0.8, 1.1], &turn),
-            increment,
-        },
+        State { name: "space, moved".into(), b_e: turned([1.7, 0.8, 1.1], &turn), increment },
     ];
     for gap in GAPS {
         for place in 0..3 {

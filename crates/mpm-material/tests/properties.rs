@@ -40,31 +40,18 @@ fn b_e(excess: &SymmetricTensor) -> Matrix3<f64> {
 }
 
 /// τ(R b Rᵀ) = R τ(b) Rᵀ, for the elastic state too, and the tangent turns with them.
-fn check_objectivity<M: Material>(
-    law: &M,
-    f: &Matrix3<f64>,
-    turn: &Matrix3<f64>,
-) -> Result<(), TestCaseError> {
+fn check_objectivity<M: Material>(law: &M, f: &Matrix3<f64>, turn: &Matrix3<f64>) -> Result<(), TestCaseError> {
     let history = M::History::default();
-    let turned = |t: &SymmetricTensor| {
-        SymmetricTensor::from_matrix(&(turn * t.to_matrix() * turn.transpose()))
-    };
+    let turned = |t: &SymmetricTensor| SymmetricTensor::from_matrix(&(turn * t.to_matrix() * turn.transpose()));
     let still = respond(law, &excess(f), &history);
     let moved = respond(law, &turned(&excess(f)), &history);
 
     let error = moved.kirchhoff.to_matrix() - turned(&still.kirchhoff).to_matrix();
-    prop_assert!(
-        error.norm() <= 1e-13 * law.stiffness(),
-        "stress {:e}",
-        error.norm()
-    );
+    prop_assert!(error.norm() <= 1e-13 * law.stiffness(), "stress {:e}", error.norm());
     let error = moved.elastic_excess.to_matrix() - turned(&still.elastic_excess).to_matrix();
     prop_assert!(error.norm() <= 1e-13, "excess {:e}", error.norm());
 
-    let (a, turned_a) = (
-        still.modes.spatial_tangent::<3>(),
-        moved.modes.spatial_tangent::<3>(),
-    );
+    let (a, turned_a) = (still.modes.spatial_tangent::<3>(), moved.modes.spatial_tangent::<3>());
     for (k, l) in (0..9).map(|m| (m / 3, m % 3)) {
         let mut expected = Matrix3::zeros();
         for (m, n) in (0..9).map(|m| (m / 3, m % 3)) {

@@ -4,18 +4,21 @@ use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::load_step::{connect, run};
-use crate::model::{Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance};
+use crate::model::{
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+};
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
-use crate::vortex::Vortex;
 use crate::scene::{
-    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput, LoadInput, MaterialInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis, PlanePoint,
-    RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StepControlInput, SupportInput,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
+    LoadInput, MaterialInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis, PlanePoint, RampInput,
+    RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StepControlInput, SupportInput,
     TrianglesInput,
 };
+use crate::vortex::Vortex;
 use mpm_basis::{
-    Basis, CornerWeights, DomainControl, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, GimpUpdate, Smpm,
-    TriangleSplit,
+    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
+    Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
 use mpm_grid::{
     Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region, Reindexing, Span, Vector,
@@ -417,7 +420,10 @@ fn bodies<const D: usize, B: FillBody<D>>(
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
         };
-        let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
+        let filled = scene
+            .basis
+            .fill(&scene.domains, law, &plan)
+            .map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
         bodies.push(NamedBody { name: input.name.clone(), body: filled.body });
         all_faces.push(filled.faces);
     }
@@ -443,7 +449,8 @@ fn shape<const D: usize>(
                 return Err("a ring in a ring mesh has the mesh's centre".into());
             }
             let ring = |radius: f64| {
-                line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
+                line_at(radii, radius)
+                    .ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
             };
             let (mut low, mut high) = ([0; D], layout.lattice().cells());
             (low[1], high[1]) = (ring(inner.0)?, ring(outer.0)?);
@@ -452,7 +459,8 @@ fn shape<const D: usize>(
         (ShapeInput::Ring { inner, outer, centre }, Layout::Box { axes, .. }) => {
             let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
             let pieces = |length: f64| (length / h - 1e-9).ceil().clamp(1.0, 1e6) as u32;
-            let radii = Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)).map_err(|it| it.to_string())?;
+            let radii =
+                Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)).map_err(|it| it.to_string())?;
             let sectors = pieces(std::f64::consts::PI * (inner.0 + outer.0)).max(8);
             let height = axes.get(2).cloned();
             let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
@@ -475,7 +483,10 @@ fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
         (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) => {
             (0..D).all(|d| common((a0.0[d], a1.0[d]), (b0.0[d], b1.0[d])))
         }
-        (ShapeInput::Ring { inner: a0, outer: a1, centre: a }, ShapeInput::Ring { inner: b0, outer: b1, centre: b }) => {
+        (
+            ShapeInput::Ring { inner: a0, outer: a1, centre: a },
+            ShapeInput::Ring { inner: b0, outer: b1, centre: b },
+        ) => {
             let [[ax, ay], [bx, by]] = [plane_point(a), plane_point(b)];
             let distance = (ax - bx).hypot(ay - by);
             if distance == 0.0 { common((a0.0, a1.0), (b0.0, b1.0)) } else { distance < a1.0 + b1.0 }

@@ -93,7 +93,11 @@ fn for_each_piece<const D: usize>(
 ) -> Result<(), String> {
     let refuse = |pieces: f64| {
         let most = format!("the {MOST_POINTS:e} that a body can have");
-        if pieces > MOST_POINTS { Err(format!("{pieces:e} material points are more than {most}")) } else { Ok(()) }
+        if pieces > MOST_POINTS {
+            Err(format!("{pieces:e} material points are more than {most}"))
+        } else {
+            Ok(())
+        }
     };
     match shape {
         Shape::Box { from, to } => {

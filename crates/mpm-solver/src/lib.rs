@@ -68,6 +68,8 @@ pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
 pub use load_step::run;
-pub use model::{Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance};
+pub use model::{
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+};
 pub use record::Summary;
 pub use schedule::{Pace, Step};

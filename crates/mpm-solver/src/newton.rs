@@ -4,7 +4,9 @@ use crate::error::StepFailure;
 use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
 use crate::model::NamedBody;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Connection, Constraints, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent};
+use mpm_assembly::{
+    Connection, Constraints, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Mesh, NodeId, Vector};
 
@@ -307,13 +309,12 @@ pub(crate) fn evaluate<const D: usize>(
                 constraints: problem.constraints,
                 increment: &state.increment,
             };
-            let tangent = (wanted == Wanted::ForceAndTangent).then(|| TangentSums {
+            let tangent = (wanted == Wanted::ForceAndTangent).then_some(TangentSums {
                 values: &mut *values,
                 lift: if lift.is_empty() { None } else { Some(&mut *lift) },
             });
             let sums = Sums { internal: &mut state.reaction, tangent };
-            let determinant =
-                named.body.assemble(connection, input, sums).map_err(|it| inverted(named, it))?;
+            let determinant = named.body.assemble(connection, input, sums).map_err(|it| inverted(named, it))?;
             state.smallest_determinant = state.smallest_determinant.min(determinant);
         }
         if wanted == Wanted::ForceAndTangent {

@@ -16,7 +16,7 @@
 
 use crate::error::{PathFailure, StepFailure};
 use crate::linear::Factorization;
-use crate::newton::{inverted, Equilibrium, Problem, Wanted, Workspace, correction, evaluate, substitute};
+use crate::newton::{Equilibrium, Problem, Wanted, Workspace, correction, evaluate, inverted, substitute};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, NodeId, Vector};
@@ -131,12 +131,11 @@ pub(crate) fn solve<const D: usize>(
         state.shortened += u32::from(part < 1.0);
         let now = problem.under(&trial.loading);
         state.residuals.push(now.relative(&trial.out_of_balance, &state.reaction));
-        if now.is_balanced(&trial.out_of_balance, &state.reaction) {
-            if (gauge.length - aim).abs() <= LENGTH_TOLERANCE * aim {
-                (attempt.end, attempt.length) = (at, gauge.length);
-                attempt.origin = solver.origin;
-                return Ok(state);
-            }
+        let is_as_long = (gauge.length - aim).abs() <= LENGTH_TOLERANCE * aim;
+        if is_as_long && now.is_balanced(&trial.out_of_balance, &state.reaction) {
+            (attempt.end, attempt.length) = (at, gauge.length);
+            attempt.origin = solver.origin;
+            return Ok(state);
         }
     }
     Err(StepFailure::NotConverged { residuals: state.residuals })
@@ -224,7 +223,6 @@ impl<const D: usize> Solver<'_, '_, D> {
     }
 
     /// `K⁻¹` on the out-of-balance force and on the rate of the loading.
-    #[expect(clippy::type_complexity, reason = "two fields of displacement")]
     fn directions(
         &mut self,
         trial: &Trial<D>,
@@ -401,7 +399,10 @@ fn gauge<const D: usize>(
         }
         Length::Dissipation => {
             for (named, connection) in problem.bodies.iter().zip(problem.connections) {
-                let energy = named.body.dissipation(connection, increment, &mut gradient).map_err(|it| inverted(named, it))?;
+                let energy = named
+                    .body
+                    .dissipation(connection, increment, &mut gradient)
+                    .map_err(|it| inverted(named, it))?;
                 length += energy;
             }
         }
@@ -424,11 +425,11 @@ fn loading<const D: usize>(loading: &LoadingAt<'_, D>, at: f64) -> Result<Loadin
 
     let mut prescribed = constraints.increment().to_vec();
     let mut rates = Constraints::none(constraints.n_nodes());
-    for v in 0..constraints.n_nodes() {
+    for (v, prescribed) in prescribed.iter_mut().enumerate() {
         for i in (0..D).filter(|&i| constraints.is_prescribed(v, i)) {
             let rate = (high.increment()[v][i] - low.increment()[v][i]) / span;
             rates.prescribe(v, i, rate);
-            prescribed[v][i] += rate * beyond;
+            prescribed[i] += rate * beyond;
         }
     }
     let external_rate: Vec<Vector<D>> =

@@ -67,7 +67,7 @@ impl Pace {
             self.done += 1;
         }
         // Grow where the longer step starts on its own raster.
-        if self.level > 0 && self.position % (self.parts() >> (self.level - 1)) == 0 {
+        if self.level > 0 && self.position.is_multiple_of(self.parts() >> (self.level - 1)) {
             self.level -= 1;
         }
     }

@@ -110,7 +110,8 @@ mod tests {
         for j in 0..2 {
             let mut d = Vector::<2>::zeros();
             d[j] = step;
-            let column = (vortex().position(&(rest + d), at) - vortex().position(&(rest - d), at)) / (2.0 * step);
+            let column =
+                (vortex().position(&(rest + d), at) - vortex().position(&(rest - d), at)) / (2.0 * step);
             f.set_column(j, &column);
         }
         f
