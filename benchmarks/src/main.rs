@@ -65,7 +65,7 @@ fn one_run(scene: &Path, threads: &str) -> Result<(), Failure> {
     let points = points(&compiled);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let start = std::time::Instant::now();
-    let summary = pool.install(|| compiled.run(&mut ()).map_err(|it| it.to_string()))?;
+    let summary = pool.install(|| compiled.run(&mut ()))?;
     report(&summary, points, threads, start.elapsed().as_secs_f64());
     Ok(())
 }

@@ -82,11 +82,11 @@ fn times<const D: usize>(pattern: &Pattern<D>, values: &[f64], direction: &[Vect
     let x: Vec<f64> = direction.iter().flat_map(|x| x.iter().copied()).collect();
     let mut product = vec![0.0; x.len()];
     for column in 0..pattern.n_equations() {
-        for entry in pattern.column_start()[column]..pattern.column_start()[column + 1] {
-            let row = pattern.row()[entry];
-            product[row] += values[entry] * x[column];
+        let entries = pattern.column_start()[column]..pattern.column_start()[column + 1];
+        for (&row, value) in pattern.row()[entries.clone()].iter().zip(&values[entries]) {
+            product[row] += value * x[column];
             if row != column {
-                product[column] += values[entry] * x[row];
+                product[column] += value * x[row];
             }
         }
     }
