@@ -82,11 +82,11 @@ fn divided<const D: usize, B: Basis<D>, M: Material>(
 ) -> Result<(Points<D, B, M>, Controlled), TooManyPoints> {
     let mut next = Points::default();
     let mut controlled = Controlled::default();
-    for p in 0..points.len() {
+    for (p, &long) in long.iter().enumerate() {
         let (x, domain) = (points.position[p], &points.domain[p]);
         // Every point after this one needs its place too.
         let room = most.saturating_sub(next.len() + points.len() - p - 1);
-        let parts = if long[p] { split(basis, mesh, &x, domain, cells, room) } else { Vec::new() };
+        let parts = if long { split(basis, mesh, &x, domain, cells, room) } else { Vec::new() };
         if parts.len() > room {
             return Err(TooManyPoints { most });
         }
@@ -120,7 +120,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
         self.mass.extend(points.mass.get(p).map(|mass| mass * part.share));
         self.deformation_gradient.push(f);
         self.elastic_excess.push(points.elastic_excess[p]);
-        self.history.push(points.history[p].clone());
+        self.history.push(points.history[p]);
         self.plastic.extend(points.plastic.get(p));
     }
 }
