@@ -77,7 +77,7 @@ impl<const D: usize> Course<D> {
             reach: 2.0 * self.control.longest,
             secant: self.secant.as_ref(),
             // Where the last step is a bad guess the tangent may be a better one.
-            guess_by_secant: self.level % 2 == 0,
+            guess_by_secant: self.level.is_multiple_of(2),
             end: self.at,
             length: 0.0,
         }

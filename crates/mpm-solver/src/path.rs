@@ -14,15 +14,16 @@
 //!
 //! One factorisation serves both right-hand sides; K stays symmetric and may be indefinite.
 
+mod gauge;
+mod loading;
+
 use crate::error::{PathFailure, StepFailure};
 use crate::linear::Factorization;
 use crate::newton::{Equilibrium, Problem, Wanted, Workspace, correction, evaluate, substitute};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::Constraints;
-use mpm_grid::{LoadFraction, NodeId, Vector};
-
-/// Half the difference of load fractions over which loading is differentiated.
-const HALF_DIFFERENCE: f64 = 1e-5;
+use gauge::{Gauge, gauge, weights};
+use loading::{Loading, LoadingAt, impose, impose_at, loading};
+use mpm_grid::{NodeId, Vector};
 
 /// A step counts as solved although its length is off by this part of what it should be.
 const LENGTH_TOLERANCE: f64 = 0.1;
@@ -79,10 +80,6 @@ pub(crate) struct Attempt<'a, const D: usize> {
     pub length: f64,
 }
 
-/// Prescribed increments and external forces at a load fraction.
-pub(crate) type LoadingAt<'a, const D: usize> =
-    dyn Fn(LoadFraction) -> Result<(Constraints<D>, Vec<Vector<D>>), StepFailure> + 'a;
-
 /// Balances the forces of a step of given length.
 pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
@@ -131,12 +128,11 @@ pub(crate) fn solve<const D: usize>(
         state.shortened += u32::from(part < 1.0);
         let now = problem.under(&trial.loading);
         state.residuals.push(now.relative(&trial.out_of_balance, &state.reaction));
-        if now.is_balanced(&trial.out_of_balance, &state.reaction) {
-            if (gauge.length - aim).abs() <= LENGTH_TOLERANCE * aim {
-                (attempt.end, attempt.length) = (at, gauge.length);
-                attempt.origin = solver.origin;
-                return Ok(state);
-            }
+        let as_long = (gauge.length - aim).abs() <= LENGTH_TOLERANCE * aim;
+        if as_long && now.is_balanced(&trial.out_of_balance, &state.reaction) {
+            (attempt.end, attempt.length) = (at, gauge.length);
+            attempt.origin = solver.origin;
+            return Ok(state);
         }
     }
     Err(StepFailure::NotConverged { residuals: state.residuals })
@@ -161,18 +157,6 @@ impl<'a, const D: usize> Problem<'a, D> {
     }
 }
 
-/// Loading at a load fraction and its derivative.
-struct Loading<const D: usize> {
-    /// `ū` over the step `[L]`.
-    prescribed: Vec<Vector<D>>,
-    /// `∂ū/∂t` `[L]`, as the increments of constraints.
-    rates: Constraints<D>,
-    /// `f_ext` `[F]`.
-    external: Vec<Vector<D>>,
-    /// `∂f_ext/∂t` `[F]`.
-    external_rate: Vec<Vector<D>>,
-}
-
 /// Forces and tangent at a trial; the tangent is in the workspace.
 struct Trial<const D: usize> {
     loading: Loading<D>,
@@ -180,18 +164,6 @@ struct Trial<const D: usize> {
     out_of_balance: Vec<Vector<D>>,
     /// `∂f_ext/∂t - K ∂ū/∂t`, zero on prescribed components `[F]`.
     rate: Vec<Vector<D>>,
-}
-
-/// A length and its derivative with respect to nodal displacements.
-struct Gauge<const D: usize> {
-    length: f64,
-    gradient: Vec<Vector<D>>,
-}
-
-impl<const D: usize> Gauge<D> {
-    fn slope(&self, direction: &[Vector<D>]) -> f64 {
-        self.gradient.iter().zip(direction).map(|(g, u)| g.dot(u)).sum()
-    }
 }
 
 struct Solver<'s, 'p, const D: usize> {
@@ -224,7 +196,6 @@ impl<const D: usize> Solver<'_, '_, D> {
     }
 
     /// `K⁻¹` on the out-of-balance force and on the rate of the loading.
-    #[expect(clippy::type_complexity, reason = "two fields of displacement")]
     fn directions(
         &mut self,
         trial: &Trial<D>,
@@ -360,104 +331,6 @@ impl<const D: usize> Solver<'_, '_, D> {
         let (step, energy) = least.ok_or(StepFailure::Path(PathFailure::NoLength))?;
         attempt.aim = Some(energy);
         Ok(step)
-    }
-}
-
-/// Share of the stiffness that each node carries; they sum to 1.
-fn weights<const D: usize>(problem: &Problem<'_, D>) -> Vec<f64> {
-    let mut weights = vec![0.0; problem.active.len()];
-    for (named, connection) in problem.bodies.iter().zip(problem.connections) {
-        named.body.stiffness_force(connection.links(), &mut weights);
-    }
-    let sum: f64 = weights.iter().sum();
-    weights.iter_mut().for_each(|weight| *weight /= sum);
-    weights
-}
-
-fn gauge<const D: usize>(
-    problem: &Problem<'_, D>,
-    weights: &[f64],
-    measure: Length,
-    increment: &[Vector<D>],
-    origin: &[Vector<D>],
-) -> Result<Gauge<D>, StepFailure> {
-    let mut gradient = vec![Vector::zeros(); increment.len()];
-    let mut length = 0.0;
-    match measure {
-        Length::Displacement => {
-            gradient.copy_from_slice(increment);
-            for (u, origin) in gradient.iter_mut().zip(origin) {
-                *u -= origin;
-            }
-            problem.constraints.free_part(&mut gradient);
-            for (u, weight) in gradient.iter_mut().zip(weights) {
-                length += weight * u.norm_squared();
-                *u *= *weight;
-            }
-            length = length.sqrt();
-            if length > 0.0 {
-                gradient.iter_mut().for_each(|g| *g /= length);
-            }
-        }
-        Length::Dissipation => {
-            for (named, connection) in problem.bodies.iter().zip(problem.connections) {
-                let energy = named.body.dissipation(connection, increment, &mut gradient).map_err(|it| {
-                    let body = named.name.clone();
-                    StepFailure::Inverted { body, point: it.point, determinant: it.determinant }
-                })?;
-                length += energy;
-            }
-        }
-    }
-    Ok(Gauge { length, gradient })
-}
-
-/// Loading at a load fraction; beyond 0 and 1 it goes on in a straight line.
-fn loading<const D: usize>(loading: &LoadingAt<'_, D>, at: f64) -> Result<Loading<D>, StepFailure> {
-    if !at.is_finite() {
-        return Err(StepFailure::Path(PathFailure::Leaves { fraction: at }));
-    }
-    let fraction = |value: f64| LoadFraction::new(value.clamp(0.0, 1.0)).expect("clamped");
-    let here = fraction(at);
-    let (before, after) = (fraction(here.get() - HALF_DIFFERENCE), fraction(here.get() + HALF_DIFFERENCE));
-    let (constraints, mut external) = loading(here)?;
-    let (low, low_force) = loading(before)?;
-    let (high, high_force) = loading(after)?;
-    let (span, beyond) = (after.get() - before.get(), at - here.get());
-
-    let mut prescribed = constraints.increment().to_vec();
-    let mut rates = Constraints::none(constraints.n_nodes());
-    for v in 0..constraints.n_nodes() {
-        for i in (0..D).filter(|&i| constraints.is_prescribed(v, i)) {
-            let rate = (high.increment()[v][i] - low.increment()[v][i]) / span;
-            rates.prescribe(v, i, rate);
-            prescribed[v][i] += rate * beyond;
-        }
-    }
-    let external_rate: Vec<Vector<D>> =
-        low_force.iter().zip(&high_force).map(|(low, high)| (high - low) / span).collect();
-    for (force, rate) in external.iter_mut().zip(&external_rate) {
-        *force += rate * beyond;
-    }
-    Ok(Loading { prescribed, rates, external, external_rate })
-}
-
-/// Sets the components that are prescribed at a load fraction.
-fn impose_at<const D: usize>(
-    at: &LoadingAt<'_, D>,
-    end: f64,
-    increment: &mut [Vector<D>],
-) -> Result<(), StepFailure> {
-    let loading = loading(at, end)?;
-    impose(&loading.rates, &loading.prescribed, increment);
-    Ok(())
-}
-
-/// Sets the prescribed components.
-fn impose<const D: usize>(constraints: &Constraints<D>, prescribed: &[Vector<D>], increment: &mut [Vector<D>]) {
-    constraints.free_part(increment);
-    for (increment, prescribed) in increment.iter_mut().zip(prescribed) {
-        *increment += prescribed;
     }
 }
 
