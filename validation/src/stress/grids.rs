@@ -39,64 +39,80 @@ struct Problem {
     turned: bool,
 }
 
-fn under_weight(
-    from: f64,
-    cells: u32,
-    size: f64,
-    body: [f64; 2],
-    law: &str,
+/// A body with a corner in the origin, under its own weight on the grid's nodes at or below its base.
+struct Heavy {
+    /// First coordinate of the grid before it is shifted, number of its cells and their size.
+    grid: (f64, u32, f64),
+    size: [f64; 2],
+    law: &'static str,
     steps: u32,
-    [x, y]: [f64; 2],
-    sides: &str,
-) -> Result<PlaneScene, Broken> {
-    let axis = |offset: f64, cells: u32| {
-        format!(
-            "Uniform(from: {}, to: {}, cells: {cells})",
-            from - offset * size,
-            from - offset * size + f64::from(cells) * size
-        )
-    };
-    scene(&format!(
-        "PlaneStrain(
-            mesh: Box(axes: [{}, {}]),
-            basis: Smpm,
-            materials: {{ \"ground\": {law} }},
-            bodies: [(name: \"body\", material: \"ground\", shape: Box(from: (0, 0), to: ({}, {})), points_per_cell: 2)],
-            supports: [(name: \"base\", region: Box(from: (-1e9, -1e9), to: (1e9, 1e-9)), fix: [Y]), {sides}],
-            loads: [BodyForce(acceleration: (0, -10))],
-            schedule: (steps: {steps}),
-            output: (fields: [Displacement]),
-        )",
-        axis(x, cells),
-        axis(y, cells),
-        body[0],
-        body[1],
-    ))
+    /// A support more.
+    sides: &'static str,
+}
+
+impl Heavy {
+    fn on_grid(&self, offset: [f64; 2]) -> Result<PlaneScene, Broken> {
+        let (from, cells, size) = self.grid;
+        let axis = |offset: f64| {
+            let from = from - offset * size;
+            format!("Uniform(from: {from}, to: {}, cells: {cells})", from + f64::from(cells) * size)
+        };
+        scene(&format!(
+            "PlaneStrain(
+                mesh: Box(axes: [{x}, {y}]),
+                basis: Smpm,
+                materials: {{ \"ground\": {law} }},
+                bodies: [(name: \"body\", material: \"ground\", shape: Box(from: (0, 0), to: ({width}, {height})), points_per_cell: 2)],
+                supports: [
+                    (name: \"base\", region: Box(from: (-1e9, -1e9), to: (1e9, 1e-9)), fix: [Y]),
+                    {sides},
+                ],
+                loads: [BodyForce(acceleration: (0, -10))],
+                schedule: (steps: {steps}),
+                output: (fields: [Displacement]),
+            )",
+            x = axis(offset[0]),
+            y = axis(offset[1]),
+            law = self.law,
+            width = self.size[0],
+            height = self.size[1],
+            sides = self.sides,
+            steps = self.steps,
+        ))
+    }
 }
 
 fn column(offset: [f64; 2]) -> Result<PlaneScene, Broken> {
-    let sides = "(name: \"sides\", region: Everywhere, fix: [X])";
-    let law = "Hencky(young: 1e6, poisson: 0, density: 80)";
-    let mut scene = under_weight(0.0, 18, 3.125, [3.125, 50.0], law, 20, offset, sides)?;
-    // Two columns of cells are enough.
-    if let mpm_solver::scene::MeshInput::Box { axes } = &mut scene.mesh
-        && let mpm_solver::scene::AxisInput::Uniform { to, cells, from } = &mut axes[0]
-    {
-        to.0 = from.0 + 2.0 * 3.125;
-        cells.0 = 2;
+    Heavy {
+        grid: (0.0, 18, 3.125),
+        size: [3.125, 50.0],
+        law: "Hencky(young: 1e6, poisson: 0, density: 80)",
+        steps: 20,
+        sides: "(name: \"sides\", region: Everywhere, fix: [X])",
     }
-    Ok(scene)
+    .on_grid(offset)
 }
 
 fn block(offset: [f64; 2]) -> Result<PlaneScene, Broken> {
-    let sides = "(name: \"rough\", region: Box(from: (-1e9, -1e9), to: (1e9, 1e-9)), fix: [X])";
-    under_weight(-1.0, 8, 1.0, [4.0, 4.0], "Hencky(young: 1e4, poisson: 0.3, density: 30)", 5, offset, sides)
+    Heavy {
+        grid: (-1.0, 8, 1.0),
+        size: [4.0, 4.0],
+        law: "Hencky(young: 1e4, poisson: 0.3, density: 30)",
+        steps: 5,
+        sides: "(name: \"rough\", region: Box(from: (-1e9, -1e9), to: (1e9, 1e-9)), fix: [X])",
+    }
+    .on_grid(offset)
 }
 
 fn collapse(offset: [f64; 2]) -> Result<PlaneScene, Broken> {
-    let sides = "(name: \"symmetry\", region: Box(from: (-1e9, -1e9), to: (1e-9, 1e9)), fix: [X])";
-    let law = "VonMises(young: 1e6, poisson: 0.3, yield_radius: 20e3, density: 1000)";
-    under_weight(0.0, 18, 1.0, [8.0, 8.0], law, 40, offset, sides)
+    Heavy {
+        grid: (0.0, 18, 1.0),
+        size: [8.0, 8.0],
+        law: "VonMises(young: 1e6, poisson: 0.3, yield_radius: 20e3, density: 1000)",
+        steps: 40,
+        sides: "(name: \"symmetry\", region: Box(from: (-1e9, -1e9), to: (1e-9, 1e9)), fix: [X])",
+    }
+    .on_grid(offset)
 }
 
 /// The angle is a quarter turn times the first number.

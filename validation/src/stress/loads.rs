@@ -40,9 +40,11 @@ pub(super) const CYCLES: Case = Case {
     run: cycles,
 };
 
+type SceneOf = fn() -> Result<PlaneScene, Broken>;
+
 fn steps(extent: Extent) -> Result<Findings, Broken> {
     let counts: &[u32] = extent.pick(&[1, 20], &[1, 2, 5, 10, 20, 40, 80, 200]);
-    let problems: [(&str, fn() -> Result<PlaneScene, Broken>, usize); 4] = [
+    let problems: [(&str, SceneOf, usize); 4] = [
         ("column, hard: height", || Ok(variant(&plane(load("column")?)?, &GIMP, true)), 1),
         ("collapse: largest x", || Ok(variant(&plane(load("collapse")?)?, &GIMP, true)), 0),
         ("cantilever: largest x", || Ok(variant(&with_points(plane(load("cantilever")?)?, 2), &GIMP, true)), 0),
