@@ -4,7 +4,7 @@
 //! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
 //! and columns with nothing but their diagonal.
 
-use mpm_basis::Links;
+use crate::Couplings;
 use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
@@ -25,7 +25,7 @@ pub struct Pattern<const D: usize> {
 
 impl<const D: usize> Pattern<D> {
     /// Couples all nodes that share a group of any body.
-    pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
+    pub fn of<C: Couplings>(n_active: usize, bodies: &[C]) -> Self {
         let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
             .into_par_iter()
@@ -38,8 +38,7 @@ impl<const D: usize> Pattern<D> {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
                         for &(group, position) in incidence.at(node) {
-                            found
-                                .extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
+                            found.extend_from_slice(&links.nodes(group as usize)[position as usize + 1..]);
                         }
                     }
                     found.sort_unstable();
@@ -90,10 +89,10 @@ impl<const D: usize> Pattern<D> {
 
     /// For each pair (column node, row node), column before row, of each group in turn: position of
     /// the row among the column's neighbours.
-    pub(crate) fn slots(&self, links: &Links<D>) -> Vec<u32> {
-        let mut slots = Vec::with_capacity(links.n_groups() * 6);
-        for group in 0..links.n_groups() {
-            let nodes = links.group_nodes(group);
+    pub(crate) fn slots<C: Couplings>(&self, links: &C) -> Vec<u32> {
+        let mut slots = Vec::with_capacity(links.n_sets() * 6);
+        for group in 0..links.n_sets() {
+            let nodes = links.nodes(group);
             for (k, &node) in nodes.iter().enumerate() {
                 let neighbours = self.neighbours(node as usize);
                 let mut at = 0;
@@ -116,10 +115,10 @@ struct Incidence {
 }
 
 impl Incidence {
-    fn of<const D: usize>(n_active: usize, links: &Links<D>) -> Self {
+    fn of<C: Couplings>(n_active: usize, links: &C) -> Self {
         let mut start = vec![0; n_active + 1];
-        for group in 0..links.n_groups() {
-            for &node in links.group_nodes(group) {
+        for group in 0..links.n_sets() {
+            for &node in links.nodes(group) {
                 start[node as usize + 1] += 1;
             }
         }
@@ -128,8 +127,8 @@ impl Incidence {
         }
         let mut next = start.clone();
         let mut entry = vec![(0, 0); start[n_active]];
-        for group in 0..links.n_groups() {
-            for (position, &node) in links.group_nodes(group).iter().enumerate() {
+        for group in 0..links.n_sets() {
+            for (position, &node) in links.nodes(group).iter().enumerate() {
                 let slot = &mut next[node as usize];
                 entry[*slot] = (group as u32, position as u32);
                 *slot += 1;
