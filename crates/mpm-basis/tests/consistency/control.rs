@@ -156,12 +156,19 @@ fn reshaped_parallelepipeds_lie_along_their_cells() {
     fn check<const D: usize>(mesh: &Mesh<D>, x: Vector<D>, r: Block<D>, f: Block<D>) {
         let back = dynamic(&f).try_inverse().unwrap();
         let needle = Parallelepiped { initial: Block::from_fn(|i, j| back[(i, j)]) * r, current: r };
+        // Cells have edge 1.
+        let edge = Block::identity() * 2.0;
+        let mut domain = needle;
+        Cpdi1.align(&mut domain, &edge);
+        let (before, after) = (r * r.transpose(), domain.current * domain.current.transpose());
+        assert!((after - before).norm() < 1e-14 * before.norm());
+        let volume = |domain: &Parallelepiped<D>| dynamic(&domain.current).determinant();
+        assert!((volume(&domain) / volume(&needle) - 1.0).abs() < 1e-12, "not of the same hand");
+
         let mut domain = needle;
         assert!(reshape(&Cpdi1, mesh, &x, &mut domain, CELLS));
         assert!((f * domain.initial - domain.current).norm() < 1e-12, "F does not lead to the reshaped domain");
-        let volume = |domain: &Parallelepiped<D>| dynamic(&domain.current).determinant();
-        assert!((volume(&domain) / volume(&needle) - 1.0).abs() < 1e-12);
-        // Cells have edge 1: in the thinnest direction the corners reach no farther than the second moment does, and
+        // In the thinnest direction the corners reach no farther than the second moment does, and
         // in the k-th no more than √k as far.
         let spread = domain.current * domain.current.transpose();
         let mut reach: Vec<(f64, f64)> = (0..D)
@@ -174,7 +181,6 @@ fn reshaped_parallelepipeds_lie_along_their_cells() {
         }
         // Done again nothing changes: not the spread, and so not the factor.
         let mut again = domain;
-        let edge = Block::identity() * 2.0;
         Cpdi1.align(&mut again, &edge);
         assert!((again.current - domain.current).norm() < 1e-12);
     }
