@@ -3,16 +3,13 @@
 use crate::Dilatation;
 use mpm_basis::Links;
 
-/// Sets of nodes that couple, all with all, each through some points.
+/// Sets of nodes that the tangent couples, all with all.
 pub trait Couplings: Sync {
     /// Number of sets.
     fn n_sets(&self) -> usize;
 
     /// Active numbers of the nodes of a set, ascending.
-    fn nodes(&self, set: usize) -> &[u32];
-
-    /// Number of points behind a set.
-    fn weight(&self, set: usize) -> usize;
+    fn set(&self, set: usize) -> &[u32];
 }
 
 /// Groups of points couple the nodes that they share.
@@ -23,13 +20,8 @@ impl<const D: usize> Couplings for Links<D> {
     }
 
     #[inline]
-    fn nodes(&self, set: usize) -> &[u32] {
+    fn set(&self, set: usize) -> &[u32] {
         self.group_nodes(set)
-    }
-
-    #[inline]
-    fn weight(&self, set: usize) -> usize {
-        self.group_points(set).len()
     }
 }
 
@@ -48,6 +40,16 @@ impl<const D: usize> From<Links<D>> for Linked<D> {
     }
 }
 
+impl<const D: usize> Linked<D> {
+    /// Number of points behind a set.
+    pub(crate) fn n_points(&self, set: usize) -> usize {
+        match &self.dilatation {
+            None => self.links.group_points(set).len(),
+            Some(dilatation) => dilatation.cells().n_points(set),
+        }
+    }
+}
+
 /// Groups of points, or cells where these couple their points.
 impl<const D: usize> Couplings for Linked<D> {
     #[inline]
@@ -56,18 +58,10 @@ impl<const D: usize> Couplings for Linked<D> {
     }
 
     #[inline]
-    fn nodes(&self, set: usize) -> &[u32] {
+    fn set(&self, set: usize) -> &[u32] {
         match &self.dilatation {
             None => self.links.group_nodes(set),
             Some(dilatation) => dilatation.cells().nodes(set),
-        }
-    }
-
-    #[inline]
-    fn weight(&self, set: usize) -> usize {
-        match &self.dilatation {
-            None => self.links.group_points(set).len(),
-            Some(dilatation) => dilatation.cells().n_points(set),
         }
     }
 }

@@ -77,7 +77,7 @@ impl<const D: usize> Connection<D> {
         let mut slot_start = Vec::with_capacity(linked.n_sets());
         let (mut at, mut most_nodes) = (0, 0);
         for set in 0..linked.n_sets() {
-            let n = linked.nodes(set).len();
+            let n = linked.set(set).len();
             slot_start.push(at);
             at += n * n.saturating_sub(1) / 2;
             most_nodes = most_nodes.max(n);

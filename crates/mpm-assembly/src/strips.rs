@@ -5,7 +5,7 @@
 //! never reaches the nodes of the next but one: all even strips can be summed at once, then all odd
 //! ones. Which strip a group is in depends on connectivity alone.
 
-use crate::Couplings;
+use crate::{Couplings, Linked};
 use std::ops::Range;
 
 /// A strip is cut as soon as it holds this many points and may be.
@@ -29,8 +29,8 @@ pub(crate) struct Strip {
 }
 
 impl Strips {
-    pub(crate) fn of<C: Couplings>(links: &C) -> Self {
-        let lowest = |group: usize| links.nodes(group).first().copied().unwrap_or(0);
+    pub(crate) fn of<const D: usize>(links: &Linked<D>) -> Self {
+        let lowest = |group: usize| links.set(group).first().copied().unwrap_or(0);
         let sorted = (1..links.n_sets()).all(|group| lowest(group - 1) <= lowest(group));
         let mut order: Vec<u32> = Vec::new();
         if !sorted {
@@ -44,7 +44,7 @@ impl Strips {
         let (mut reach_before, mut reach) = (0, 0);
         for position in 0..links.n_sets() {
             let group = result.group(position);
-            let nodes = links.nodes(group);
+            let nodes = links.set(group);
             let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
             let (low, end) = (low as usize, high as usize + 1);
             if result.strips.is_empty() || (points >= POINTS && low >= reach_before) {
@@ -56,7 +56,7 @@ impl Strips {
             open.groups.end = position + 1;
             open.nodes.end = open.nodes.end.max(end);
             reach = open.nodes.end.max(reach);
-            points += links.weight(group);
+            points += links.n_points(group);
         }
         result
     }
