@@ -2,7 +2,8 @@
 
 use crate::Broken;
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, GhostFaces, PassInput, Pattern, PointView, Sums, TangentSums,
+    Body, Connection, Constraints, Converged, GhostFaces, Linked, PassInput, Pattern, PointView, Sums,
+    TangentSums,
 };
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
@@ -152,8 +153,10 @@ fn connect<const D: usize>(
         body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);
         GhostFaces::of(mesh, &active, cells, factor)
     });
-    let pattern = Pattern::with_faces(active.len(), std::slice::from_ref(&links), faces.as_ref());
-    let connection = Connection::new(links, &pattern);
+    let dilatation = body.dilatation(&links, mesh, &active)?;
+    let linked = Linked { links, dilatation };
+    let pattern = Pattern::with_faces(active.len(), std::slice::from_ref(&linked), faces.as_ref());
+    let connection = Connection::new(linked, &pattern);
     let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
     Ok((active, pattern, connection, ghost))
 }
