@@ -4,10 +4,13 @@
 //! README beside the manifest for what each measures and what was found last.
 
 pub mod blocks;
+pub mod counts;
 pub mod growth;
+pub mod kernels;
 pub mod machine;
 pub mod phases;
 pub mod report;
+pub mod solver;
 pub mod throughput;
 pub mod time_against_error;
 

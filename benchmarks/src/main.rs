@@ -1,8 +1,9 @@
 //! `mpm-benchmarks [SET] [--quick] [--output FOLDER]`: runs a set of benchmarks.
 
 use clap::{Parser, Subcommand};
+use mpm_benchmarks::counts::{self, Act};
 use mpm_benchmarks::report::{Settings, print_table};
-use mpm_benchmarks::{Failure, growth, phases, throughput, time_against_error};
+use mpm_benchmarks::{Failure, growth, phases, solver, throughput, time_against_error};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -28,6 +29,24 @@ enum Set {
     Throughput,
     /// Time and peak memory against the number of points, 10³ to 10⁶.
     Growth,
+    /// Order, analysis, factorisation and solution, against CHOLMOD and PARDISO where installed.
+    Solver {
+        /// Larger problems are left out.
+        #[arg(long, default_value_t = usize::MAX)]
+        most_equations: usize,
+    },
+    /// Instructions of a fixed set of kernels by callgrind, against the file of the repository.
+    Counts {
+        /// Fails where a kernel needs more instructions than the file allows.
+        #[arg(long, conflicts_with = "update")]
+        check: bool,
+        /// Writes the file.
+        #[arg(long)]
+        update: bool,
+        /// Part of the names of the kernels; all if left out.
+        #[arg(default_value = "")]
+        part: String,
+    },
     /// Seconds per phase and peak memory of scenes, on one thread and on two.
     Phases {
         /// Scene files; those of the benchmarks if left out.
@@ -39,6 +58,9 @@ enum Set {
     /// One run in a process of its own, for the other sets.
     #[command(hide = true)]
     One { scene: PathBuf, threads: usize },
+    /// One kernel, for callgrind.
+    #[command(hide = true)]
+    Kernel { name: String },
     /// One block in a process of its own.
     #[command(hide = true)]
     Block { basis: String, cells: u32 },
@@ -66,6 +88,18 @@ fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
         }
         Some(Set::Throughput) => throughput::run(&settings)?.publish(&settings),
         Some(Set::Growth) => growth::run(&settings)?.publish(&settings),
+        Some(Set::Solver { most_equations }) => solver::run(&settings, most_equations)?.publish(&settings),
+        Some(Set::Counts { check, update, part }) => {
+            let act = if update {
+                Act::Update
+            } else if check {
+                Act::Check
+            } else {
+                Act::Show
+            };
+            counts::run(&settings, act, &part)
+        }
+        Some(Set::Kernel { name }) => counts::one(&name),
         Some(Set::Block { basis, cells }) => print(&growth::block(&basis, cells)?),
         Some(Set::Error) => time_against_error::run(&settings)?.publish(&settings),
         Some(Set::Phases { scenes }) => phases::run(&scenes, &settings)?.publish(&settings),
