@@ -38,6 +38,9 @@ impl Kernel {
     }
 }
 
+/// What is done, and the function that does it.
+type Step<T> = (&'static str, fn(&mut T));
+
 /// States per call of a law's kernel.
 pub const STATES: usize = 1000;
 
@@ -64,7 +67,7 @@ pub fn all() -> Vec<Kernel> {
     for (name, basis) in solids {
         kernels.extend(of_body(name, move || solid(basis, 5)));
     }
-    let steps: [(&str, fn(&mut System)); 3] =
+    let steps: [Step<System>; 3] =
         [("order and analyse", System::analyse), ("factorise", System::factorise), ("solve", System::solve)];
     for (name, step) in steps {
         kernels.push(Kernel::new(format!("{name}, plane"), move || {
@@ -230,14 +233,14 @@ fn of_body<const D: usize>(
     name: &'static str,
     make: impl Fn() -> Result<Connected<D>, Failure> + Clone + 'static,
 ) -> Vec<Kernel> {
-    let steps: [(&str, fn(&mut Connected<D>)); 5] = [
+    let steps: [Step<Connected<D>>; 5] = [
         ("stencils", Connected::stencils),
         ("connect", Connected::connect),
         ("internal force", |it| it.pass(false)),
         ("force and tangent", |it| it.pass(true)),
         ("advance", Connected::advance),
     ];
-    let kernel = |(what, step): (&str, fn(&mut Connected<D>))| {
+    let kernel = |(what, step): Step<Connected<D>>| {
         let make = make.clone();
         Kernel::new(format!("{what}, {name}"), move || {
             let mut connected = make()?;
