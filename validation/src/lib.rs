@@ -14,6 +14,7 @@ mod cases;
 pub mod history;
 pub mod picture;
 pub mod probe;
+pub mod problems;
 mod quasi_random;
 pub mod reference;
 mod report;

@@ -121,25 +121,34 @@ impl Picture {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&self, directory: &Path) -> Result<(), Broken> {
+        self.save_in_columns(directory, self.panels.len())
+    }
+
+    /// As [`Self::save`], so many panels side by side and the others below.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save_in_columns(&self, directory: &Path, columns: usize) -> Result<(), Broken> {
         let path = directory.join(self.file);
         // The one font there is; registering it again changes nothing.
         register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "the font is broken")?;
-        let n = self.panels.len() as u32;
+        let (columns, rows) = (columns.max(1), self.panels.len().div_ceil(columns.max(1)));
+        let size = |width, height| (width * columns as u32, height * rows as u32);
         let vector = path.extension().is_some_and(|ending| ending == "svg");
         if vector {
-            self.draw(SVGBackend::new(&path, (460 * n, 380)).into_drawing_area())
+            self.draw(SVGBackend::new(&path, size(460, 380)).into_drawing_area(), (rows, columns))
         } else {
-            self.draw(BitMapBackend::new(&path, (420 * n, 440)).into_drawing_area())
+            self.draw(BitMapBackend::new(&path, size(420, 440)).into_drawing_area(), (rows, columns))
         }
     }
 
-    fn draw<DB>(&self, area: DrawingArea<DB, Shift>) -> Result<(), Broken>
+    fn draw<DB>(&self, area: DrawingArea<DB, Shift>, parts: (usize, usize)) -> Result<(), Broken>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
         area.fill(&WHITE)?;
-        for (panel, part) in self.panels.iter().zip(area.split_evenly((1, self.panels.len()))) {
+        for (panel, part) in self.panels.iter().zip(area.split_evenly(parts)) {
             match panel {
                 Panel::Curves(curves) => curves.draw(&part)?,
                 Panel::Shapes(shapes) => shapes.draw(&part)?,

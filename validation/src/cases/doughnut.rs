@@ -3,9 +3,10 @@
 use super::{fixed, largest, scientific, shapes, sweep};
 use crate::history::History;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
+use crate::problems::doughnut::{EXACT_AT_20, ring, torque};
 use crate::reference::Reference;
 use crate::scenes::{Run, load, run};
-use crate::variants::{CPDI1, CPDI2Q, CROSS, GENERAL, Method, PlaneScene, SLASH, SMPM, plane, refined};
+use crate::variants::{CPDI1, CPDI2Q, CROSS, GENERAL, Method, SLASH, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_solver::scene::Scene;
 
@@ -25,12 +26,6 @@ pub(super) const PLASTIC: Case = Case {
     run: plastic,
 };
 
-const EXACT_AT_20: f64 = 6.764_336_5e7;
-
-pub(super) fn torque(history: &History) -> Vec<f64> {
-    history.series("reaction_moment/inner", 0)[1..].to_vec()
-}
-
 /// Torque of a scene's nominal stations: steps that were cut leave rows between them.
 fn at_stations(history: &History, stations: usize) -> Vec<f64> {
     let rows = history.rows()[1..].iter().zip(torque(history));
@@ -39,10 +34,6 @@ fn at_stations(history: &History, stations: usize) -> Vec<f64> {
         (station - station.round()).abs() < 1e-9
     };
     rows.filter(|(row, _)| nominal(row.fraction)).map(|(_, torque)| torque).collect()
-}
-
-pub(super) fn ring(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
-    Ok(refined(method.of(plane(load("doughnut_elastic")?)?), factor))
 }
 
 fn elastic(extent: Extent) -> Result<Findings, Broken> {
