@@ -17,7 +17,7 @@ pub struct Picture {
     pub file: &'static str,
     /// What it shows.
     pub caption: String,
-    /// Panels, side by side.
+    /// Panels, side by side, in rows of six.
     pub panels: Vec<Panel>,
 }
 
@@ -103,6 +103,8 @@ pub struct Shapes {
     pub lines: Vec<[(f64, f64); 2]>,
 }
 
+/// Panels in a row.
+const ACROSS: usize = 6;
 const FONT: &str = "sans-serif";
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
@@ -124,13 +126,25 @@ impl Picture {
         let path = directory.join(self.file);
         // The one font there is; registering it again changes nothing.
         register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "the font is broken")?;
-        let n = self.panels.len() as u32;
+        let (rows, across) = self.arrangement();
         let vector = path.extension().is_some_and(|ending| ending == "svg");
+        // Panels in many rows are small.
+        let (width, height) = match (vector, rows) {
+            (true, _) => (460, 380),
+            (false, 1) => (420, 440),
+            (false, _) => (270, 290),
+        };
+        let size = (width * across as u32, height * rows as u32);
         if vector {
-            self.draw(SVGBackend::new(&path, (460 * n, 380)).into_drawing_area())
+            self.draw(SVGBackend::new(&path, size).into_drawing_area())
         } else {
-            self.draw(BitMapBackend::new(&path, (420 * n, 440)).into_drawing_area())
+            self.draw(BitMapBackend::new(&path, size).into_drawing_area())
         }
+    }
+
+    /// Rows, and panels in a row.
+    fn arrangement(&self) -> (usize, usize) {
+        (self.panels.len().div_ceil(ACROSS), self.panels.len().min(ACROSS))
     }
 
     fn draw<DB>(&self, area: DrawingArea<DB, Shift>) -> Result<(), Broken>
@@ -139,7 +153,7 @@ impl Picture {
         DB::ErrorType: 'static,
     {
         area.fill(&WHITE)?;
-        for (panel, part) in self.panels.iter().zip(area.split_evenly((1, self.panels.len()))) {
+        for (panel, part) in self.panels.iter().zip(area.split_evenly(self.arrangement())) {
             match panel {
                 Panel::Curves(curves) => curves.draw(&part)?,
                 Panel::Shapes(shapes) => shapes.draw(&part)?,

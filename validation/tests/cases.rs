@@ -49,6 +49,26 @@ fn slides_doughnut() {
 }
 
 #[test]
+fn doughnut_turned_around() {
+    passes("doughnut twist, full turns");
+}
+
+#[test]
+fn doughnut_at_the_limit_torque() {
+    passes("doughnut twist, limit torque");
+}
+
+#[test]
+fn carried_around() {
+    passes("carried around");
+}
+
+#[test]
+fn doughnut_in_space() {
+    passes("doughnut twist in space");
+}
+
+#[test]
 fn remedies() {
     passes("remedies for distorted domains");
 }

@@ -1,5 +1,10 @@
 //! The doughnut twist (Wang, Coombs, Augarde & Cortis 2018).
 
+mod carried;
+mod extruded;
+mod limit;
+mod turns;
+
 use super::{fixed, largest, scientific, shapes, sweep};
 use crate::history::History;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
@@ -24,6 +29,11 @@ pub(super) const PLASTIC: Case = Case {
     reference: "The independent implementation at every degree. The finding of the slides: standard MPM and CPDI1 stay near the one-dimensional torque, CPDI2q drifts away, triangles grow without bound.",
     run: plastic,
 };
+
+pub(super) const TURNS: Case = turns::CASE;
+pub(super) const LIMIT: Case = limit::CASE;
+pub(super) const CARRIED: Case = carried::CASE;
+pub(super) const EXTRUDED: Case = extruded::CASE;
 
 const EXACT_AT_20: f64 = 6.764_336_5e7;
 
