@@ -513,6 +513,12 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
         RegionInput::Annulus { centre, inner, outer } => {
             Region::Annulus { centre: plane_point(centre), inner: inner.0, outer: outer.0 }
         }
+        RegionInput::Ray { centre, angle } => {
+            let (sine, cosine) = angle.0.to_radians().sin_cos();
+            // At right angles exactly along the axes.
+            let along = [cosine, sine].map(|x| if x.abs() < 1e-15 { 0.0 } else { x });
+            Region::Ray { centre: plane_point(centre), along }
+        }
         RegionInput::Everywhere => Region::Everywhere,
         RegionInput::All(regions) => Region::All(
             regions

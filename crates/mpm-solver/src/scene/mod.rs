@@ -476,6 +476,15 @@ pub enum RegionInput<const D: usize> {
         /// Largest distance `[L]`.
         outer: Positive,
     },
+    /// Nodes on a half line from a centre, such as a straight end of a sector of a ring (in three dimensions,
+    /// on a half plane that ends in a line along z).
+    Ray {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Its angle from the x axis towards the y axis `[degrees]`.
+        angle: Finite,
+    },
     /// Every node.
     Everywhere,
     /// Nodes that lie in every one of these regions.
