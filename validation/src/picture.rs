@@ -1,6 +1,6 @@
 //! Pictures of what was found: curves, and bodies with their domains; SVG or PNG.
 
-use crate::Broken;
+use crate::{Broken, palette};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, BitMapBackend, ChartBuilder, Circle, Color, DashedLineSeries, DrawingArea, DrawingBackend,
@@ -138,7 +138,9 @@ impl Picture {
         if vector {
             self.draw(SVGBackend::new(&path, size).into_drawing_area())
         } else {
-            self.draw(BitMapBackend::new(&path, size).into_drawing_area())
+            let mut pixels = vec![0; 3 * (size.0 * size.1) as usize];
+            self.draw(BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area())?;
+            palette::write(&path, size.0, &pixels)
         }
     }
 

@@ -2,8 +2,8 @@
 
 use crate::Broken;
 use mpm_solver::scene::{
-    AxisInput, ControlInput, CornerWeightsInput, Count, DomainsInput, MeshInput, PlaneBasis, Positive, Scene, SceneIn,
-    TrianglesInput,
+    AxisInput, ControlInput, CornerWeightsInput, Count, DomainsInput, MeshInput, PlaneBasis, Positive, Scene,
+    SceneIn, TrianglesInput,
 };
 
 /// A scene in plane strain.

@@ -44,6 +44,11 @@ fn elastic_doughnut() {
 }
 
 #[test]
+fn elastic_doughnut_refined() {
+    passes("doughnut twist, error by cause");
+}
+
+#[test]
 fn slides_doughnut() {
     passes("doughnut twist, the slides'");
 }

@@ -61,7 +61,8 @@ fn drift(history: &History) -> Drift {
     let energy = |row: usize| {
         let strain = history.field(Field::ElasticStrain, row).chunks_exact(9);
         let volume = history.field(Field::Volume, row);
-        let density = stress(row).into_iter().zip(strain.map(Matrix3::from_row_slice)).map(|(s, e)| s.dot(&e) / 2.0);
+        let density =
+            stress(row).into_iter().zip(strain.map(Matrix3::from_row_slice)).map(|(s, e)| s.dot(&e) / 2.0);
         density.zip(volume).map(|(density, volume)| density * volume).sum::<f64>()
     };
     let at_start = energy(start);
@@ -75,8 +76,11 @@ fn drift(history: &History) -> Drift {
         .collect();
     let moment = |row: usize| moments.iter().map(|of| of[row]).sum::<f64>();
     let inner = history.columns().iter().any(|column| column.name == "reaction_moment/inner");
-    let scale =
-        if inner { largest(history.series("reaction_moment/inner", 0).iter().map(|m| m.abs())) } else { at_start };
+    let scale = if inner {
+        largest(history.series("reaction_moment/inner", 0).iter().map(|m| m.abs()))
+    } else {
+        at_start
+    };
 
     let yielded = (1..=start).map(yields).max().unwrap_or(0);
     let mut drift = Drift { stress: 0.0, energy: 0.0, work: 0.0, yielded, scale };
@@ -114,9 +118,7 @@ fn carried(extent: Extent) -> Result<Findings, Broken> {
             jobs.push((method.name.to_owned(), scene));
         }
     }
-    let drifts = sweep(&jobs, |(_, scene)| {
-        Ok(drift(&run(&Scene::PlaneStrain(scene.clone()))?.completed()?))
-    })?;
+    let drifts = sweep(&jobs, |(_, scene)| Ok(drift(&run(&Scene::PlaneStrain(scene.clone()))?.completed()?)))?;
 
     let mut checks = Vec::new();
     for ((name, _), it) in jobs[..reindexed].iter().zip(&drifts) {

@@ -6,7 +6,8 @@ use crate::scenes::{load_own, run};
 use crate::variants::{CPDI1, CPDI2Q, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_solver::scene::{
-    AxisInput, Count, MaterialInput, MeshInput, PlaneBasis, Positive, ReindexingInput, Scene, SceneIn, SolidBasis,
+    AxisInput, Count, MaterialInput, MeshInput, PlaneBasis, Positive, ReindexingInput, Scene, SceneIn,
+    SolidBasis,
 };
 use mpm_solver::scene::{Finite, MotionInput};
 
