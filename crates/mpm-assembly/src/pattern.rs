@@ -4,8 +4,7 @@
 //! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
 //! and columns with nothing but their diagonal.
 
-use crate::{Constraints, GhostFaces};
-use mpm_basis::Links;
+use crate::{Constraints, Couplings, GhostFaces};
 use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
@@ -24,33 +23,14 @@ pub struct Pattern<const D: usize> {
     row: Vec<usize>,
 }
 
-/// Sets of nodes that the tangent couples with each other.
-pub(crate) trait Couplings {
-    /// Number of sets.
-    fn n_sets(&self) -> usize;
-
-    /// Active numbers of the nodes of a set, ascending.
-    fn set(&self, set: usize) -> &[u32];
-}
-
-impl<const D: usize> Couplings for Links<D> {
-    fn n_sets(&self) -> usize {
-        self.n_groups()
-    }
-
-    fn set(&self, set: usize) -> &[u32] {
-        self.group_nodes(set)
-    }
-}
-
 impl<const D: usize> Pattern<D> {
-    /// Couples all nodes that share a group of any body.
-    pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
+    /// Couples all nodes that share a set of any body.
+    pub fn of<C: Couplings>(n_active: usize, bodies: &[C]) -> Self {
         Self::with_faces(n_active, bodies, None)
     }
 
-    /// Couples all nodes that share a group of any body or a face.
-    pub fn with_faces(n_active: usize, bodies: &[Links<D>], faces: Option<&GhostFaces<D>>) -> Self {
+    /// Couples all nodes that share a set of any body or a face.
+    pub fn with_faces<C: Couplings>(n_active: usize, bodies: &[C], faces: Option<&GhostFaces<D>>) -> Self {
         let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
         let faces = faces.map(|faces| (faces, Incidence::of(n_active, faces)));
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
@@ -64,8 +44,7 @@ impl<const D: usize> Pattern<D> {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
                         for &(group, position) in incidence.at(node) {
-                            found
-                                .extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
+                            found.extend_from_slice(&links.set(group as usize)[position as usize + 1..]);
                         }
                     }
                     if let Some((faces, incidence)) = &faces {

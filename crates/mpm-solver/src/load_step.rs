@@ -4,15 +4,15 @@ use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
-use crate::model::{Model, Prescribed};
+use crate::model::{Model, NamedBody, Prescribed};
 use crate::newton::{self, Ghost, Problem, Workspace};
 use crate::observe::{Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Pattern};
-use mpm_basis::{ActiveNodes, Links, Stencils};
+use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
+use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 
 /// Runs a model through its load steps.
@@ -259,28 +259,35 @@ pub(crate) struct Connected<const D: usize> {
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
 pub(crate) fn connect<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<Connected<D>, StepFailure> {
+    let outside = |named: &NamedBody<D>, it: UnconnectedPoint<D>| StepFailure::Outside {
+        body: named.name.clone(),
+        basis: named.body.basis(),
+        reason: it.to_string(),
+    };
     let stencils: Vec<Stencils<D>> = model
         .bodies
         .iter()
-        .map(|named| {
-            named.body.stencils(mesh).map_err(|it| StepFailure::Outside {
-                body: named.name.clone(),
-                basis: named.body.basis(),
-                reason: it.to_string(),
-            })
-        })
+        .map(|named| named.body.stencils(mesh).map_err(|it| outside(named, it)))
         .collect::<Result<_, _>>()?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
-    let links: Vec<Links<D>> = stencils.into_iter().map(|stencils| Links::of(stencils, &active)).collect();
+    let linked: Vec<Linked<D>> = stencils
+        .into_iter()
+        .zip(&model.bodies)
+        .map(|(stencils, named)| {
+            let links = Links::of(stencils, &active);
+            let dilatation = named.body.dilatation(&links, mesh, &active).map_err(|it| outside(named, it))?;
+            Ok(Linked { links, dilatation })
+        })
+        .collect::<Result<_, _>>()?;
     let faces = model.ghost.map(|factor| {
         let mut cells = Vec::new();
-        for (named, links) in model.bodies.iter().zip(&links) {
-            named.body.occupied_cells(links, mesh.lattice(), &active, &mut cells);
+        for (named, linked) in model.bodies.iter().zip(&linked) {
+            named.body.occupied_cells(&linked.links, mesh.lattice(), &active, &mut cells);
         }
         GhostFaces::of(mesh, &active, cells, factor)
     });
-    let pattern = Pattern::with_faces(active.len(), &links, faces.as_ref());
-    let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
+    let pattern = Pattern::with_faces(active.len(), &linked, faces.as_ref());
+    let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
     let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
     Ok(Connected { active, connections, pattern, ghost })
 }
