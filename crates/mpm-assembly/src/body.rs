@@ -3,7 +3,7 @@
 //! Everything inside a body is compiled for its basis and law; a [`Body`] is asked once per pass, so
 //! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
 
-use crate::advance::{AdvanceError, Converged, advanced};
+use crate::advance::{AdvanceError, Converged, Prepared};
 use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
 use crate::{Controlled, Points, TooManyPoints, determinant};
@@ -124,13 +124,15 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     basis: B,
     law: M,
     points: Points<D, B, M>,
-    prepared: Option<Points<D, B, M>>,
+    /// Columns for the next step, kept for their memory.
+    prepared: Prepared<D, B, M>,
+    is_prepared: bool,
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     /// A body of these points.
     pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
-        Self { basis, law, points, prepared: None }
+        Self { basis, law, points, prepared: Prepared::default(), is_prepared: false }
     }
 
     /// Its points.
@@ -207,13 +209,15 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
-        self.prepared = Some(advanced(&self.basis, &self.law, &self.points, connection, step)?);
+        self.is_prepared = false;
+        self.prepared.advance(&self.basis, &self.law, &self.points, connection, step)?;
+        self.is_prepared = true;
         Ok(())
     }
 
     fn commit(&mut self) {
-        if let Some(points) = self.prepared.take() {
-            self.points = points;
+        if std::mem::take(&mut self.is_prepared) {
+            self.prepared.swap(&mut self.points);
         }
     }
 

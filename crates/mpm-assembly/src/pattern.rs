@@ -24,8 +24,19 @@ pub struct Pattern<const D: usize> {
 }
 
 impl<const D: usize> Pattern<D> {
-    /// Couples all nodes that share a group of any body.
+    /// Couples all nodes that share a support of any body.
     pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
+        Self::reusing(None, n_active, bodies)
+    }
+
+    /// As [`Self::of`], in the memory of a pattern that is no longer needed.
+    pub fn reusing(former: Option<Self>, n_active: usize, bodies: &[Links<D>]) -> Self {
+        let mut pattern = former.unwrap_or_else(|| Self {
+            neighbour_start: Vec::new(),
+            neighbour: Vec::new(),
+            column_start: Vec::new(),
+            row: Vec::new(),
+        });
         let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
             .into_par_iter()
@@ -34,16 +45,16 @@ impl<const D: usize> Pattern<D> {
                 let mut end = Vec::with_capacity(nodes.len());
                 let mut neighbour: Vec<u32> = Vec::new();
                 let mut found: Vec<u32> = Vec::new();
+                let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
                 for node in nodes {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
-                        for &(group, position) in incidence.at(node) {
-                            found
-                                .extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
+                        for &(support, position) in incidence.at(node) {
+                            let nodes = links.support_nodes(support as usize);
+                            found.extend_from_slice(&nodes[position as usize + 1..]);
                         }
                     }
-                    found.sort_unstable();
-                    found.dedup();
+                    found_by.once(&mut found, node);
                     neighbour.extend_from_slice(&found);
                     end.push(neighbour.len());
                 }
@@ -51,16 +62,17 @@ impl<const D: usize> Pattern<D> {
             })
             .collect();
 
-        let mut neighbour_start = Vec::with_capacity(n_active + 1);
+        let Self { neighbour_start, neighbour, column_start, row } = &mut pattern;
+        neighbour_start.clear();
         neighbour_start.push(0);
-        let mut neighbour = Vec::with_capacity(chunks.iter().map(|(_, list)| list.len()).sum());
+        neighbour.clear();
         for (end, list) in chunks {
             let offset = neighbour.len();
             neighbour_start.extend(end.into_iter().map(|end| end + offset));
             neighbour.extend(list);
         }
-        let (column_start, row) = scalar_columns::<D>(&neighbour_start, &neighbour);
-        Self { neighbour_start, neighbour, column_start, row }
+        scalar_columns::<D>(neighbour_start, neighbour, column_start, row);
+        pattern
     }
 
     /// Number of equations, prescribed ones included.
@@ -88,12 +100,16 @@ impl<const D: usize> Pattern<D> {
         &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
     }
 
-    /// For each pair (column node, row node), column before row, of each group in turn: position of
+    /// For each pair (column node, row node), column before row, of each support in turn: position of
     /// the row among the column's neighbours.
     pub(crate) fn slots(&self, links: &Links<D>) -> Vec<u32> {
-        let mut slots = Vec::with_capacity(links.n_groups() * 6);
-        for group in 0..links.n_groups() {
-            let nodes = links.group_nodes(group);
+        let pairs = |support| {
+            let n = links.support_nodes(support).len();
+            n * n.saturating_sub(1) / 2
+        };
+        let mut slots = Vec::with_capacity((0..links.n_supports()).map(pairs).sum());
+        for support in 0..links.n_supports() {
+            let nodes = links.support_nodes(support);
             for (k, &node) in nodes.iter().enumerate() {
                 let neighbours = self.neighbours(node as usize);
                 let mut at = 0;
@@ -109,7 +125,31 @@ impl<const D: usize> Pattern<D> {
     }
 }
 
-/// Which groups each node belongs to, and at which position.
+/// Node that each node from `first` on was last found to be a neighbour of.
+struct FoundBy {
+    first: usize,
+    node: Vec<u32>,
+}
+
+impl FoundBy {
+    /// Sorts the nodes found above `node`, each once.
+    fn once(&mut self, found: &mut Vec<u32>, node: usize) {
+        // Few are sorted as they are; of many most are repeated.
+        if found.len() > 32 {
+            found.retain(|&other| {
+                let other = other as usize - self.first;
+                if self.node.len() <= other {
+                    self.node.resize(other + 1, u32::MAX);
+                }
+                std::mem::replace(&mut self.node[other], node as u32) != node as u32
+            });
+        }
+        found.sort_unstable();
+        found.dedup();
+    }
+}
+
+/// Which supports each node belongs to, and at which position.
 struct Incidence {
     start: Vec<usize>,
     entry: Vec<(u32, u32)>,
@@ -118,8 +158,8 @@ struct Incidence {
 impl Incidence {
     fn of<const D: usize>(n_active: usize, links: &Links<D>) -> Self {
         let mut start = vec![0; n_active + 1];
-        for group in 0..links.n_groups() {
-            for &node in links.group_nodes(group) {
+        for support in 0..links.n_supports() {
+            for &node in links.support_nodes(support) {
                 start[node as usize + 1] += 1;
             }
         }
@@ -128,10 +168,10 @@ impl Incidence {
         }
         let mut next = start.clone();
         let mut entry = vec![(0, 0); start[n_active]];
-        for group in 0..links.n_groups() {
-            for (position, &node) in links.group_nodes(group).iter().enumerate() {
+        for support in 0..links.n_supports() {
+            for (position, &node) in links.support_nodes(support).iter().enumerate() {
                 let slot = &mut next[node as usize];
-                entry[*slot] = (group as u32, position as u32);
+                entry[*slot] = (support as u32, position as u32);
                 *slot += 1;
             }
         }
@@ -143,11 +183,19 @@ impl Incidence {
     }
 }
 
-fn scalar_columns<const D: usize>(neighbour_start: &[usize], neighbour: &[u32]) -> (Vec<usize>, Vec<usize>) {
+/// Columns of the equations from neighbours of the nodes.
+fn scalar_columns<const D: usize>(
+    neighbour_start: &[usize],
+    neighbour: &[u32],
+    column_start: &mut Vec<usize>,
+    row: &mut Vec<usize>,
+) {
     let n_active = neighbour_start.len() - 1;
-    let mut column_start = Vec::with_capacity(n_active * D + 1);
+    column_start.clear();
+    column_start.reserve(n_active * D + 1);
     column_start.push(0);
-    let mut row = Vec::with_capacity(n_active * D * (D + 1) / 2 + neighbour.len() * D * D);
+    row.clear();
+    row.reserve(n_active * D * (D + 1) / 2 + neighbour.len() * D * D);
     for node in 0..n_active {
         for component in 0..D {
             row.extend((component..D).map(|i| node * D + i));
@@ -157,5 +205,4 @@ fn scalar_columns<const D: usize>(neighbour_start: &[usize], neighbour: &[u32]) 
             column_start.push(row.len());
         }
     }
-    (column_start, row)
 }

@@ -3,11 +3,10 @@
 use crate::compile::Compiled;
 use crate::error::{Error, SceneError};
 use crate::linear::{SymmetricPattern, predict_factor_entries};
-use crate::load_step::{connect, periods};
+use crate::load_step::{Connected, connect, periods};
 use crate::model::Model;
 use mpm_assembly::Constraints;
-use mpm_basis::Influence;
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,7 +76,8 @@ impl Compiled {
 fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let mesh =
         model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
-    let (active, connections, pattern) = connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let (connected, _) = connect(model, &mesh, None).map_err(|it| SceneError::new("bodies", it))?;
+    let Connected { active, connections, pattern } = connected;
 
     let mut constraints = Constraints::<D>::none(active.len());
     for support in &model.supports {
@@ -98,13 +98,6 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         let absent = |k: &usize| per_body.iter().all(|columns| columns[*k].1 == 0);
         (0..columns.len()).filter(absent).map(|k| columns[k].0).collect()
     });
-    let influences: usize = connections.iter().map(|it| it.links().n_influences()).sum();
-    let pairs: usize = connections
-        .iter()
-        .flat_map(|it| (0..it.links().n_groups()).map(|group| it.links().group_nodes(group).len()))
-        .map(|nodes| nodes + nodes * nodes.saturating_sub(1) / 2)
-        .sum();
-
     let real = size_of::<f64>();
     let (entries, n) = (pattern.n_entries(), pattern.n_equations());
     Ok(Estimate {
@@ -122,9 +115,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         columns_not_stored: not_stored,
         memory: Memory {
             points: 2 * stored,
-            // The raw influences by grid node live until the nodes are numbered.
-            connectivity: influences * (size_of::<Influence<D>>() + real + size_of::<Vector<D>>())
-                + pairs * size_of::<u32>(),
+            connectivity: active.bytes() + connections.iter().map(|it| it.bytes()).sum::<usize>(),
             tangent: entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>(),
             // Entries are permuted into the order of elimination before they are eliminated.
             factor: factor_entries * real + entries * (real + size_of::<usize>()),

@@ -5,7 +5,7 @@ use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, Prescribed};
-use crate::newton::{self, Problem, Workspace};
+use crate::newton::{self, Equilibrium, Problem, Workspace};
 use crate::observe::{Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
@@ -57,7 +57,7 @@ fn steps<const D: usize>(
     timings: &mut Timings,
 ) -> Result<(), Error> {
     let mut factorization = Factorization::new();
-    let mut workspace = Workspace::default();
+    let mut workspace = Workspace::new();
     let mut pace = Pace::new(model.schedule);
     record.show_initial(model, observer, timings)?;
 
@@ -71,6 +71,7 @@ fn steps<const D: usize>(
                 let controlled = domains::control(model, step.end, record.rows());
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
+                workspace.connected = Some((result.connected, None));
                 controlled?;
             }
             Err(reason) => {
@@ -99,7 +100,7 @@ fn steps_along<const D: usize>(
     timings: &mut Timings,
 ) -> Result<(), Error> {
     let mut factorization = Factorization::new();
-    let mut workspace = Workspace::default();
+    let mut workspace = Workspace::new();
     record.show_initial(model, observer, timings)?;
 
     while let Some(next) = course.next() {
@@ -128,7 +129,7 @@ fn steps_along<const D: usize>(
                 step.end = fraction(end);
                 let controlled = domains::control(model, step.end, record.rows());
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
-                let nodes = result.active.nodes().iter().copied();
+                let nodes = result.connected.active.nodes().iter().copied();
                 let increment = result.equilibrium.increment.iter().enumerate();
                 let increment =
                     increment.map(|(v, u)| u - origin.get(v).copied().unwrap_or_else(Vector::zeros));
@@ -136,6 +137,7 @@ fn steps_along<const D: usize>(
                 let secant = Secant { increment, fraction: end - start.get(), length };
                 course.succeed(secant, end, result.equilibrium.residuals.len());
                 record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
+                workspace.connected = Some((result.connected, None));
                 controlled?;
             }
             Err(StepFailure::Path(PathFailure::Leaves { fraction })) if fraction > 1.0 => course.land(aim),
@@ -167,31 +169,67 @@ fn load_step<const D: usize>(
     step: &Step,
     drive: Drive<'_, '_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<StepResult<D>, StepFailure> {
     let mesh =
         model.motion.mesh_at(&model.layout, step.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
-    let (active, connections, pattern) = timings.time(Phase::Connect, || connect(model, &mesh))?;
-    let constraints = constrain(model, &mesh, &active, step)?;
-    let external = external_force(model, &connections, active.len(), step);
-    let round_off = round_off(model, &connections, active.len());
+    let former = workspace.connected.take();
+    let (connected, kept) = match former {
+        // A step that has been cut starts again where it did.
+        Some((connected, start)) if start == Some(step.start) => (connected, Kept::All),
+        former => timings.time(Phase::Connect, || connect(model, &mesh, former.map(|it| it.0)))?,
+    };
+    timings.skipped.count_connection(kept);
+    let result = balance(model, &mesh, &connected, step, drive, factorization, workspace, timings);
+    match result {
+        Ok((equilibrium, equations, analysis)) => Ok(StepResult {
+            mesh,
+            connected,
+            equilibrium,
+            equations,
+            analysis,
+            domains: DomainCounts::default(),
+        }),
+        Err(failure) => {
+            workspace.connected = Some((connected, Some(step.start)));
+            Err(failure)
+        }
+    }
+}
+
+/// Finds the equilibrium of a load step whose points are connected, and prepares the points for it.
+#[expect(clippy::too_many_arguments, reason = "a load step from its connection on")]
+fn balance<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    connected: &Connected<D>,
+    step: &Step,
+    drive: Drive<'_, '_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace<D>,
+    timings: &mut Timings,
+) -> Result<(Equilibrium<D>, usize, Analysis), StepFailure> {
+    let Connected { active, connections, pattern } = connected;
+    let constraints = constrain(model, mesh, active, step)?;
+    let external = external_force(model, connections, active.len(), step);
+    let round_off = round_off(model, connections, active.len());
 
     let analysis = timings.time(Phase::Analyse, || {
         let columns = SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() };
-        factorization.analyse(columns, &active.lattice_indices(), periods(&mesh), D)
+        factorization.analyse(columns, &active.lattice_indices(), periods(mesh), D)
     });
     let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
     if analysis == Analysis::Reused {
-        timings.skip_analyses += 1;
+        timings.skipped.analyses += 1;
     }
 
     let problem = Problem {
         bodies: &model.bodies,
-        connections: &connections,
-        mesh: &mesh,
-        active: &active,
-        pattern: &pattern,
+        connections,
+        mesh,
+        active,
+        pattern,
         constraints: &constraints,
         external: &external,
         round_off,
@@ -214,8 +252,8 @@ fn load_step<const D: usize>(
         Drive::Path(attempt) => {
             let loading = |end| {
                 let step = Step { end, ..*step };
-                let constraints = constrain(model, &mesh, &active, &step)?;
-                Ok((constraints, external_force(model, &connections, active.len(), &step)))
+                let constraints = constrain(model, mesh, active, &step)?;
+                Ok((constraints, external_force(model, connections, active.len(), &step)))
             };
             let equilibrium = path::solve(&problem, &loading, attempt, factorization, workspace, timings)?;
             if !(0.0..=1.0).contains(&attempt.end) {
@@ -230,8 +268,8 @@ fn load_step<const D: usize>(
     };
 
     timings.time(Phase::Advance, || {
-        let converged = Converged { mesh: &mesh, active: &active, increment: &equilibrium.increment };
-        for (named, connection) in model.bodies.iter_mut().zip(&connections) {
+        let converged = Converged { mesh, active, increment: &equilibrium.increment };
+        for (named, connection) in model.bodies.iter_mut().zip(connections) {
             named.body.prepare(connection, converged).map_err(|reason| StepFailure::Advance {
                 body: named.name.clone(),
                 basis: named.body.basis(),
@@ -241,15 +279,22 @@ fn load_step<const D: usize>(
         Ok(())
     })?;
     let equations = constraints.n_free();
-    Ok(StepResult { mesh, active, equilibrium, equations, analysis, domains: DomainCounts::default() })
+    Ok((equilibrium, equations, analysis))
 }
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
-pub(crate) fn connect<const D: usize>(
+pub(crate) struct Connected<const D: usize> {
+    pub active: ActiveNodes<D>,
+    pub connections: Vec<Connection<D>>,
+    pub pattern: Pattern<D>,
+}
+
+/// Influences of all bodies' points on the nodes of `mesh`.
+pub(crate) fn stencils<const D: usize>(
     model: &Model<D>,
     mesh: &Mesh<D>,
-) -> Result<(ActiveNodes<D>, Vec<Connection<D>>, Pattern<D>), StepFailure> {
-    let stencils: Vec<Stencils<D>> = model
+) -> Result<Vec<Stencils<D>>, StepFailure> {
+    model
         .bodies
         .iter()
         .map(|named| {
@@ -259,12 +304,46 @@ pub(crate) fn connect<const D: usize>(
                 reason: it.to_string(),
             })
         })
-        .collect::<Result<_, _>>()?;
+        .collect()
+}
+
+/// How much of the connectivity before could be kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// Its memory.
+    Memory,
+    /// The pattern and the order of sums: no point has changed its nodes.
+    Pattern,
+    /// All of it: neither points nor mesh have changed.
+    All,
+}
+
+/// Connects the points to the nodes of `mesh`; `former` is the connectivity of the step before.
+pub(crate) fn connect<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    former: Option<Connected<D>>,
+) -> Result<(Connected<D>, Kept), StepFailure> {
+    let stencils = stencils(model, mesh)?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
     let links: Vec<Links<D>> = stencils.into_iter().map(|stencils| Links::of(stencils, &active)).collect();
-    let pattern = Pattern::of(active.len(), &links);
-    let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
-    Ok((active, connections, pattern))
+
+    let same = former.as_ref().is_some_and(|former| {
+        let before = former.connections.iter().map(|connection| connection.links());
+        former.active == active && links.iter().zip(before).all(|(now, before)| now.is_connected_as(before))
+    });
+    match former {
+        Some(Connected { connections, pattern, .. }) if same => {
+            let connections =
+                connections.into_iter().zip(links).map(|(kept, links)| kept.relinked(links)).collect();
+            Ok((Connected { active, connections, pattern }, Kept::Pattern))
+        }
+        former => {
+            let pattern = Pattern::reusing(former.map(|former| former.pattern), active.len(), &links);
+            let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
+            Ok((Connected { active, connections, pattern }, Kept::Memory))
+        }
+    }
 }
 
 /// What the supports prescribe on the active nodes over the step.

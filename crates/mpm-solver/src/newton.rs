@@ -2,13 +2,14 @@
 
 use crate::error::StepFailure;
 use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
+use crate::load_step::Connected;
 use crate::model::NamedBody;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     Connection, Constraints, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::ActiveNodes;
-use mpm_grid::{Mesh, NodeId, Vector};
+use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
 
 /// Smallest part of a correction that is tried before the load step is cut.
 const LEAST_PART: f64 = 1.0 / 256.0;
@@ -74,11 +75,18 @@ impl<const D: usize> Equilibrium<D> {
     }
 }
 
-/// Buffers kept from step to step.
-#[derive(Default)]
-pub(crate) struct Workspace {
+/// What is kept from step to step.
+pub(crate) struct Workspace<const D: usize> {
     pub values: Vec<f64>,
     rhs: Vec<f64>,
+    /// The last connectivity, and the start of its step where the points are still as they were there.
+    pub connected: Option<(Connected<D>, Option<LoadFraction>)>,
+}
+
+impl<const D: usize> Workspace<D> {
+    pub(crate) fn new() -> Self {
+        Self { values: Vec::new(), rhs: Vec::new(), connected: None }
+    }
 }
 
 /// Whether a pass over the points also sums the tangent.
@@ -93,7 +101,7 @@ pub(crate) enum Wanted {
 pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
@@ -110,7 +118,7 @@ pub(crate) fn solve<const D: usize>(
 fn iterate<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
@@ -134,14 +142,14 @@ fn iterate<const D: usize>(
 
     for iteration in 1..=problem.tolerance.iterations {
         if !has_tangent {
-            timings.skip_tangents -= 1;
+            timings.skipped.tangents -= 1;
             evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut [], timings)?;
         }
         let free =
             correction(problem, factorization, workspace, &out_of_balance, &mut state, weakest, timings)?;
         // A tangent is not worth its cost where this iterate should be the last.
         let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
-            timings.skip_tangents += 1;
+            timings.skipped.tangents += 1;
             Wanted::Force
         } else {
             Wanted::ForceAndTangent
@@ -346,7 +354,7 @@ pub(crate) fn inverted<const D: usize>(named: &NamedBody<D>, it: InvertedPoint) 
 pub(crate) fn correction<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
     weakest: &mut Option<Pivot>,
@@ -368,12 +376,12 @@ pub(crate) fn correction<const D: usize>(
 pub(crate) fn substitute<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
-    let Workspace { values, rhs } = workspace;
+    let Workspace { values, rhs, .. } = workspace;
     rhs.clear();
     rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
     let report = timings

@@ -3,13 +3,14 @@
 use crate::domains::DomainCounts;
 use crate::error::Error;
 use crate::linear::{Analysis, Method};
+use crate::load_step::Connected;
 use crate::model::{Model, NamedBody};
 use crate::newton::Equilibrium;
 use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, RunStart, Timing};
 use crate::schedule::Step;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
-use mpm_basis::{ActiveNodes, DomainControl, DomainReport};
+use mpm_basis::{DomainControl, DomainReport};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
@@ -18,7 +19,7 @@ use std::time::Instant;
 /// What one converged load step leaves for the record.
 pub(crate) struct StepResult<const D: usize> {
     pub mesh: Mesh<D>,
-    pub active: ActiveNodes<D>,
+    pub connected: Connected<D>,
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
     pub equations: usize,
@@ -170,7 +171,8 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { mesh, active, equilibrium, equations, analysis, domains } = result;
+        let StepResult { mesh, connected, equilibrium, equations, analysis, domains } = result;
+        let active = &connected.active;
         let cuts_here = cuts - self.cuts_before;
         self.cuts_before = cuts;
         let seconds = self.clock.elapsed().as_secs_f64();
@@ -279,8 +281,10 @@ impl Record {
             timings: timings.phases().to_vec(),
             skipped: vec![
                 ("grid nodes without material", nodes.saturating_sub(totals.active_nodes)),
-                ("symbolic analyses kept", timings.skip_analyses),
-                ("tangents not needed", timings.skip_tangents),
+                ("symbolic analyses kept", timings.skipped.analyses),
+                ("patterns kept", timings.skipped.patterns),
+                ("connections kept", timings.skipped.connections),
+                ("tangents not needed", timings.skipped.tangents),
             ],
         }
     }

@@ -1,5 +1,6 @@
 //! Where the time of a run goes, and what it did not have to do.
 
+use crate::load_step::Kept;
 use crate::observe::Timing;
 use std::time::Instant;
 
@@ -31,18 +32,37 @@ const NAMES: [&str; 8] =
 #[derive(Clone, Debug)]
 pub(crate) struct Timings {
     phases: [Timing; 8],
+    pub skipped: Skipped,
+}
+
+/// What a run could do without.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Skipped {
     /// Passes in which no tangent was summed because convergence was foreseen.
-    pub skip_tangents: u64,
-    /// Symbolic analyses kept from the step before.
-    pub skip_analyses: u64,
+    pub tangents: u64,
+    /// Orders and symbolic analyses kept from the step before.
+    pub analyses: u64,
+    /// Load steps that began with the pattern of the one before, as no point had changed its nodes.
+    pub patterns: u64,
+    /// Load steps that were cut and began again with the connectivity at hand.
+    pub connections: u64,
+}
+
+impl Skipped {
+    pub(crate) fn count_connection(&mut self, kept: Kept) {
+        match kept {
+            Kept::Memory => {}
+            Kept::Pattern => self.patterns += 1,
+            Kept::All => self.connections += 1,
+        }
+    }
 }
 
 impl Timings {
     pub(crate) fn new() -> Self {
         Self {
             phases: NAMES.map(|phase| Timing { phase, seconds: 0.0, count: 0 }),
-            skip_tangents: 0,
-            skip_analyses: 0,
+            skipped: Skipped::default(),
         }
     }
 
