@@ -20,6 +20,12 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Name of the basis, see [`Basis::name`].
     fn basis(&self) -> &'static str;
 
+    /// Whether its law can yield.
+    fn can_yield(&self) -> bool;
+
+    /// Whether its points have domains.
+    fn has_domains(&self) -> bool;
+
     /// Influences of all points on the nodes of `mesh`.
     ///
     /// # Errors
@@ -148,6 +154,14 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn basis(&self) -> &'static str {
         self.basis.name()
+    }
+
+    fn can_yield(&self) -> bool {
+        M::PLASTIC
+    }
+
+    fn has_domains(&self) -> bool {
+        size_of::<B::Domain>() > 0
     }
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {

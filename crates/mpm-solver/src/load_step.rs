@@ -3,6 +3,7 @@
 use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
+use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, Prescribed};
 use crate::newton::{self, Equilibrium, Problem, Workspace};
@@ -13,7 +14,7 @@ use crate::schedule::{Pace, Step};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils};
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 
 /// Runs a model through its load steps.
 ///
@@ -45,7 +46,9 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
         Ok(()) => Outcome::Completed,
         Err(error) => Outcome::Failed(error.to_string()),
     };
-    let closed = observer.finish(&said, timings.phases()).map_err(Error::Observer);
+    timings.skipped.cells = cells_without_material(model, record.at());
+    timings.skipped.columns = columns_not_stored(&model.bodies).len() as u64;
+    let closed = observer.finish(&said, &timings.with_skipped()).map_err(Error::Observer);
     outcome.and(closed)?;
     Ok(record.summary(model, &timings))
 }
@@ -181,6 +184,10 @@ fn load_step<const D: usize>(
         former => timings.time(Phase::Connect, || connect(model, &mesh, former.map(|it| it.0)))?,
     };
     timings.skipped.count_connection(kept);
+    let skipped = &mut timings.skipped;
+    skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
+    skipped.upper_triangle = (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64;
+    skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
     let result = balance(model, &mesh, &connected, step, drive, factorization, workspace, timings);
     match result {
         Ok((equilibrium, equations, analysis)) => Ok(StepResult {
@@ -278,6 +285,8 @@ fn balance<const D: usize>(
         }
         Ok(())
     })?;
+    let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
+    timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();
     let equations = constraints.n_free();
     Ok((equilibrium, equations, analysis))
 }

@@ -60,6 +60,7 @@ pub(crate) struct Record {
     points: usize,
     nominal_steps: usize,
     rows: usize,
+    at: LoadFraction,
     /// Mean displacement of each support's nodes so far.
     displacement: Vec<Vec<f64>>,
     clock: Instant,
@@ -75,7 +76,6 @@ struct Totals {
     indefinite_steps: u64,
     domains: DomainCounts,
     smallest_determinant: Option<f64>,
-    active_nodes: u64,
 }
 
 impl Record {
@@ -125,6 +125,7 @@ impl Record {
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             nominal_steps: model.schedule.steps as usize,
             rows: 0,
+            at: LoadFraction::START,
             displacement: vec![vec![0.0; D]; model.supports.len()],
             clock: Instant::now(),
             cuts_before: 0,
@@ -134,6 +135,11 @@ impl Record {
 
     pub(crate) fn start(&self) -> RunStart {
         RunStart { columns: self.columns.clone(), points: self.points, steps: self.nominal_steps }
+    }
+
+    /// Load fraction of the last row.
+    pub(crate) fn at(&self) -> LoadFraction {
+        self.at
     }
 
     /// Rows shown so far; the number of the next load step.
@@ -233,6 +239,7 @@ impl Record {
             row.extend(domain_entries(model, &mesh_after));
         }
 
+        self.at = step.end;
         let totals = &mut self.summary;
         totals.iterations += iterations;
         totals.cuts = cuts;
@@ -242,7 +249,6 @@ impl Record {
         totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
-        totals.active_nodes = active.len() as u64;
         self.show(model, &mesh_after, step.end.get(), &row, &equilibrium.residuals, observer, timings)
     }
 
@@ -257,7 +263,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let so_far = timings.phases().to_vec();
+        let so_far = timings.with_skipped();
         let fields = BodyFields { bodies: &model.bodies, mesh };
         let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
         timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
@@ -267,7 +273,6 @@ impl Record {
 
     pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
         let totals = &self.summary;
-        let nodes = model.layout.lattice().n_nodes() as u64;
         Summary {
             steps: self.rows.saturating_sub(1),
             iterations: totals.iterations,
@@ -279,13 +284,7 @@ impl Record {
             smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),
-            skipped: vec![
-                ("grid nodes without material", nodes.saturating_sub(totals.active_nodes)),
-                ("symbolic analyses kept", timings.skipped.analyses),
-                ("patterns kept", timings.skipped.patterns),
-                ("connections kept", timings.skipped.connections),
-                ("tangents not needed", timings.skipped.tangents),
-            ],
+            skipped: timings.skipped.list().to_vec(),
         }
     }
 }
