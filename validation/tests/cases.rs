@@ -140,3 +140,13 @@ fn the_readme_tells_of_every_case() {
 fn generalised_vortex() {
     passes("generalised vortex");
 }
+
+#[test]
+fn snap_through() {
+    passes("snap-through of an arch");
+}
+
+#[test]
+fn snap_back() {
+    passes("snap-back of the doughnut");
+}

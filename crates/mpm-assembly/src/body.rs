@@ -6,9 +6,9 @@
 use crate::advance::{AdvanceError, Converged, Prepared};
 use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
-use crate::{Controlled, Points, TooManyPoints, determinant};
-use mpm_basis::{Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{Block, Mesh, Vector};
+use crate::{Controlled, OccupiedCell, Points, TooManyPoints, determinant};
+use mpm_basis::{ActiveNodes, Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
+use mpm_grid::{Block, Lattice, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
 use rayon::prelude::*;
 
@@ -60,6 +60,15 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Adds to `scale` the forces that a strain of one in every point would cause,
     /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
     fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
+
+    /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    );
 
     /// Works out the points after a converged step, without touching the present ones.
     ///
@@ -220,6 +229,16 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
                 }
             }
         }
+    }
+
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    ) {
+        crate::ghost::occupied(links, lattice, active, &self.points.reference_volume, self.law.young(), out);
     }
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {

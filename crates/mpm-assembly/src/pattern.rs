@@ -4,6 +4,7 @@
 //! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
 //! and columns with nothing but their diagonal.
 
+use crate::{Constraints, GhostFaces};
 use mpm_basis::Links;
 use rayon::prelude::*;
 
@@ -23,14 +24,39 @@ pub struct Pattern<const D: usize> {
     row: Vec<usize>,
 }
 
+/// Sets of nodes that the tangent couples with each other.
+pub(crate) trait Couplings {
+    /// Number of sets.
+    fn n_sets(&self) -> usize;
+
+    /// Active numbers of the nodes of a set, ascending.
+    fn set(&self, set: usize) -> &[u32];
+}
+
+impl<const D: usize> Couplings for Links<D> {
+    fn n_sets(&self) -> usize {
+        self.n_supports()
+    }
+
+    fn set(&self, set: usize) -> &[u32] {
+        self.support_nodes(set)
+    }
+}
+
 impl<const D: usize> Pattern<D> {
     /// Couples all nodes that share a support of any body.
     pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
-        Self::reusing(None, n_active, bodies)
+        Self::reusing(None, n_active, bodies, None)
     }
 
-    /// As [`Self::of`], in the memory of a pattern that is no longer needed.
-    pub fn reusing(former: Option<Self>, n_active: usize, bodies: &[Links<D>]) -> Self {
+    /// Couples all nodes that share a support of any body or a face, in the memory of a pattern that is
+    /// no longer needed.
+    pub fn reusing(
+        former: Option<Self>,
+        n_active: usize,
+        bodies: &[Links<D>],
+        faces: Option<&GhostFaces<D>>,
+    ) -> Self {
         let mut pattern = former.unwrap_or_else(|| Self {
             neighbour_start: Vec::new(),
             neighbour: Vec::new(),
@@ -38,6 +64,7 @@ impl<const D: usize> Pattern<D> {
             row: Vec::new(),
         });
         let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
+        let faces = faces.map(|faces| (faces, Incidence::of(n_active, faces)));
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
@@ -52,6 +79,11 @@ impl<const D: usize> Pattern<D> {
                         for &(support, position) in incidence.at(node) {
                             let nodes = links.support_nodes(support as usize);
                             found.extend_from_slice(&nodes[position as usize + 1..]);
+                        }
+                    }
+                    if let Some((faces, incidence)) = &faces {
+                        for &(face, position) in incidence.at(node) {
+                            found.extend_from_slice(&faces.set(face as usize)[position as usize + 1..]);
                         }
                     }
                     found_by.once(&mut found, node);
@@ -100,16 +132,16 @@ impl<const D: usize> Pattern<D> {
         &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
     }
 
-    /// For each pair (column node, row node), column before row, of each support in turn: position of
+    /// For each pair (column node, row node), column before row, of each set in turn: position of
     /// the row among the column's neighbours.
-    pub(crate) fn slots(&self, links: &Links<D>) -> Vec<u32> {
-        let pairs = |support| {
-            let n = links.support_nodes(support).len();
+    pub(crate) fn slots(&self, couplings: &impl Couplings) -> Vec<u32> {
+        let pairs = |set| {
+            let n = couplings.set(set).len();
             n * n.saturating_sub(1) / 2
         };
-        let mut slots = Vec::with_capacity((0..links.n_supports()).map(pairs).sum());
-        for support in 0..links.n_supports() {
-            let nodes = links.support_nodes(support);
+        let mut slots = Vec::with_capacity((0..couplings.n_sets()).map(pairs).sum());
+        for set in 0..couplings.n_sets() {
+            let nodes = couplings.set(set);
             for (k, &node) in nodes.iter().enumerate() {
                 let neighbours = self.neighbours(node as usize);
                 let mut at = 0;
@@ -122,6 +154,37 @@ impl<const D: usize> Pattern<D> {
             }
         }
         slots
+    }
+
+    /// Adds `stiffness · I` for each pair of nodes, columns in turn from the diagonal down, leaving out
+    /// what is prescribed; `slots` as from [`Pattern::slots`].
+    pub(crate) fn add_isotropic(
+        &self,
+        nodes: &[u32],
+        slots: &[u32],
+        stiffness: &[f64],
+        constraints: &Constraints<D>,
+        values: &mut [f64],
+    ) {
+        let (mut stiffness, mut slots) = (stiffness.iter(), slots.iter());
+        for (w, &column) in nodes.iter().enumerate() {
+            let column = column as usize;
+            let diagonal = stiffness.next().expect("one for each pair");
+            for j in 0..D {
+                // A prescribed component keeps its own stiffness, alone in its row and column.
+                values[self.column_start[column * D + j]] += diagonal;
+            }
+            for &row in &nodes[w + 1..] {
+                let value = stiffness.next().expect("one for each pair");
+                let slot = *slots.next().expect("one for each pair") as usize;
+                let free = |j: &usize| {
+                    !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row as usize, *j)
+                };
+                for j in (0..D).filter(free) {
+                    values[self.column_start[column * D + j] + (D - j) + slot * D + j] += value;
+                }
+            }
+        }
     }
 }
 
@@ -149,17 +212,17 @@ impl FoundBy {
     }
 }
 
-/// Which supports each node belongs to, and at which position.
+/// Which sets each node belongs to, and at which position.
 struct Incidence {
     start: Vec<usize>,
     entry: Vec<(u32, u32)>,
 }
 
 impl Incidence {
-    fn of<const D: usize>(n_active: usize, links: &Links<D>) -> Self {
+    fn of(n_active: usize, couplings: &impl Couplings) -> Self {
         let mut start = vec![0; n_active + 1];
-        for support in 0..links.n_supports() {
-            for &node in links.support_nodes(support) {
+        for set in 0..couplings.n_sets() {
+            for &node in couplings.set(set) {
                 start[node as usize + 1] += 1;
             }
         }
@@ -168,10 +231,10 @@ impl Incidence {
         }
         let mut next = start.clone();
         let mut entry = vec![(0, 0); start[n_active]];
-        for support in 0..links.n_supports() {
-            for (position, &node) in links.support_nodes(support).iter().enumerate() {
+        for set in 0..couplings.n_sets() {
+            for (position, &node) in couplings.set(set).iter().enumerate() {
                 let slot = &mut next[node as usize];
-                entry[*slot] = (support as u32, position as u32);
+                entry[*slot] = (set as u32, position as u32);
                 *slot += 1;
             }
         }

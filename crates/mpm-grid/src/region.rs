@@ -48,6 +48,14 @@ pub enum Region<const D: usize> {
         /// Largest distance `[L]`.
         outer: f64,
     },
+    /// Nodes on a half line from a centre, itself included; in three dimensions on a half plane that ends
+    /// in the line through the centre along the third axis.
+    Ray {
+        /// Centre `[L]`, in the plane of the first two coordinates.
+        centre: [f64; 2],
+        /// Direction in which it goes, unit length.
+        along: [f64; 2],
+    },
     /// Nodes in all of several regions; everywhere where there are none.
     All(Vec<Region<D>>),
 }
@@ -75,8 +83,8 @@ impl<const D: usize> Region<D> {
         loop {
             let x = Vector::from_fn(|d, _| axes[d].node(index[d]));
             let edges = (0..D).map(|d| axes[d].finest_at(index[d]));
-            // The ranges decide all but circles, which see the tolerance of their cell.
-            if self.on_circles(&x, TOLERANCE * edges.fold(f64::INFINITY, f64::min)) {
+            // The ranges decide all but circles and rays, which see the tolerance of their cell.
+            if self.on_oblique(&x, TOLERANCE * edges.fold(f64::INFINITY, f64::min)) {
                 nodes.push(lattice.node(index));
             }
             let Some(d) = (0..D).find(|&d| index[d] + 1 < ranges[d].end) else {
@@ -124,14 +132,20 @@ impl<const D: usize> Region<D> {
             Self::Annulus { centre, outer, .. } => {
                 (0..D.min(2)).for_each(|d| to(d, centre[d] - outer, centre[d] + outer));
             }
+            Self::Ray { centre, along } => (0..D.min(2)).for_each(|d| {
+                // Towards where it goes, however slowly.
+                let low = if along[d] < 0.0 { f64::NEG_INFINITY } else { centre[d] };
+                let high = if along[d] > 0.0 { f64::INFINITY } else { centre[d] };
+                to(d, low, high);
+            }),
             Self::All(regions) => regions.iter().for_each(|r| r.confine(axes, ranges)),
         }
     }
 
-    fn on_circles(&self, x: &Vector<D>, tolerance: f64) -> bool {
+    fn on_oblique(&self, x: &Vector<D>, tolerance: f64) -> bool {
         match self {
-            Self::Circle { .. } | Self::Annulus { .. } => self.contains(x, tolerance),
-            Self::All(regions) => regions.iter().all(|r| r.on_circles(x, tolerance)),
+            Self::Circle { .. } | Self::Annulus { .. } | Self::Ray { .. } => self.contains(x, tolerance),
+            Self::All(regions) => regions.iter().all(|r| r.on_oblique(x, tolerance)),
             _ => true,
         }
     }
@@ -148,6 +162,11 @@ impl<const D: usize> Region<D> {
                 let distance = distance(x, centre);
                 distance >= inner - tolerance && distance <= outer + tolerance
             }
+            Self::Ray { centre, along } => {
+                let [dx, dy] = from_centre(x, centre);
+                let across = along[0] * dy - along[1] * dx;
+                across.abs() <= tolerance && along[0] * dx + along[1] * dy >= -tolerance
+            }
             Self::All(regions) => regions.iter().all(|r| r.contains(x, tolerance)),
         }
     }
@@ -155,5 +174,10 @@ impl<const D: usize> Region<D> {
 
 /// Distance from a centre in the plane of the first two coordinates.
 fn distance<const D: usize>(x: &Vector<D>, centre: &[f64; 2]) -> f64 {
-    if D == 1 { (x[0] - centre[0]).abs() } else { (x[0] - centre[0]).hypot(x[1] - centre[1]) }
+    let [dx, dy] = from_centre(x, centre);
+    dx.hypot(dy)
+}
+
+fn from_centre<const D: usize>(x: &Vector<D>, centre: &[f64; 2]) -> [f64; 2] {
+    [x[0] - centre[0], if D == 1 { 0.0 } else { x[1] - centre[1] }]
 }

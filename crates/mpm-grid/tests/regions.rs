@@ -72,6 +72,28 @@ fn an_annulus_holds_both_its_edges() {
 }
 
 #[test]
+fn a_ray_holds_one_side_of_its_line() {
+    let axis = || Axis::uniform(-6.0, 6.0, 12).unwrap();
+    let layout = Layout::on_axes([axis(), axis()]).unwrap();
+    let ray = |centre, along| Region::<2>::Ray { centre, along }.nodes(&layout);
+    let diagonal = [0.5_f64.sqrt(), -(0.5_f64.sqrt())];
+    assert_eq!(ray([1.0, 2.0], diagonal), searched(&layout, |x| x[0] + x[1] == 3.0 && x[0] >= 1.0));
+    assert_eq!(ray([1.0, 2.0], [0.0, 1.0]), searched(&layout, |x| x[0] == 1.0 && x[1] >= 2.0));
+    assert_eq!(
+        ray([1.0, 2.0], [-0.6, -0.8]),
+        searched(&layout, |x| x == Vector::from([1.0, 2.0])
+            || x == Vector::from([-2.0, -2.0])
+            || x == Vector::from([-5.0, -6.0]))
+    );
+
+    let radii = Axis::uniform(5.0, 10.0, 5).unwrap();
+    let quarter = Span::Sector { from: 0.3, to: 1.2 };
+    let ring = Layout::<2>::ring([1.0, 2.0], radii, 9, quarter, None).unwrap();
+    let end = Region::Ray { centre: [1.0, 2.0], along: [1.2_f64.cos(), 1.2_f64.sin()] };
+    assert_eq!(end.nodes(&ring), (0..6).map(|k| ring.lattice().node([9, k])).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_pythagorean_circle_meets_a_square_grid() {
     let axis = || Axis::uniform(-6.0, 6.0, 12).unwrap();
     let layout = Layout::on_axes([axis(), axis()]).unwrap();

@@ -12,8 +12,8 @@ use crate::record::Summary;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis, PlanePoint, RampInput,
-    RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StepControlInput, SupportInput,
-    TrianglesInput,
+    RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StabilisationInput, StepControlInput,
+    SupportInput, TrianglesInput,
 };
 use crate::vortex::Vortex;
 use mpm_basis::{
@@ -227,6 +227,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         bodies,
         schedule: schedule(scene)?,
         path: path_control(&scene.schedule.control),
+        ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
         tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
@@ -508,6 +509,12 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
         }
         RegionInput::Annulus { centre, inner, outer } => {
             Region::Annulus { centre: plane_point(centre), inner: inner.0, outer: outer.0 }
+        }
+        RegionInput::Ray { centre, angle } => {
+            let (sine, cosine) = angle.0.to_radians().sin_cos();
+            // At right angles exactly along the axes.
+            let along = [cosine, sine].map(|x| if x.abs() < 1e-15 { 0.0 } else { x });
+            Region::Ray { centre: plane_point(centre), along }
         }
         RegionInput::Everywhere => Region::Everywhere,
         RegionInput::All(regions) => Region::All(

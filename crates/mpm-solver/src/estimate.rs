@@ -77,7 +77,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let mesh =
         model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     let (connected, _) = connect(model, &mesh, None).map_err(|it| SceneError::new("bodies", it))?;
-    let Connected { active, connections, pattern } = connected;
+    let Connected { active, connections, pattern, .. } = connected;
 
     let mut constraints = Constraints::<D>::none(active.len());
     for support in &model.supports {

@@ -6,13 +6,13 @@ use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, Prescribed};
-use crate::newton::{self, Equilibrium, Problem, Workspace};
+use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
 use crate::observe::{Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, Pattern};
+use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 
@@ -217,7 +217,7 @@ fn balance<const D: usize>(
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<(Equilibrium<D>, usize, Analysis), StepFailure> {
-    let Connected { active, connections, pattern } = connected;
+    let Connected { active, connections, pattern, ghost } = connected;
     let constraints = constrain(model, mesh, active, step)?;
     let external = external_force(model, connections, active.len(), step);
     let round_off = round_off(model, connections, active.len());
@@ -237,6 +237,7 @@ fn balance<const D: usize>(
         mesh,
         active,
         pattern,
+        ghost: ghost.as_ref(),
         constraints: &constraints,
         external: &external,
         round_off,
@@ -294,8 +295,10 @@ fn balance<const D: usize>(
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
 pub(crate) struct Connected<const D: usize> {
     pub active: ActiveNodes<D>,
+    /// Of every body.
     pub connections: Vec<Connection<D>>,
     pub pattern: Pattern<D>,
+    pub ghost: Option<Ghost<D>>,
 }
 
 /// Influences of all bodies' points on the nodes of `mesh`.
@@ -337,20 +340,31 @@ pub(crate) fn connect<const D: usize>(
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
     let links: Vec<Links<D>> = stencils.into_iter().map(|stencils| Links::of(stencils, &active)).collect();
 
-    let same = former.as_ref().is_some_and(|former| {
-        let before = former.connections.iter().map(|connection| connection.links());
-        former.active == active && links.iter().zip(before).all(|(now, before)| now.is_connected_as(before))
+    let faces = model.ghost.map(|factor| {
+        let mut cells = Vec::new();
+        for (named, links) in model.bodies.iter().zip(&links) {
+            named.body.occupied_cells(links, mesh.lattice(), &active, &mut cells);
+        }
+        GhostFaces::of(mesh, &active, cells, factor)
     });
+    // Faces are taken anew, and with them what they couple.
+    let same = faces.is_none()
+        && former.as_ref().is_some_and(|former| {
+            let before = former.connections.iter().map(|connection| connection.links());
+            former.active == active && links.iter().zip(before).all(|(now, before)| now.is_connected_as(before))
+        });
     match former {
         Some(Connected { connections, pattern, .. }) if same => {
             let connections =
                 connections.into_iter().zip(links).map(|(kept, links)| kept.relinked(links)).collect();
-            Ok((Connected { active, connections, pattern }, Kept::Pattern))
+            Ok((Connected { active, connections, pattern, ghost: None }, Kept::Pattern))
         }
         former => {
-            let pattern = Pattern::reusing(former.map(|former| former.pattern), active.len(), &links);
+            let former = former.map(|former| former.pattern);
+            let pattern = Pattern::reusing(former, active.len(), &links, faces.as_ref());
             let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
-            Ok((Connected { active, connections, pattern }, Kept::Memory))
+            let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
+            Ok((Connected { active, connections, pattern, ghost }, Kept::Memory))
         }
     }
 }

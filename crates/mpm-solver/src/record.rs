@@ -23,6 +23,7 @@ pub(crate) struct StepResult<const D: usize> {
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
     pub equations: usize,
+    /// Faces across which jumps were penalised.
     pub analysis: Analysis,
     pub domains: DomainCounts,
 }
@@ -109,6 +110,9 @@ impl Record {
                 DomainControl::Split { .. } => "domains_split",
             }));
         }
+        if model.ghost.is_some() {
+            columns.push(count("ghost_faces"));
+        }
         if model.domain_history {
             columns.extend([
                 real("domain_smallest_measure".into(), 1),
@@ -179,6 +183,7 @@ impl Record {
     ) -> Result<(), Error> {
         let StepResult { mesh, connected, equilibrium, equations, analysis, domains } = result;
         let active = &connected.active;
+        let ghost_faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
         let cuts_here = cuts - self.cuts_before;
         self.cuts_before = cuts;
         let seconds = self.clock.elapsed().as_secs_f64();
@@ -234,6 +239,9 @@ impl Record {
         let mesh_after = mesh_after(model, step.end, mesh);
         if model.domain_limit.is_some() {
             row.push(Entry::Count(vec![domains.capped + domains.split]));
+        }
+        if model.ghost.is_some() {
+            row.push(Entry::Count(vec![ghost_faces as u64]));
         }
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));

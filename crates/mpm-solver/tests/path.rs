@@ -103,29 +103,25 @@ fn the_step_limit_is_named() {
 #[test]
 fn a_shallow_arch_snaps_through_along_the_curve_of_displacement_control() {
     // Independent: the crown is driven down, the load is the reaction.
-    let drop = 7.496318;
-    let driven =
-        "(name: \"apex\", region: Plane(axis: X, at: 0), fix: [X], displace: [(axis: Y, by: -7.496318)]),";
+    let drop = 3.3;
+    let driven = "(name: \"apex\", region: Plane(axis: X, at: 0), fix: [X], displace: [(axis: Y, by: -3.3)]),";
     let scene = with(&with(ARCH, "(name: \"apex\"", driven), "loads:", "");
     let mut reaction = Curve::of("reaction/apex", 1);
-    run(&with(&scene, "schedule:", "schedule: (steps: 150),"), &mut reaction)
+    run(&with(&scene, "schedule:", "schedule: (steps: 66),"), &mut reaction)
         .expect("displacement control passes");
     let driven: Vec<(f64, f64)> = reaction.points.iter().map(|(t, force)| (drop * t, -force)).collect();
 
     let mut crown = Curve::of("displacement/apex", 1);
-    let outcome = run(ARCH, &mut crown);
-    assert!(matches!(outcome, Err(Error::StepLimit { steps: 34, .. })), "{outcome:?}");
+    run(ARCH, &mut crown).expect("up to the load on the far branch");
     let path: Vec<(f64, f64)> = crown.points.iter().map(|(t, sunk)| (-sunk, 250.0 * t)).collect();
 
-    let top = (1..path.len()).find(|&k| k + 1 == path.len() || path[k + 1].1 < path[k].1).expect("rises");
-    let maximum = path[top].1;
-    assert!((maximum - 197.0).abs() < 1.0, "maximum {maximum}");
-    assert!(path[top..].windows(2).all(|pair| pair[1].1 < pair[0].1), "falls from there on: {path:?}");
-    let &(sunk, least) = path.last().expect("rows");
-    assert!((107.0..111.0).contains(&least) && sunk > 3.7, "{least} at {sunk}");
+    let top = (1..path.len()).find(|&k| path[k + 1].1 < path[k].1).expect("rises");
+    let bottom = (top..path.len()).find(|&k| path[k + 1].1 > path[k].1).expect("falls");
+    let (maximum, minimum) = (path[top].1, path[bottom].1);
+    assert!((maximum - 212.0).abs() < 1.0 && (minimum - 167.0).abs() < 1.0, "{maximum}, {minimum}");
+    assert!(path[bottom..].windows(2).all(|pair| pair[1].1 > pair[0].1), "rises to the end: {path:?}");
+    assert_eq!(path.last().map(|it| it.1), Some(250.0));
     for &(sunk, load) in &path[1..] {
         assert!((load - linear(&driven, sunk)).abs() < 0.02 * maximum, "{load} at {sunk}");
     }
-    // Shallow arch theory (see the scene) has 205 for the half.
-    assert!((maximum / 205.5 - 1.0).abs() < 0.06);
 }

@@ -10,6 +10,7 @@ mod domains;
 mod doughnut;
 mod newton_rate;
 mod patch;
+mod path;
 mod remedies;
 mod rotation;
 mod simple_stretch;
@@ -47,6 +48,8 @@ pub const CASES: &[Case] = &[
     patch::CASE,
     step_control::FAILURE,
     step_control::CUTS,
+    path::SNAP_THROUGH,
+    path::SNAP_BACK,
     domain_control::CASE,
     determinism::CASE,
 ];

@@ -45,6 +45,9 @@ pub struct SceneIn<const D: usize, B> {
     /// How the points' domains are made and how they deform.
     #[serde(default)]
     pub domains: DomainsInput,
+    /// What is done about cells that bodies barely reach into; nothing if left out.
+    #[serde(default)]
+    pub stabilisation: Option<StabilisationInput>,
     /// Laws by name.
     #[serde(deserialize_with = "number::unique_keys")]
     pub materials: BTreeMap<String, MaterialInput>,
@@ -145,6 +148,24 @@ pub enum ControlInput {
         #[serde(default = "default_growth")]
         growth: Positive,
     },
+}
+
+/// What is done about cells that bodies barely reach into: their nodes carry next to no stiffness, and the
+/// tangent becomes singular.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum StabilisationInput {
+    /// Jumps of the displacement gradient (of the load step) across the faces of boundary cells are penalised:
+    /// the cells with an empty neighbour follow those inside. Counted as `/history/ghost_faces`.
+    Ghost {
+        /// The penalty over Young's modulus; 1/30 if left out `[-]`.
+        #[serde(default = "default_ghost")]
+        factor: Positive,
+    },
+}
+
+fn default_ghost() -> Positive {
+    Positive(1.0 / 30.0)
 }
 
 fn default_cells() -> Positive {
@@ -472,6 +493,15 @@ pub enum RegionInput<const D: usize> {
         inner: Finite,
         /// Largest distance `[L]`.
         outer: Positive,
+    },
+    /// Nodes on a half line from a centre, such as a straight end of a sector of a ring (in three dimensions,
+    /// on a half plane that ends in a line along z).
+    Ray {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Its angle from the x axis towards the y axis `[degrees]`.
+        angle: Finite,
     },
     /// Every node.
     Everywhere,
