@@ -6,7 +6,7 @@
 use crate::advance::{AdvanceError, Converged, Prepared};
 use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
-use crate::{Controlled, OccupiedCell, Points, TooManyPoints, determinant};
+use crate::{Controlled, Dilatation, MeanDilatation, OccupiedCell, Points, TooManyPoints, determinant};
 use mpm_basis::{ActiveNodes, Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Block, Lattice, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
@@ -31,6 +31,17 @@ pub trait Body<const D: usize>: Send + Sync {
     /// # Errors
     /// The first point that the mesh does not cover.
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
+    /// Cells over which volume changes are averaged, where they are; `links` are the body's in this step.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>>;
 
     /// Adds internal force and tangent, see [`assemble`].
     ///
@@ -142,12 +153,18 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     /// Columns for the next step, kept for their memory.
     prepared: Prepared<D, B, M>,
     is_prepared: bool,
+    mean_dilatation: Option<MeanDilatation>,
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     /// A body of these points.
     pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
-        Self { basis, law, points, prepared: Prepared::default(), is_prepared: false }
+        Self { basis, law, points, prepared: Prepared::default(), is_prepared: false, mean_dilatation: None }
+    }
+
+    /// The same, with volume changes averaged over cells where `mean` says how.
+    pub fn with_mean_dilatation(self, mean: Option<MeanDilatation>) -> Self {
+        Self { mean_dilatation: mean, ..self }
     }
 
     /// Its points.
@@ -175,6 +192,16 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
         Stencils::of(&self.basis, mesh, &self.points.position, &self.points.domain)
+    }
+
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>> {
+        let of = |mean| Dilatation::of(mean, &self.points.position, links, mesh, active);
+        self.mean_dilatation.map(of).transpose()
     }
 
     fn assemble(

@@ -18,7 +18,7 @@
 //! gradient is continuous.
 
 use crate::pass::{PassInput, Sums};
-use crate::pattern::{Couplings, Pattern};
+use crate::{Couplings, Pattern};
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
 

@@ -9,11 +9,12 @@
 //!
 //! Points that share their nodes are summed densely, wherever they stand in the list of points, and
 //! their sum is added to the global arrays once. The strips of [`crate::strips`] fix the order of all
-//! sums. A pass allocates nothing.
+//! sums. A pass allocates nothing, but for bodies with mean dilatation.
 
+use crate::dilatation::{self, Dilated};
 use crate::kinematics::{block, gradient, inverse_and_determinant, trial_excess};
-use crate::strips::{Strip, strips};
-use crate::{Constraints, Pattern, Points};
+use crate::strips::{Strip, Strips};
+use crate::{Constraints, Couplings, Dilatation, Linked, Pattern, Points};
 use mpm_basis::{Basis, Group, Links};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, respond};
@@ -64,48 +65,61 @@ pub struct PassInput<'a, const D: usize> {
 #[derive(Debug)]
 pub struct Connection<const D: usize> {
     links: Links<D>,
+    dilatation: Option<Dilatation<D>>,
     sums: Summation<D>,
 }
 
-/// What sums over a body's links need; the same for all links that connect the same points and nodes.
+/// What sums over a body's points need; the same for all links that connect the same points and nodes.
 #[derive(Debug)]
 struct Summation<const D: usize> {
-    strips: [Vec<Strip>; 2],
+    strips: Strips,
     slots: Vec<u32>,
-    /// Start of every support's slots.
+    /// Start of the slots of every support, or cell where there is mean dilatation.
     slot_start: Vec<usize>,
     /// One for each task of a phase.
     scratch: Vec<Mutex<Scratch<D>>>,
 }
 
 impl<const D: usize> Connection<D> {
-    /// Prepares sums over `links` into `pattern`.
-    pub fn new(links: Links<D>, pattern: &Pattern<D>) -> Self {
-        let strips = strips(&links);
-        let slots = pattern.slots(&links);
-        let mut slot_start = Vec::with_capacity(links.n_supports());
+    /// Prepares sums over `linked` points into `pattern`.
+    pub fn new(linked: impl Into<Linked<D>>, pattern: &Pattern<D>) -> Self {
+        let linked = linked.into();
+        let strips = Strips::of(&linked);
+        let slots = pattern.slots(&linked);
+        let mut slot_start = Vec::with_capacity(linked.n_sets());
         let (mut at, mut most_nodes) = (0, 0);
-        for support in 0..links.n_supports() {
-            let n = links.support_nodes(support).len();
+        for set in 0..linked.n_sets() {
+            let n = linked.set(set).len();
             slot_start.push(at);
             at += n * n.saturating_sub(1) / 2;
             most_nodes = most_nodes.max(n);
         }
-        let tasks = strips[0].len().clamp(1, TASKS);
+        let tasks = strips.phases()[0].len().clamp(1, TASKS);
         let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes))).collect();
-        Self { links, sums: Summation { strips, slots, slot_start, scratch } }
+        let Linked { links, dilatation } = linked;
+        Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
+    }
+
+    /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
+    pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
+        self.dilatation.is_none() && linked.dilatation.is_none() && self.links.is_connected_as(&linked.links)
     }
 
     /// Sums over `links`, which connect the same points and nodes as the present ones, into the same
     /// pattern.
     pub fn relinked(self, links: Links<D>) -> Self {
         debug_assert!(links.is_connected_as(&self.links), "the same points and nodes");
-        Self { links, sums: self.sums }
+        Self { links, ..self }
     }
 
     /// Groups of points and their influences.
     pub fn links(&self) -> &Links<D> {
         &self.links
+    }
+
+    /// Cells over which volume changes are averaged, where they are.
+    pub fn dilatation(&self) -> Option<&Dilatation<D>> {
+        self.dilatation.as_ref()
     }
 
     /// Bytes of all that is kept.
@@ -186,7 +200,7 @@ pub fn assemble<const D: usize, B: Basis<D>, M: Material>(
     let Sums { internal, mut tangent } = sums;
     let pass = Pass { law, points, connection, input };
     let mut smallest = f64::INFINITY;
-    for strips in &connection.sums.strips {
+    for strips in connection.sums.strips.phases() {
         let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
         if let Some(tangent) = &mut tangent {
             values = &mut *tangent.values;
@@ -232,11 +246,54 @@ impl<const D: usize, B: Basis<D>, M: Material> Pass<'_, D, B, M> {
         }
         // What a task that panicked has left is overwritten.
         let mut scratch = scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
+        let positions = strips.iter().flat_map(|strip| strip.sets.clone());
+        let sets = positions.map(|position| self.connection.sums.strips.set(position));
         let mut smallest = f64::INFINITY;
-        for support in strips.iter().flat_map(|strip| strip.supports.clone()) {
-            smallest = smallest.min(self.sum_support::<TANGENT>(support, &mut scratch, &mut part)?);
+        match &self.connection.dilatation {
+            None => {
+                for support in sets {
+                    smallest = smallest.min(self.sum_support::<TANGENT>(support, &mut scratch, &mut part)?);
+                }
+            }
+            Some(dilatation) => {
+                let Self { law, points, connection, input } = *self;
+                let links = &connection.links;
+                let dilated = Dilated { law, points, links, dilatation, increment: input.increment };
+                let mut of_cell = dilatation::Scratch::default();
+                let Scratch { force, tangent, .. } = &mut *scratch;
+                for cell in sets {
+                    let nodes = dilatation.cells().nodes(cell);
+                    let n = nodes.len();
+                    let force = &mut force[..n];
+                    let tangent = if TANGENT { &mut tangent[..n * (n + 1) / 2] } else { &mut [] };
+                    smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
+                    self.scatter::<TANGENT>(nodes, cell, force, tangent, &mut part);
+                }
+            }
         }
         Ok(smallest)
+    }
+
+    /// Adds the dense sums of set `set` of nodes to the global arrays.
+    #[inline(always)]
+    fn scatter<const TANGENT: bool>(
+        &self,
+        nodes: &[u32],
+        set: usize,
+        force: &[Vector<D>],
+        tangent: &[Block<D>],
+        part: &mut Part<'_, D>,
+    ) {
+        for (node, force) in nodes.iter().zip(force) {
+            part.internal[*node as usize - part.node] += force;
+        }
+        if TANGENT {
+            if !part.lift.is_empty() {
+                add_lift(nodes, tangent, self.input.constraints, part);
+            }
+            let sums = &self.connection.sums;
+            add_tangent(nodes, &sums.slots[sums.slot_start[set]..], tangent, self.input, part);
+        }
     }
 
     /// Sums the points of a support and adds the sum to the global arrays.
@@ -287,16 +344,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Pass<'_, D, B, M> {
             let least = sum_group::<D, B, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
             smallest = smallest.min(least);
         }
-        for (node, force) in nodes.iter().zip(&*dense.force) {
-            part.internal[*node as usize - part.node] += force;
-        }
-        if TANGENT {
-            if !part.lift.is_empty() {
-                add_lift(nodes, dense.tangent, input.constraints, part);
-            }
-            let slots = &connection.sums.slots[connection.sums.slot_start[support]..];
-            add_tangent(nodes, slots, dense.tangent, input, part);
-        }
+        self.scatter::<TANGENT>(nodes, support, dense.force, dense.tangent, part);
         Ok(smallest)
     }
 }
@@ -373,7 +421,17 @@ pub(crate) fn trial<const D: usize, B: Basis<D>, M: Material>(
     du: &[Vector<D>],
     gradients: &[Vector<D>],
 ) -> Result<Trial<D, M::History>, InvertedPoint> {
-    let h = gradient(du, gradients);
+    trial_of(law, points, p, gradient(du, gradients))
+}
+
+/// As [`trial`], of a displacement gradient.
+#[inline(always)]
+pub(crate) fn trial_of<const D: usize, B: Basis<D>, M: Material>(
+    law: &M,
+    points: &Points<D, B, M>,
+    p: usize,
+    h: Block<D>,
+) -> Result<Trial<D, M::History>, InvertedPoint> {
     let step = Block::identity() + h;
     let (inverse, determinant) = inverse_and_determinant(&step);
     // Written so that a trial that is not a number is refused as well.

@@ -4,8 +4,7 @@
 //! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
 //! and columns with nothing but their diagonal.
 
-use crate::{Constraints, GhostFaces};
-use mpm_basis::Links;
+use crate::{Constraints, Couplings, GhostFaces};
 use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
@@ -24,37 +23,18 @@ pub struct Pattern<const D: usize> {
     row: Vec<usize>,
 }
 
-/// Sets of nodes that the tangent couples with each other.
-pub(crate) trait Couplings {
-    /// Number of sets.
-    fn n_sets(&self) -> usize;
-
-    /// Active numbers of the nodes of a set, ascending.
-    fn set(&self, set: usize) -> &[u32];
-}
-
-impl<const D: usize> Couplings for Links<D> {
-    fn n_sets(&self) -> usize {
-        self.n_supports()
-    }
-
-    fn set(&self, set: usize) -> &[u32] {
-        self.support_nodes(set)
-    }
-}
-
 impl<const D: usize> Pattern<D> {
-    /// Couples all nodes that share a support of any body.
-    pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
+    /// Couples all nodes that share a set of any body.
+    pub fn of<C: Couplings>(n_active: usize, bodies: &[C]) -> Self {
         Self::reusing(None, n_active, bodies, None)
     }
 
-    /// Couples all nodes that share a support of any body or a face, in the memory of a pattern that is
+    /// Couples all nodes that share a set of any body or a face, in the memory of a pattern that is
     /// no longer needed.
-    pub fn reusing(
+    pub fn reusing<C: Couplings>(
         former: Option<Self>,
         n_active: usize,
-        bodies: &[Links<D>],
+        bodies: &[C],
         faces: Option<&GhostFaces<D>>,
     ) -> Self {
         let mut pattern = former.unwrap_or_else(|| Self {
@@ -76,9 +56,8 @@ impl<const D: usize> Pattern<D> {
                 for node in nodes {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
-                        for &(support, position) in incidence.at(node) {
-                            let nodes = links.support_nodes(support as usize);
-                            found.extend_from_slice(&nodes[position as usize + 1..]);
+                        for &(group, position) in incidence.at(node) {
+                            found.extend_from_slice(&links.set(group as usize)[position as usize + 1..]);
                         }
                     }
                     if let Some((faces, incidence)) = &faces {

@@ -1,58 +1,85 @@
-//! Strips of supports that can be summed in parallel with an order fixed by the data.
+//! Strips of sets of nodes that can be summed in parallel with an order fixed by the data.
 //!
-//! Supports are taken in the order of their lowest node. A strip is a run of them; it writes to the
-//! nodes from the lowest of its first support to the highest of any. Strips are cut so that a strip
+//! Sets are taken in the order of their lowest node. A strip is a run of them; it writes to the
+//! nodes from the lowest of its first set to the highest of any. Strips are cut so that a strip
 //! never reaches the nodes of the next but one: all even strips can be summed at once, then all odd
-//! ones. Which strip a support is in depends on connectivity alone.
+//! ones. Which strip a set is in depends on connectivity alone.
 
-use mpm_basis::Links;
+use crate::{Couplings, Linked};
 use std::ops::Range;
 
 /// A strip is cut as soon as it holds this many points and may be.
 const POINTS: usize = 2048;
 
-/// A run of supports and the nodes it writes to.
+/// The strips of one body.
+#[derive(Clone, Debug)]
+pub(crate) struct Strips {
+    /// Sets by lowest node; empty where they already stand in that order.
+    order: Vec<u32>,
+    /// Even strips, then odd strips: within each the nodes are disjoint and ascending.
+    phases: [Vec<Strip>; 2],
+}
+
+/// A run of sets and the nodes it writes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Strip {
-    pub supports: Range<usize>,
+    /// Positions in the order of the sets.
+    pub sets: Range<usize>,
     /// Active nodes.
     pub nodes: Range<usize>,
 }
 
-/// The strips of one body: even ones, then odd ones. Within each the nodes are disjoint and ascending.
-pub(crate) fn strips<const D: usize>(links: &Links<D>) -> [Vec<Strip>; 2] {
-    let mut phases = [Vec::new(), Vec::new()];
-    let mut open: Option<Strip> = None;
-    let mut points = 0;
-    let mut count = 0;
-    // Ends of the nodes of the strip before the open one, and of the open one.
-    let (mut reach_before, mut reach) = (0, 0);
-    for support in 0..links.n_supports() {
-        let nodes = links.support_nodes(support);
-        let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
-        let (low, end) = (low as usize, high as usize + 1);
-        let may_end = points >= POINTS && low >= reach_before;
-        let mut strip = match open.take() {
-            Some(strip) if !may_end => strip,
-            full => {
-                reach_before = reach;
-                if let Some(strip) = full {
-                    phases[count % 2].push(strip);
-                    count += 1;
+impl Strips {
+    pub(crate) fn of<const D: usize>(linked: &Linked<D>) -> Self {
+        let lowest = |set: usize| linked.set(set).first().copied().unwrap_or(0);
+        let sorted = (1..linked.n_sets()).all(|set| lowest(set - 1) <= lowest(set));
+        let mut order: Vec<u32> = Vec::new();
+        if !sorted {
+            order.extend((0..linked.n_sets()).map(|set| set as u32));
+            order.sort_by_key(|&set| lowest(set as usize));
+        }
+        let mut result = Self { order, phases: [Vec::new(), Vec::new()] };
+
+        let mut open: Option<Strip> = None;
+        let (mut points, mut count) = (0, 0);
+        // Ends of the nodes of the strip before the open one, and of the open one.
+        let (mut reach_before, mut reach) = (0, 0);
+        for position in 0..linked.n_sets() {
+            let set = result.set(position);
+            let nodes = linked.set(set);
+            let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
+            let (low, end) = (low as usize, high as usize + 1);
+            let mut strip = match open.take() {
+                Some(strip) if points < POINTS || low < reach_before => strip,
+                full => {
+                    reach_before = reach;
+                    points = 0;
+                    if let Some(strip) = full {
+                        result.phases[count % 2].push(strip);
+                        count += 1;
+                    }
+                    Strip { sets: position..position, nodes: low..end }
                 }
-                points = 0;
-                Strip { supports: support..support, nodes: low..end }
-            }
-        };
-        strip.supports.end = support + 1;
-        strip.nodes.end = strip.nodes.end.max(end);
-        reach = strip.nodes.end.max(reach);
-        open = Some(strip);
-        points +=
-            links.support_groups(support).iter().map(|&g| links.group_points(g as usize).len()).sum::<usize>();
+            };
+            strip.sets.end = position + 1;
+            strip.nodes.end = strip.nodes.end.max(end);
+            reach = strip.nodes.end.max(reach);
+            points += linked.n_points(set);
+            open = Some(strip);
+        }
+        if let Some(strip) = open {
+            result.phases[count % 2].push(strip);
+        }
+        result
     }
-    if let Some(strip) = open {
-        phases[count % 2].push(strip);
+
+    /// The set at a position of the order.
+    #[inline]
+    pub(crate) fn set(&self, position: usize) -> usize {
+        if self.order.is_empty() { position } else { self.order[position] as usize }
     }
-    phases
+
+    pub(crate) fn phases(&self) -> &[Vec<Strip>; 2] {
+        &self.phases
+    }
 }

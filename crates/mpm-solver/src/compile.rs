@@ -11,11 +11,12 @@ use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
-    LoadInput, MaterialInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis, PlanePoint, RampInput,
-    RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StabilisationInput, StepControlInput,
-    SupportInput, TrianglesInput,
+    LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
+    PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
+    StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
 };
 use crate::vortex::Vortex;
+use mpm_assembly::MeanDilatation;
 use mpm_basis::{
     ActiveNodes, Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl,
     Fallback, Gimp, GimpUpdate, Smpm, TriangleSplit,
@@ -420,6 +421,10 @@ fn bodies<const D: usize, B: FillBody<D>>(
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
+            mean_dilatation: input.mean_dilatation.map(|mean| match mean {
+                MeanDilatationInput::Points => MeanDilatation::Points,
+                MeanDilatationInput::Cell => MeanDilatation::Cell,
+            }),
         };
         let filled = scene
             .basis

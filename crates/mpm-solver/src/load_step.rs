@@ -5,15 +5,15 @@ use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
-use crate::model::{Model, Prescribed};
+use crate::model::{Model, NamedBody, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
 use crate::observe::{Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Pattern};
-use mpm_basis::{ActiveNodes, Links, Stencils};
+use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
+use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 
 /// Runs a model through its load steps.
@@ -306,17 +306,11 @@ pub(crate) fn stencils<const D: usize>(
     model: &Model<D>,
     mesh: &Mesh<D>,
 ) -> Result<Vec<Stencils<D>>, StepFailure> {
-    model
-        .bodies
-        .iter()
-        .map(|named| {
-            named.body.stencils(mesh).map_err(|it| StepFailure::Outside {
-                body: named.name.clone(),
-                basis: named.body.basis(),
-                reason: it.to_string(),
-            })
-        })
-        .collect()
+    model.bodies.iter().map(|named| named.body.stencils(mesh).map_err(|it| outside(named, &it))).collect()
+}
+
+fn outside<const D: usize>(named: &NamedBody<D>, it: &UnconnectedPoint<D>) -> StepFailure {
+    StepFailure::Outside { body: named.name.clone(), basis: named.body.basis(), reason: it.to_string() }
 }
 
 /// How much of the connectivity before could be kept.
@@ -338,31 +332,38 @@ pub(crate) fn connect<const D: usize>(
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let stencils = stencils(model, mesh)?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
-    let links: Vec<Links<D>> = stencils.into_iter().map(|stencils| Links::of(stencils, &active)).collect();
-
+    let linked: Vec<Linked<D>> = stencils
+        .into_iter()
+        .zip(&model.bodies)
+        .map(|(stencils, named)| {
+            let links = Links::of(stencils, &active);
+            let dilatation = named.body.dilatation(&links, mesh, &active).map_err(|it| outside(named, &it))?;
+            Ok(Linked { links, dilatation })
+        })
+        .collect::<Result<_, _>>()?;
     let faces = model.ghost.map(|factor| {
         let mut cells = Vec::new();
-        for (named, links) in model.bodies.iter().zip(&links) {
-            named.body.occupied_cells(links, mesh.lattice(), &active, &mut cells);
+        for (named, linked) in model.bodies.iter().zip(&linked) {
+            named.body.occupied_cells(&linked.links, mesh.lattice(), &active, &mut cells);
         }
         GhostFaces::of(mesh, &active, cells, factor)
     });
     // Faces are taken anew, and with them what they couple.
     let same = faces.is_none()
         && former.as_ref().is_some_and(|former| {
-            let before = former.connections.iter().map(|connection| connection.links());
-            former.active == active && links.iter().zip(before).all(|(now, before)| now.is_connected_as(before))
+            former.active == active
+                && linked.iter().zip(&former.connections).all(|(now, before)| before.is_connected_as(now))
         });
     match former {
         Some(Connected { connections, pattern, .. }) if same => {
             let connections =
-                connections.into_iter().zip(links).map(|(kept, links)| kept.relinked(links)).collect();
+                connections.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.links)).collect();
             Ok((Connected { active, connections, pattern, ghost: None }, Kept::Pattern))
         }
         former => {
             let former = former.map(|former| former.pattern);
-            let pattern = Pattern::reusing(former, active.len(), &links, faces.as_ref());
-            let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
+            let pattern = Pattern::reusing(former, active.len(), &linked, faces.as_ref());
+            let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
             let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
             Ok((Connected { active, connections, pattern, ghost }, Kept::Memory))
         }

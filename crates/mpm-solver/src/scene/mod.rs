@@ -428,6 +428,21 @@ pub struct BodyInput<const D: usize> {
     pub shape: ShapeInput<D>,
     /// Material points per cell and direction, evenly spaced.
     pub points_per_cell: Count,
+    /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
+    /// volume change of their cell in place of their own; left alone if left out.
+    #[serde(default)]
+    pub mean_dilatation: Option<MeanDilatationInput>,
+}
+
+/// What the volume change of a cell is. Points take it in each load step from the cell that holds them at its
+/// start. `VolumeRatio` and `Volume` are then those of the cells, and domains that follow F follow them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum MeanDilatationInput {
+    /// The mean over the points in the cell: for bodies whose surface moves through cells.
+    Points,
+    /// That of the cell itself, wherever its points stand: the more accurate one in cells that stay full of
+    /// material; cells filled in part may turn unstable.
+    Cell,
 }
 
 /// What a body fills at rest.
