@@ -8,6 +8,7 @@ pub struct History {
     fields: Vec<Field>,
     columns: Vec<Column>,
     rows: Vec<Row>,
+    only_ends: bool,
     keeps_outlines: bool,
     outlines: Vec<Vec<[f64; 3]>>,
     stations: Vec<f64>,
@@ -46,6 +47,11 @@ impl History {
     /// Will keep these fields besides the positions.
     pub fn of(fields: &[Field]) -> Self {
         Self { fields: fields.to_vec(), ..Self::default() }
+    }
+
+    /// Will keep the initial state and the end of the load only; nothing is asked for in between.
+    pub fn only_ends(self) -> Self {
+        Self { only_ends: true, ..self }
     }
 
     /// Will keep the outlines of the points' domains at the last load step, too.
@@ -152,6 +158,9 @@ impl Observer for History {
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        if self.only_ends && step.index > 0 && step.fraction < 1.0 {
+            return Ok(());
+        }
         self.rows.push(Row {
             fraction: step.fraction,
             entries: step.row.to_vec(),

@@ -123,10 +123,19 @@ impl Picture {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&self, directory: &Path) -> Result<(), Broken> {
+        self.save_in_columns(directory, self.panels.len().min(ACROSS))
+    }
+
+    /// As [`Self::save`], so many panels side by side and the others below.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save_in_columns(&self, directory: &Path, columns: usize) -> Result<(), Broken> {
         let path = directory.join(self.file);
         // The one font there is; registering it again changes nothing.
         register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "the font is broken")?;
-        let (rows, across) = self.arrangement();
+        let columns = columns.max(1);
+        let rows = self.panels.len().div_ceil(columns);
         let vector = path.extension().is_some_and(|ending| ending == "svg");
         // Panels in many rows are small.
         let (width, height) = match (vector, rows) {
@@ -134,28 +143,23 @@ impl Picture {
             (false, 1) => (420, 440),
             (false, _) => (270, 290),
         };
-        let size = (width * across as u32, height * rows as u32);
+        let size = (width * columns as u32, height * rows as u32);
         if vector {
-            self.draw(SVGBackend::new(&path, size).into_drawing_area())
+            self.draw(SVGBackend::new(&path, size).into_drawing_area(), (rows, columns))
         } else {
             let mut pixels = vec![0; 3 * (size.0 * size.1) as usize];
-            self.draw(BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area())?;
+            self.draw(BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), (rows, columns))?;
             palette::write(&path, size.0, &pixels)
         }
     }
 
-    /// Rows, and panels in a row.
-    fn arrangement(&self) -> (usize, usize) {
-        (self.panels.len().div_ceil(ACROSS), self.panels.len().min(ACROSS))
-    }
-
-    fn draw<DB>(&self, area: DrawingArea<DB, Shift>) -> Result<(), Broken>
+    fn draw<DB>(&self, area: DrawingArea<DB, Shift>, parts: (usize, usize)) -> Result<(), Broken>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
         area.fill(&WHITE)?;
-        for (panel, part) in self.panels.iter().zip(area.split_evenly(self.arrangement())) {
+        for (panel, part) in self.panels.iter().zip(area.split_evenly(parts)) {
             match panel {
                 Panel::Curves(curves) => curves.draw(&part)?,
                 Panel::Shapes(shapes) => shapes.draw(&part)?,

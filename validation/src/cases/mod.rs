@@ -62,7 +62,7 @@ pub const CASES: &[Case] = &[
 ];
 
 /// Largest of some errors; not a number if one of them is not.
-fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
     errors.into_iter().fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }
 
@@ -77,17 +77,17 @@ fn relative(found: &[f64], expected: &[f64]) -> f64 {
 }
 
 /// A number with so many decimals.
-fn fixed(x: f64, decimals: usize) -> String {
+pub(crate) fn fixed(x: f64, decimals: usize) -> String {
     format!("{x:.decimals$}")
 }
 
 /// A number with so many significant digits and an exponent.
-fn scientific(x: f64, digits: usize) -> String {
+pub(crate) fn scientific(x: f64, digits: usize) -> String {
     format!("{x:.*e}", digits - 1)
 }
 
 /// The same work on several things at once, results in their order.
-fn sweep<T: Sync, R: Send>(
+pub(crate) fn sweep<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> Result<R, Broken> + Send + Sync,
 ) -> Result<Vec<R>, Broken> {

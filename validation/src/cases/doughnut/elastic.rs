@@ -1,8 +1,9 @@
 //! The elastic doughnut.
 
 use super::super::{fixed, largest, scientific, sweep};
-use super::{EXACT_AT_20, at_stations, ring, torque};
+use super::at_stations;
 use crate::history::History;
+use crate::problems::doughnut::{EXACT_AT_20, ring, torque};
 use crate::reference::Reference;
 use crate::scenes::{Run, run};
 use crate::variants::{CPDI1, CPDI2Q, GENERAL, Method, SMPM};

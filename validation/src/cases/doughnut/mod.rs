@@ -8,10 +8,9 @@ mod refinement;
 mod slides;
 mod turns;
 
+use crate::Case;
 use crate::history::History;
-use crate::scenes::load;
-use crate::variants::{Method, PlaneScene, plane, refined};
-use crate::{Broken, Case};
+use crate::problems::doughnut::torque;
 
 pub(super) const ELASTIC: Case = elastic::CASE;
 pub(super) const SLIDES: Case = slides::CASE;
@@ -21,13 +20,6 @@ pub(super) const LIMIT: Case = limit::CASE;
 pub(super) const CARRIED: Case = carried::CASE;
 pub(super) const EXTRUDED: Case = extruded::CASE;
 
-/// Elastic torque at 20° `[F L]` per unit thickness.
-const EXACT_AT_20: f64 = 6.764_336_5e7;
-
-pub(super) fn torque(history: &History) -> Vec<f64> {
-    history.series("reaction_moment/inner", 0)[1..].to_vec()
-}
-
 /// Torque of a scene's nominal stations: steps that were cut leave rows between them.
 fn at_stations(history: &History, stations: usize) -> Vec<f64> {
     let rows = history.rows()[1..].iter().zip(torque(history));
@@ -36,8 +28,4 @@ fn at_stations(history: &History, stations: usize) -> Vec<f64> {
         (station - station.round()).abs() < 1e-9
     };
     rows.filter(|(row, _)| nominal(row.fraction)).map(|(_, torque)| torque).collect()
-}
-
-pub(super) fn ring(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
-    Ok(refined(method.of(plane(load("doughnut_elastic")?)?), factor))
 }

@@ -1,7 +1,8 @@
 //! What the error of the elastic doughnut is made of.
 
 use super::super::{largest, scientific, sweep};
-use super::{at_stations, ring};
+use super::at_stations;
+use crate::problems::doughnut::ring;
 use crate::reference::Reference;
 use crate::scenes::run;
 use crate::variants::{CPDI1, CPDI2Q, GENERAL, Method, SMPM, in_steps, with_points};

@@ -1,8 +1,9 @@
 //! The slides' doughnut to 90°.
 
 use super::super::{relative, shapes, sweep};
-use super::{at_stations, torque};
+use super::at_stations;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
+use crate::problems::doughnut::torque;
 use crate::reference::Reference;
 use crate::scenes::{Run, load, run};
 use crate::variants::{CPDI1, CPDI2Q, CROSS, Method, SLASH, SMPM, plane};

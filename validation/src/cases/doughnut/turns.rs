@@ -1,9 +1,9 @@
 //! The slides' doughnut carried on for two turns.
 
 use super::super::{domains::doughnut_to, fixed, framed, largest, sweep};
-use super::{EXACT_AT_20, torque};
 use crate::history::{Frame, History};
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Shapes, Stroke};
+use crate::problems::doughnut::{EXACT_AT_20, torque};
 use crate::scenes::Run;
 use crate::variants::{
     BACKSLASH, CPDI1, CPDI2Q, CROSS, Method, PlaneScene, SLASH, SMPM, falling_back, with_control,
