@@ -3,14 +3,14 @@
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
-use crate::load_step::{Connected, connect, run};
+use crate::load_step::{run, stencils};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
-    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
     StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
@@ -18,8 +18,8 @@ use crate::scene::{
 use crate::vortex::Vortex;
 use mpm_assembly::MeanDilatation;
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
-    Gimp, GimpUpdate, Smpm, TriangleSplit,
+    ActiveNodes, Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl,
+    Fallback, Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
 use mpm_grid::{
     Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region, Reindexing, Span, Vector,
@@ -327,16 +327,20 @@ fn motion<const D: usize>(input: &MotionInput<D>, layout: &Layout<D>) -> Result<
             let angle = ramp(input, angle.0.to_radians(), "motion.ramp")?;
             MeshMotion::rotate(plane_point(centre), angle).map_err(|it| SceneError::new("motion", it))
         }
-        MotionInput::Twist { inner, outer, ramp: input, reindexing } => {
+        MotionInput::Twist { inner, outer, ramp: input, outer_ramp, reindexing } => {
             let Layout::Ring { centre, radii, .. } = layout else {
                 return Err(SceneError::new("motion", "a twist needs a ring mesh"));
             };
-            let angle = |angle: &Finite| ramp(input, angle.0.to_radians(), "motion.ramp");
+            let inner = ramp(input, inner.0.to_radians(), "motion.ramp")?;
+            let outer = match outer_ramp {
+                None => ramp(input, outer.0.to_radians(), "motion.ramp")?,
+                Some(input) => ramp(input, outer.0.to_radians(), "motion.outer_ramp")?,
+            };
             let reindexing = match reindexing {
                 ReindexingInput::WholeCells => Reindexing::WholeCells,
                 ReindexingInput::Off => Reindexing::Off,
             };
-            let (inner, outer) = ((radii.first(), angle(inner)?), (radii.last(), angle(outer)?));
+            let (inner, outer) = ((radii.first(), inner), (radii.last(), outer));
             MeshMotion::twist(*centre, inner, outer, reindexing).map_err(|it| SceneError::new("motion", it))
         }
     }
@@ -723,7 +727,8 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
 fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(), SceneError> {
-    let Connected { active, .. } = connect(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let stencils = stencils(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let active = ActiveNodes::of(mesh.lattice(), &stencils);
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {
