@@ -1,6 +1,6 @@
 //! Pictures of what was found: curves, and bodies with their domains; SVG or PNG.
 
-use crate::Broken;
+use crate::{Broken, palette};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, BitMapBackend, ChartBuilder, Circle, Color, DashedLineSeries, DrawingArea, DrawingBackend,
@@ -17,7 +17,7 @@ pub struct Picture {
     pub file: &'static str,
     /// What it shows.
     pub caption: String,
-    /// Panels, side by side.
+    /// Panels, side by side, in rows of six.
     pub panels: Vec<Panel>,
 }
 
@@ -103,6 +103,8 @@ pub struct Shapes {
     pub lines: Vec<[(f64, f64); 2]>,
 }
 
+/// Panels in a row.
+const ACROSS: usize = 6;
 const FONT: &str = "sans-serif";
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
@@ -121,7 +123,7 @@ impl Picture {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&self, directory: &Path) -> Result<(), Broken> {
-        self.save_in_columns(directory, self.panels.len())
+        self.save_in_columns(directory, self.panels.len().min(ACROSS))
     }
 
     /// As [`Self::save`], so many panels side by side and the others below.
@@ -132,13 +134,22 @@ impl Picture {
         let path = directory.join(self.file);
         // The one font there is; registering it again changes nothing.
         register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "the font is broken")?;
-        let (columns, rows) = (columns.max(1), self.panels.len().div_ceil(columns.max(1)));
-        let size = |width, height| (width * columns as u32, height * rows as u32);
+        let columns = columns.max(1);
+        let rows = self.panels.len().div_ceil(columns);
         let vector = path.extension().is_some_and(|ending| ending == "svg");
+        // Panels in many rows are small.
+        let (width, height) = match (vector, rows) {
+            (true, _) => (460, 380),
+            (false, 1) => (420, 440),
+            (false, _) => (270, 290),
+        };
+        let size = (width * columns as u32, height * rows as u32);
         if vector {
-            self.draw(SVGBackend::new(&path, size(460, 380)).into_drawing_area(), (rows, columns))
+            self.draw(SVGBackend::new(&path, size).into_drawing_area(), (rows, columns))
         } else {
-            self.draw(BitMapBackend::new(&path, size(420, 440)).into_drawing_area(), (rows, columns))
+            let mut pixels = vec![0; 3 * (size.0 * size.1) as usize];
+            self.draw(BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), (rows, columns))?;
+            palette::write(&path, size.0, &pixels)
         }
     }
 

@@ -23,8 +23,8 @@ use mpm_grid::{LoadFraction, Mesh, Vector};
 /// 3. advance the points (and shorten or split domains too long for their cells, where asked to),
 /// 4. let the observer look. The mesh is then replaced by that of the next step.
 ///
-/// A step that cannot be solved is halved; the points are those of the last converged step until
-/// the next one has converged.
+/// A step that cannot be solved is halved, and at its shortest balanced in stages; the points are those of
+/// the last converged step until the next one has converged.
 ///
 /// # Errors
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
@@ -62,7 +62,13 @@ fn steps<const D: usize>(
     record.show_initial(model, observer, timings)?;
 
     while let Some(step) = pace.next() {
-        match load_step(model, &step, Drive::Load, &mut factorization, &mut workspace, timings) {
+        let mut attempt = |drive| load_step(model, &step, drive, &mut factorization, &mut workspace, timings);
+        let result = attempt(Drive::Load).or_else(|reason| {
+            // Where shorter steps are no help, stages may be; else the first reason is the reason.
+            let last = !reason.is_at_start() && pace.is_at_floor();
+            if last { attempt(Drive::Stages).map_err(|_| reason) } else { Err(reason) }
+        });
+        match result {
             Ok(mut result) => {
                 for named in &mut model.bodies {
                     named.body.commit();
@@ -155,6 +161,8 @@ fn steps_along<const D: usize>(
 enum Drive<'a, 'b, const D: usize> {
     /// The step.
     Load,
+    /// The step, balanced in stages.
+    Stages,
     /// The step; its length is measured.
     Measured(&'a mut Attempt<'b, D>),
     /// The length that it should have.
@@ -201,6 +209,7 @@ fn load_step<const D: usize>(
     };
     let equilibrium = match drive {
         Drive::Load => newton::solve(&problem, factorization, workspace, timings)?,
+        Drive::Stages => newton::solve_in_stages(&problem, factorization, workspace, timings)?,
         Drive::Measured(attempt) => {
             attempt.end = step.end.get();
             let equilibrium = newton::solve(&problem, factorization, workspace, timings)?;
