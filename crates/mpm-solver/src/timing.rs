@@ -1,6 +1,8 @@
 //! Where the time of a run goes, and what it did not have to do.
 
+use crate::load_step::Kept;
 use crate::observe::Timing;
+use mpm_assembly::Body;
 use std::time::Instant;
 
 /// The phases of a run.
@@ -31,18 +33,85 @@ const NAMES: [&str; 8] =
 #[derive(Clone, Debug)]
 pub(crate) struct Timings {
     phases: [Timing; 8],
+    pub skipped: Skipped,
+}
+
+/// What a run could do without.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Skipped {
+    /// Grid nodes without material in the last load step.
+    pub nodes: u64,
+    /// Grid cells without a material point at the end.
+    pub cells: u64,
+    /// Entries of the tangent above its diagonal in the last load step.
+    pub upper_triangle: u64,
+    /// Columns of the points that no body stores.
+    pub columns: u64,
+    /// Load steps in a mesh that does not move.
+    pub mesh_moves: u64,
+    /// Load steps that were cut and began again with the connectivity at hand.
+    pub connections: u64,
+    /// Load steps that began with the pattern of the one before, as no point had changed its nodes.
+    pub patterns: u64,
+    /// Orders and symbolic analyses kept from the step before.
+    pub analyses: u64,
+    /// Linear solutions with a factorisation that was kept.
+    pub factorisations: u64,
     /// Passes in which no tangent was summed because convergence was foreseen.
-    pub skip_tangents: u64,
-    /// Symbolic analyses kept from the step before.
-    pub skip_analyses: u64,
+    pub tangents: u64,
+    /// Evaluations of laws that cannot yield.
+    pub yield_checks: u64,
+    /// Evaluations of laws in plane strain: spectral decompositions in the plane instead of in space.
+    pub out_of_plane: u64,
+    /// Points that were carried through a load step without a domain.
+    pub domains: u64,
+}
+
+impl Skipped {
+    pub(crate) fn count_connection(&mut self, kept: Kept) {
+        match kept {
+            Kept::Memory => {}
+            Kept::Pattern => self.patterns += 1,
+            Kept::All => self.connections += 1,
+        }
+    }
+
+    /// One pass over the points of a body.
+    pub(crate) fn count_pass<const D: usize>(&mut self, body: &dyn Body<D>) {
+        let points = body.n_points() as u64;
+        if !body.can_yield() {
+            self.yield_checks += points;
+        }
+        if D == 2 {
+            self.out_of_plane += points;
+        }
+    }
+
+    /// Name and number of everything, also of what was not skipped.
+    pub(crate) fn list(&self) -> [(&'static str, u64); 13] {
+        [
+            ("skipped: grid nodes", self.nodes),
+            ("skipped: grid cells", self.cells),
+            ("skipped: upper triangle", self.upper_triangle),
+            ("skipped: columns of points", self.columns),
+            ("skipped: mesh moves", self.mesh_moves),
+            ("skipped: connections", self.connections),
+            ("skipped: patterns", self.patterns),
+            ("skipped: orders and analyses", self.analyses),
+            ("skipped: factorisations", self.factorisations),
+            ("skipped: tangents", self.tangents),
+            ("skipped: yield checks", self.yield_checks),
+            ("skipped: out-of-plane spectra", self.out_of_plane),
+            ("skipped: domains", self.domains),
+        ]
+    }
 }
 
 impl Timings {
     pub(crate) fn new() -> Self {
         Self {
             phases: NAMES.map(|phase| Timing { phase, seconds: 0.0, count: 0 }),
-            skip_tangents: 0,
-            skip_analyses: 0,
+            skipped: Skipped::default(),
         }
     }
 
@@ -58,5 +127,12 @@ impl Timings {
 
     pub(crate) fn phases(&self) -> &[Timing] {
         &self.phases
+    }
+
+    /// The phases, then what was skipped, in no seconds.
+    pub(crate) fn with_skipped(&self) -> Vec<Timing> {
+        let skipped = self.skipped.list();
+        let skipped = skipped.into_iter().map(|(phase, count)| Timing { phase, seconds: 0.0, count });
+        self.phases.iter().cloned().chain(skipped).collect()
     }
 }
