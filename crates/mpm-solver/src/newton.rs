@@ -26,6 +26,9 @@ const FIRST_PART: f64 = 0.25;
 /// Relative out-of-balance force with which all stages but the last are content.
 const STAGE_RESIDUAL: f64 = 1e-4;
 
+/// Smallest part of what is out of balance at the start of a step that makes a stage.
+const LEAST_STAGE: f64 = 1.0 / 16384.0;
+
 /// Evaluations in the search for a shorter correction at most.
 const SEARCHES: usize = 5;
 
@@ -174,7 +177,7 @@ pub(crate) fn solve_in_stages<const D: usize>(
                 freed = aim;
                 lift = &[];
             }
-            Err(failure) if 0.5 * part < LEAST_PART => return Err(failure),
+            Err(failure) if 0.5 * part < LEAST_STAGE => return Err(failure),
             Err(_) => (part, growth) = (0.5 * part, 1.0),
         }
     }

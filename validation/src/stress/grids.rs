@@ -179,6 +179,7 @@ fn offsets(extent: Extent) -> Result<Findings, Broken> {
                     sweep(&offsets, |&offset| run_plane(variant(&(problem.scene)(offset)?, method, ghost)))?;
                 let ended = runs.iter().filter(|run| run.outcome.is_err()).count();
                 let finished = || runs.iter().filter(|run| run.outcome.is_ok());
+                let first = runs.iter().find(|run| run.outcome.is_err()).map_or(String::new(), reason);
                 let answers = spread(finished().map(moved).collect());
                 let efforts: Vec<[f64; 2]> = finished().map(|run| effort(&run.history)).collect();
                 table.push([
@@ -189,12 +190,12 @@ fn offsets(extent: Extent) -> Result<Findings, Broken> {
                     answers.map_or("–".into(), |it| it.map(|it| scientific(it, 4)).join(", ")),
                     largest(efforts.iter().map(|it| it[0])).to_string(),
                     efforts.iter().map(|it| it[1]).sum::<f64>().to_string(),
-                    runs.iter().find(|run| run.outcome.is_err()).map_or(String::new(), reason),
+                    first.clone(),
                 ]);
                 if ghost && [GIMP, CPDI1, CPDI2Q].contains(method) {
                     let what =
                         format!("{}, {}, ghost: grids on which the run stops", problem.name, method.name);
-                    findings.checks.push(Check::none(what, ended));
+                    findings.checks.push(Check::none(what, ended).remark(first));
                 }
             }
         }
