@@ -54,6 +54,7 @@ mod kinematics;
 mod pass;
 mod pattern;
 mod points;
+mod stored;
 mod strips;
 
 pub use advance::{AdvanceError, Converged, advanced};
@@ -65,3 +66,4 @@ pub use kinematics::determinant;
 pub use pass::{Connection, InvertedPoint, PassInput, Sums, TangentSums, assemble, finish_tangent};
 pub use pattern::Pattern;
 pub use points::Points;
+pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};

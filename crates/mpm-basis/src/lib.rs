@@ -55,6 +55,7 @@ mod influence;
 mod sampled;
 mod simplex;
 mod smpm;
+mod stored;
 mod tensor;
 
 pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
@@ -72,13 +73,14 @@ pub use influence::{Influence, Stencil};
 pub use mpm_grid::LinearCell as Piece;
 pub use simplex::Simplex;
 pub use smpm::Smpm;
+pub use stored::StoredDomain;
 
 use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
 
 /// A basis says how a point's domain spreads its influence, and how that domain deforms.
 pub trait Basis<const D: usize>: Send + Sync {
     /// Geometry a point carries for this basis; `()` for standard MPM.
-    type Domain: Clone + Send + Sync;
+    type Domain: Clone + Send + Sync + StoredDomain;
 
     /// Its name in one word, as people write it.
     fn name(&self) -> &'static str;
