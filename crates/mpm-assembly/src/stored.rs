@@ -75,7 +75,9 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
                 "reference_volume" => values.extend(&self.reference_volume),
                 "mass" => values.extend(&self.mass),
                 "domain" => self.domain.iter().for_each(|domain| domain.store(&mut values)),
-                "deformation_gradient" => values.extend(self.deformation_gradient.iter().flat_map(|f| f.iter())),
+                "deformation_gradient" => {
+                    values.extend(self.deformation_gradient.iter().flat_map(|f| f.iter()))
+                }
                 "elastic_excess" => values.extend(self.elastic_excess.iter().flat_map(components)),
                 "history" => self.history.iter().for_each(|history| history.store(&mut values)),
                 _ => values.extend(self.plastic.iter().map(|&plastic| f64::from(u8::from(plastic)))),
@@ -98,7 +100,10 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
             let column = column.ok_or_else(|| wrong(name, format!("expected {width} numbers per point")))?;
             let (n, values) = (stored.points, &column.values);
             if Some(values.len()) != n.checked_mul(width) {
-                return Err(wrong(name, format!("holds {} numbers, expected {width} for each of {n} points", values.len())));
+                return Err(wrong(
+                    name,
+                    format!("holds {} numbers, expected {width} for each of {n} points", values.len()),
+                ));
             }
             if let Some(at) = values.iter().position(|value| !value.is_finite()) {
                 let reason = format!("is {} at point {}, expected a finite number", values[at], at / width);
@@ -112,7 +117,9 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
             let at_point = |p: usize, reason| wrong(name, format!("point {p}: {reason}"));
             match name {
                 "position" => next.position = rows().map(Vector::from_column_slice).collect(),
-                "reference_position" => next.reference_position = rows().map(Vector::from_column_slice).collect(),
+                "reference_position" => {
+                    next.reference_position = rows().map(Vector::from_column_slice).collect()
+                }
                 "reference_volume" => next.reference_volume = above_zero()?,
                 "mass" => next.mass = above_zero()?,
                 "domain" => {

@@ -182,8 +182,11 @@ mod tests {
         };
         returns(quadrilateral);
         returns(Hexahedron { corners: from_fn(|c| numbered(c as f64)), initial_volume: 9.0 });
-        let triangle =
-            Simplex::<2> { first: numbered(1.0), others: from_fn(|c| numbered(2.0 + c as f64)), initial_volume: 5.0 };
+        let triangle = Simplex::<2> {
+            first: numbered(1.0),
+            others: from_fn(|c| numbered(2.0 + c as f64)),
+            initial_volume: 5.0,
+        };
         returns(triangle);
         returns(Simplex::<3> {
             first: numbered(1.0),

@@ -3,7 +3,7 @@
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
-use crate::load_step::{connect, run};
+use crate::load_step::{connect, resume, run};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
 };
@@ -15,6 +15,7 @@ use crate::scene::{
     RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StepControlInput, SupportInput,
     TrianglesInput,
 };
+use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
 use mpm_basis::{
     Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
@@ -42,6 +43,25 @@ impl Compiled {
         match self {
             Compiled::Plane(model) => run(model, observer),
             Compiled::Solid(model) => run(model, observer),
+        }
+    }
+
+    /// Goes on from a state, see [`resume`].
+    ///
+    /// # Errors
+    /// As [`resume`].
+    pub fn resume(&mut self, state: &State, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        match self {
+            Compiled::Plane(model) => resume(model, state, observer),
+            Compiled::Solid(model) => resume(model, state, observer),
+        }
+    }
+
+    /// What the states of a model that has not begun to run look like.
+    pub fn state_layout(&self) -> StateLayout {
+        match self {
+            Compiled::Plane(model) => StateLayout::of(model),
+            Compiled::Solid(model) => StateLayout::of(model),
         }
     }
 }
@@ -212,6 +232,9 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
 
 fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
+    if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
+        return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
+    }
     let layout = layout(&scene.mesh)?;
     let motion = motion(&scene.motion, &layout)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;

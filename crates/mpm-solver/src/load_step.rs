@@ -6,10 +6,11 @@ use crate::error::{Error, PathFailure, StepFailure};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, Prescribed};
 use crate::newton::{self, Problem, Workspace};
-use crate::observe::{Observer, Outcome};
+use crate::observe::{Moment, Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
+use crate::state::{State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils};
@@ -30,16 +31,90 @@ use mpm_grid::{LoadFraction, Mesh, Vector};
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    let mut timings = Timings::new();
-    let mut record = Record::new(model);
+    let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
+    let control = match model.path {
+        None => Control::Pace(Pace::new(model.schedule)),
+        Some(control) => Control::Course(Course::new(control, model.schedule.cuts)),
+    };
+    let so_far = SoFar { record, control, factorization: Factorization::new(), timings: Timings::new() };
+    go_on(model, so_far, observer)
+}
 
-    let outcome = match model.path {
-        None => steps(model, observer, &mut record, &mut timings),
+/// As [`run`], from a state of an earlier run of the same model on. What follows is bit for bit what would
+/// have followed there.
+///
+/// # Errors
+/// [`Error::State`] where the state is none of the model; else as [`run`].
+pub fn resume<const D: usize>(
+    model: &mut Model<D>,
+    state: &State,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    let wrong = |reason: String| StateError::new("progress", reason);
+    let mut record = Record::new(model);
+    state.recall(model)?;
+    record.recall(&state.progress).map_err(wrong)?;
+    let timings = Timings::recall(&state.progress.spent).map_err(wrong)?;
+    let progress = &state.progress.control;
+    let control = match model.path {
+        None => Control::Pace(Pace::recall(model.schedule, progress).map_err(wrong)?),
         Some(control) => {
-            let course = Course::new(control, model.schedule.cuts);
-            steps_along(course, model, observer, &mut record, &mut timings)
+            let (floor, nodes) = (model.schedule.cuts, model.layout.lattice().n_nodes());
+            Control::Course(Course::recall(control, floor, progress, &state.secant, nodes).map_err(wrong)?)
         }
+    };
+    let at = match &control {
+        Control::Pace(pace) => pace.at(),
+        Control::Course(course) => fraction(course.at()),
+    };
+    check_covered(model, at)?;
+    let mut factorization = Factorization::new();
+    factorization.recall(state.order.clone());
+    record.show_resumed(model, at, observer)?;
+    go_on(model, SoFar { record, control, factorization, timings }, observer)
+}
+
+/// A run so far, without its model.
+struct SoFar<const D: usize> {
+    record: Record,
+    control: Control<D>,
+    factorization: Factorization,
+    timings: Timings,
+}
+
+/// What chooses the load steps.
+enum Control<const D: usize> {
+    Pace(Pace),
+    Course(Course<D>),
+}
+
+/// Runs to the end, and tells the observer how it ended.
+fn go_on<const D: usize>(
+    model: &mut Model<D>,
+    so_far: SoFar<D>,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    let SoFar { mut record, mut control, mut factorization, mut timings } = so_far;
+    let outcome = match &mut control {
+        Control::Pace(pace) => steps(pace, &mut factorization, model, observer, &mut record, &mut timings),
+        Control::Course(course) => {
+            steps_along(course, &mut factorization, model, observer, &mut record, &mut timings)
+        }
+    };
+    // The state of the last load step, where the points still are and the record has come.
+    let outcome = match outcome {
+        Err(error @ (Error::Step { .. } | Error::StepLimit { .. } | Error::Cancelled { .. })) => {
+            let state = || {
+                let control = match &control {
+                    Control::Pace(pace) => (pace.store(), StoredSecant::default()),
+                    Control::Course(course) => course.store(),
+                };
+                State::of(model, &record, control, &factorization, &timings)
+            };
+            observer.keep(Moment::End, &state).map_err(Error::Observer).and(Err(error))
+        }
+        outcome => outcome,
     };
     let said = match &outcome {
         Ok(()) => Outcome::Completed,
@@ -51,18 +126,21 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
 }
 
 fn steps<const D: usize>(
+    pace: &mut Pace,
+    factorization: &mut Factorization,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
     record: &mut Record,
     timings: &mut Timings,
 ) -> Result<(), Error> {
-    let mut factorization = Factorization::new();
-    let mut workspace = Workspace::default();
-    let mut pace = Pace::new(model.schedule);
-    record.show_initial(model, observer, timings)?;
+    let mut workspace = Workspace::new(observer.cancellation());
+    if record.rows() == 0 {
+        record.show_initial(model, observer, timings)?;
+    }
 
     while let Some(step) = pace.next() {
-        match load_step(model, &step, Drive::Load, &mut factorization, &mut workspace, timings) {
+        factorization.settle();
+        match load_step(model, &step, Drive::Load, factorization, &mut workspace, timings) {
             Ok(mut result) => {
                 for named in &mut model.bodies {
                     named.body.commit();
@@ -72,6 +150,13 @@ fn steps<const D: usize>(
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
                 controlled?;
+                factorization.settle();
+                let control = || (pace.store(), StoredSecant::default());
+                let state = || State::of(model, record, control(), factorization, timings);
+                observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
+            }
+            Err(StepFailure::Cancelled) => {
+                return Err(Error::Cancelled { steps: record.rows() - 1, fraction: pace.at().get() });
             }
             Err(reason) => {
                 // What is wrong at the start of a step is wrong however short it is.
@@ -92,22 +177,24 @@ fn steps<const D: usize>(
 
 /// As [`steps`], at load fractions that the path decides.
 fn steps_along<const D: usize>(
-    mut course: Course<D>,
+    course: &mut Course<D>,
+    factorization: &mut Factorization,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
     record: &mut Record,
     timings: &mut Timings,
 ) -> Result<(), Error> {
-    let mut factorization = Factorization::new();
-    let mut workspace = Workspace::default();
-    record.show_initial(model, observer, timings)?;
+    let mut workspace = Workspace::new(observer.cancellation());
+    if record.rows() == 0 {
+        record.show_initial(model, observer, timings)?;
+    }
 
     while let Some(next) = course.next() {
+        factorization.settle();
         let taken = record.rows() as u32 - 1;
         if taken == model.schedule.steps {
             return Err(Error::StepLimit { steps: taken, fraction: course.at() });
         }
-        let fraction = |value: f64| LoadFraction::new(value.clamp(0.0, 1.0)).expect("clamped");
         let start = fraction(course.at());
         let mut step = Step { start, end: start, nominal: taken + 1, level: course.level() };
         let mut attempt = course.attempt();
@@ -118,7 +205,7 @@ fn steps_along<const D: usize>(
             }
             Next::Along => Drive::Path(&mut attempt),
         };
-        let result = load_step(model, &step, drive, &mut factorization, &mut workspace, timings);
+        let result = load_step(model, &step, drive, factorization, &mut workspace, timings);
         let Attempt { aim, end, length, origin, .. } = attempt;
         match result {
             Ok(mut result) => {
@@ -137,6 +224,12 @@ fn steps_along<const D: usize>(
                 course.succeed(secant, end, result.equilibrium.residuals.len());
                 record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
                 controlled?;
+                factorization.settle();
+                let state = || State::of(model, record, course.store(), factorization, timings);
+                observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
+            }
+            Err(StepFailure::Cancelled) => {
+                return Err(Error::Cancelled { steps: record.rows() - 1, fraction: course.at() });
             }
             Err(StepFailure::Path(PathFailure::Leaves { fraction })) if fraction > 1.0 => course.land(aim),
             Err(reason) => {
@@ -149,6 +242,11 @@ fn steps_along<const D: usize>(
         }
     }
     Ok(())
+}
+
+/// The load fraction next to a number.
+fn fraction(value: f64) -> LoadFraction {
+    LoadFraction::new(value.clamp(0.0, 1.0)).expect("clamped")
 }
 
 /// What decides the load fraction at the end of a load step.

@@ -3,6 +3,7 @@
 use crate::error::StepFailure;
 use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
 use crate::model::NamedBody;
+use crate::observe::Cancellation;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     Connection, Constraints, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
@@ -74,11 +75,18 @@ impl<const D: usize> Equilibrium<D> {
     }
 }
 
-/// Buffers kept from step to step.
+/// Buffers kept from step to step, and the flag that stops the run.
 #[derive(Default)]
 pub(crate) struct Workspace {
     pub values: Vec<f64>,
     rhs: Vec<f64>,
+    cancellation: Cancellation,
+}
+
+impl Workspace {
+    pub(crate) fn new(cancellation: Cancellation) -> Self {
+        Self { cancellation, ..Self::default() }
+    }
 }
 
 /// Whether a pass over the points also sums the tangent.
@@ -99,7 +107,7 @@ pub(crate) fn solve<const D: usize>(
     let mut weakest = None;
     iterate(problem, factorization, workspace, &mut weakest, timings).map_err(|failure| match weakest {
         // A failure after an all but singular tangent is that tangent's.
-        Some(pivot) if pivot.relative.abs() < SINGULAR => {
+        Some(pivot) if pivot.relative.abs() < SINGULAR && failure != StepFailure::Cancelled => {
             let cause = format!("{:.0e} of its stiffness is left; then: {failure}", pivot.relative);
             singular(problem, pivot.equation, cause)
         }
@@ -352,6 +360,9 @@ pub(crate) fn correction<const D: usize>(
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
+    if workspace.cancellation.is_cancelled() {
+        return Err(StepFailure::Cancelled);
+    }
     let values = &workspace.values;
     let failed = |error| linear_failure(problem, error);
     let report =
@@ -373,7 +384,7 @@ pub(crate) fn substitute<const D: usize>(
     state: &mut Equilibrium<D>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
-    let Workspace { values, rhs } = workspace;
+    let Workspace { values, rhs, .. } = workspace;
     rhs.clear();
     rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
     let report = timings

@@ -37,6 +37,15 @@ pub(crate) struct Timings {
     pub skip_analyses: u64,
 }
 
+/// Time and work of a run so far, as a file keeps it.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Spent {
+    phases: Vec<(f64, u64)>,
+    tangents: u64,
+    analyses: u64,
+}
+
 impl Timings {
     pub(crate) fn new() -> Self {
         Self {
@@ -54,6 +63,32 @@ impl Timings {
         timing.seconds += start.elapsed().as_secs_f64();
         timing.count += 1;
         result
+    }
+
+    /// Seconds and count of every phase, and the counters of what was skipped.
+    pub(crate) fn store(&self) -> Spent {
+        let phases = self.phases.iter().map(|timing| (timing.seconds, timing.count)).collect();
+        Spent { phases, tangents: self.skip_tangents, analyses: self.skip_analyses }
+    }
+
+    /// Counts on from there.
+    ///
+    /// # Errors
+    /// Another number of phases.
+    pub(crate) fn recall(spent: &Spent) -> Result<Self, String> {
+        let mut timings = Self::new();
+        if spent.phases.len() != timings.phases.len() {
+            return Err(format!(
+                "has times of {} phases, expected {}",
+                spent.phases.len(),
+                timings.phases.len()
+            ));
+        }
+        for (timing, &(seconds, count)) in timings.phases.iter_mut().zip(&spent.phases) {
+            (timing.seconds, timing.count) = (seconds, count);
+        }
+        (timings.skip_tangents, timings.skip_analyses) = (spent.tangents, spent.analyses);
+        Ok(timings)
     }
 
     pub(crate) fn phases(&self) -> &[Timing] {
