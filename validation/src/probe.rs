@@ -2,7 +2,7 @@
 
 use crate::Broken;
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, PassInput, Pattern, PointView, Sums, TangentSums,
+    Body, Connection, Constraints, Converged, Linked, PassInput, Pattern, PointView, Sums, TangentSums,
 };
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
@@ -125,7 +125,9 @@ fn connect<const D: usize>(body: &dyn Body<D>, mesh: &Mesh<D>) -> Result<Connect
     let stencils = body.stencils(mesh)?;
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
-    let connection = Connection::new(links, &pattern);
+    let dilatation = body.dilatation(&links, mesh, &active)?;
+    let linked = Linked { links, dilatation };
+    let pattern = Pattern::of(active.len(), std::slice::from_ref(&linked));
+    let connection = Connection::new(linked, &pattern);
     Ok((active, pattern, connection))
 }

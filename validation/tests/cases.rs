@@ -119,6 +119,11 @@ fn domain_control() {
 }
 
 #[test]
+fn rigid_footing() {
+    passes("rigid footing");
+}
+
+#[test]
 fn every_case_has_a_test() {
     let tests = [include_str!("cases.rs"), include_str!("determinism.rs")];
     for case in CASES {

@@ -1,6 +1,7 @@
 //! The end of a load step: points take the state of the converged displacement.
 
-use crate::pass::{Connection, Trial, trial};
+use crate::dilatation::Dilated;
+use crate::pass::{Connection, Trial, trial, trial_of};
 use crate::{InvertedPoint, Points};
 use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError};
 use mpm_grid::{Block, Mesh, Vector};
@@ -59,7 +60,12 @@ pub fn advanced<const D: usize, B: Basis<D>, M: Material>(
         history: &mut next.history,
         plastic: &mut next.plastic,
     };
-    let work = Work { basis, law, points, connection, step };
+    let links = connection.links();
+    let dilated = match connection.dilatation() {
+        None => Vec::new(),
+        Some(dilatation) => Dilated { law, points, links, dilatation, increment: step.increment }.steps()?,
+    };
+    let work = Work { basis, law, points, connection, step, dilated };
     work.groups(0, connection.links().n_groups(), columns)?;
     Ok(next)
 }
@@ -70,6 +76,8 @@ struct Work<'a, const D: usize, B: Basis<D>, M: Material> {
     points: &'a Points<D, B, M>,
     connection: &'a Connection<D>,
     step: Converged<'a, D>,
+    /// `ΔF̄ - I` of every point; empty without mean dilatation.
+    dilated: Vec<Block<D>>,
 }
 
 /// The written columns of a run of points.
@@ -129,7 +137,10 @@ impl<const D: usize, B: Basis<D>, M: Material> Work<'_, D, B, M> {
             for k in 0..view.points {
                 let (values, gradients) = view.point(k);
                 let p = view.first_point + k;
-                let state = trial(self.law, self.points, p, &du, gradients)?;
+                let state = match self.dilated.get(p) {
+                    None => trial(self.law, self.points, p, &du, gradients)?,
+                    Some(step) => trial_of(self.law, self.points, p, *step)?,
+                };
                 let mut displacement = Vector::zeros();
                 for (value, du) in values.iter().zip(&du) {
                     displacement += du * *value;

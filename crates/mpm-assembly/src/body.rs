@@ -6,9 +6,12 @@
 use crate::advance::{AdvanceError, Converged, advanced};
 use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
-use crate::{Controlled, ForeignPoints, Points, StoredPoints, TooManyPoints, determinant};
-use mpm_basis::{Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{Block, Mesh, Vector};
+use crate::{
+    Controlled, Dilatation, ForeignPoints, MeanDilatation, OccupiedCell, Points, StoredPoints, TooManyPoints,
+    determinant,
+};
+use mpm_basis::{ActiveNodes, Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
+use mpm_grid::{Block, Lattice, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
 use rayon::prelude::*;
 
@@ -25,6 +28,17 @@ pub trait Body<const D: usize>: Send + Sync {
     /// # Errors
     /// The first point that the mesh does not cover.
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
+    /// Cells over which volume changes are averaged, where they are; `links` are the body's in this step.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>>;
 
     /// Adds internal force and tangent, see [`assemble`].
     ///
@@ -54,6 +68,15 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Adds to `scale` the forces that a strain of one in every point would cause,
     /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
     fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
+
+    /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    );
 
     /// Works out the points after a converged step, without touching the present ones.
     ///
@@ -137,12 +160,18 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     law: M,
     points: Points<D, B, M>,
     prepared: Option<Points<D, B, M>>,
+    mean_dilatation: Option<MeanDilatation>,
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     /// A body of these points.
     pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
-        Self { basis, law, points, prepared: None }
+        Self { basis, law, points, prepared: None, mean_dilatation: None }
+    }
+
+    /// The same, with volume changes averaged over cells where `mean` says how.
+    pub fn with_mean_dilatation(self, mean: Option<MeanDilatation>) -> Self {
+        Self { mean_dilatation: mean, ..self }
     }
 
     /// Its points.
@@ -162,6 +191,16 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
         Stencils::of(&self.basis, mesh, &self.points.position, &self.points.domain)
+    }
+
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>> {
+        let of = |mean| Dilatation::of(mean, &self.points.position, links, mesh, active);
+        self.mean_dilatation.map(of).transpose()
     }
 
     fn assemble(
@@ -216,6 +255,16 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
                 }
             }
         }
+    }
+
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    ) {
+        crate::ghost::occupied(links, lattice, active, &self.points.reference_volume, self.law.young(), out);
     }
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {

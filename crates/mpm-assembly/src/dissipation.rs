@@ -1,6 +1,7 @@
 //! Energy that a load step dissipates in a body, and its gradient: what dissipation control measures.
 
 use crate::Points;
+use crate::dilatation::Dilated;
 use crate::kinematics::{block, gradient, trial_excess};
 use crate::pass::{Connection, InvertedPoint, trial};
 use mpm_basis::Basis;
@@ -36,6 +37,9 @@ pub fn dissipation<const D: usize, B: Basis<D>, M: Material>(
         return Ok(energy);
     }
     let links = connection.links();
+    if let Some(dilatation) = connection.dilatation() {
+        return Dilated { law, points, links, dilatation, increment }.dissipation(gradient_sum);
+    }
     let mut du = Vec::new();
     for view in (0..links.n_groups()).map(|group| links.group(group)) {
         du.clear();

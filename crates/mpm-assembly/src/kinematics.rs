@@ -49,6 +49,19 @@ pub fn determinant<const D: usize>(f: &Block<D>) -> f64 {
     inverse_and_determinant(f).1
 }
 
+/// `det(I + H) - 1` without forming the difference.
+#[inline]
+pub(crate) fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
+    match D {
+        1 => h[(0, 0)],
+        2 => (h[(0, 0)] + h[(1, 1)]) + (h[(0, 0)] * h[(1, 1)] - h[(0, 1)] * h[(1, 0)]),
+        _ => {
+            let minor = |i: usize, j: usize| h[(i, i)] * h[(j, j)] - h[(i, j)] * h[(j, i)];
+            h.trace() + (minor(0, 1) + minor(1, 2) + minor(2, 0)) + inverse_and_determinant(h).1
+        }
+    }
+}
+
 /// `b_tr - I` of `b_tr = ΔF b_e,n ΔFᵀ` from `ΔF = I + H` and `c = b_e,n - I`, without forming either
 /// difference, so that strains of 1e-10 keep their digits:
 /// `b_tr - I = H + Hᵀ + H Hᵀ + ΔF c ΔFᵀ`.

@@ -8,7 +8,7 @@
 //! (Charlton, Coombs & Augarde 2017; Wang et al. 2018). A [`Body`] holds the committed [`Points`];
 //! [`assemble`] sums their forces and tangent under a trial displacement, a pure function of the
 //! committed state; [`Body::prepare`], [`Body::commit`] and, between steps, [`Body::control`]
-//! are the only writers. The symmetric
+//! are the only writers. [`GhostFaces`] add stiffness to cells that a body barely reaches into. The symmetric
 //! tangent is stored as the lower triangle of a [`Pattern`] that is derived from connectivity.
 //!
 //! ```
@@ -49,7 +49,10 @@ mod advance;
 mod body;
 mod constraints;
 mod control;
+mod couplings;
+mod dilatation;
 mod dissipation;
+mod ghost;
 mod kinematics;
 mod pass;
 mod pattern;
@@ -61,7 +64,10 @@ pub use advance::{AdvanceError, Converged, advanced};
 pub use body::{Body, BodyLoads, MaterialBody, PointView, views};
 pub use constraints::Constraints;
 pub use control::{Controlled, TooManyPoints};
+pub use couplings::{Couplings, Linked};
+pub use dilatation::{Dilatation, MeanDilatation};
 pub use dissipation::dissipation;
+pub use ghost::{GhostFaces, OccupiedCell};
 pub use kinematics::determinant;
 pub use pass::{Connection, InvertedPoint, PassInput, Sums, TangentSums, assemble, finish_tangent};
 pub use pattern::Pattern;

@@ -10,9 +10,10 @@
 //! Points of a group share their nodes: they are summed densely, and the group's sum is added to the
 //! global arrays once. The strips of [`crate::strips`] fix the order of all sums.
 
+use crate::dilatation::{self, Dilated};
 use crate::kinematics::{block, gradient, inverse_and_determinant, trial_excess};
 use crate::strips::{Strip, Strips};
-use crate::{Constraints, Pattern, Points};
+use crate::{Constraints, Couplings, Dilatation, Linked, Pattern, Points};
 use mpm_basis::{Basis, Group, Links};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, respond};
@@ -61,30 +62,38 @@ pub struct Connection<const D: usize> {
     links: Links<D>,
     strips: Strips,
     slots: Vec<u32>,
-    /// Start of every group's slots.
+    /// Start of the slots of every group, or cell where there is mean dilatation.
     slot_start: Vec<usize>,
     most_nodes: usize,
+    dilatation: Option<Dilatation<D>>,
 }
 
 impl<const D: usize> Connection<D> {
-    /// Prepares sums over `links` into `pattern`.
-    pub fn new(links: Links<D>, pattern: &Pattern<D>) -> Self {
-        let strips = Strips::of(&links);
-        let slots = pattern.slots(&links);
-        let mut slot_start = Vec::with_capacity(links.n_groups());
+    /// Prepares sums over `linked` points into `pattern`.
+    pub fn new(linked: impl Into<Linked<D>>, pattern: &Pattern<D>) -> Self {
+        let linked = linked.into();
+        let strips = Strips::of(&linked);
+        let slots = pattern.slots(&linked);
+        let mut slot_start = Vec::with_capacity(linked.n_sets());
         let (mut at, mut most_nodes) = (0, 0);
-        for group in 0..links.n_groups() {
-            let n = links.group_nodes(group).len();
+        for set in 0..linked.n_sets() {
+            let n = linked.set(set).len();
             slot_start.push(at);
             at += n * n.saturating_sub(1) / 2;
             most_nodes = most_nodes.max(n);
         }
-        Self { links, strips, slots, slot_start, most_nodes }
+        let Linked { links, dilatation } = linked;
+        Self { links, strips, slots, slot_start, most_nodes, dilatation }
     }
 
     /// Groups of points and their influences.
     pub fn links(&self) -> &Links<D> {
         &self.links
+    }
+
+    /// Cells over which volume changes are averaged, where they are.
+    pub fn dilatation(&self) -> Option<&Dilatation<D>> {
+        self.dilatation.as_ref()
     }
 }
 
@@ -137,11 +146,17 @@ pub fn assemble<const D: usize, B: Basis<D>, M: Material>(
         values = tangent.values;
         lift = tangent.lift.unwrap_or_default();
     }
-    let work = |part: StripSums<'_, D>| {
-        if wants_tangent {
-            sum_strip::<D, B, M, true>(law, points, connection, input, part)
-        } else {
-            sum_strip::<D, B, M, false>(law, points, connection, input, part)
+    let work = |part: StripSums<'_, D>| match (&connection.dilatation, wants_tangent) {
+        (None, true) => sum_strip::<D, B, M, true>(law, points, connection, input, part),
+        (None, false) => sum_strip::<D, B, M, false>(law, points, connection, input, part),
+        (Some(dilatation), wants_tangent) => {
+            let links = &connection.links;
+            let dilated = Dilated { law, points, links, dilatation, increment: input.increment };
+            if wants_tangent {
+                sum_cells::<D, B, M, true>(&dilated, connection, input, part)
+            } else {
+                sum_cells::<D, B, M, false>(&dilated, connection, input, part)
+            }
         }
     };
 
@@ -215,23 +230,53 @@ fn sum_strip<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
             n => sum_group::<D, B, M, TANGENT>(n, law, points, view, input.increment, &mut scratch)?,
         };
         smallest = smallest.min(determinant);
-        for (node, force) in view.nodes.iter().zip(&scratch.force) {
-            part.internal[*node as usize - part.strip.nodes.start] += force;
-        }
-        if TANGENT {
-            if !part.lift.is_empty() {
-                add_lift(view.nodes, &scratch.tangent, input.constraints, &mut part);
-            }
-            add_tangent(
-                view.nodes,
-                &connection.slots[connection.slot_start[group]..],
-                &scratch.tangent,
-                input,
-                &mut part,
-            );
-        }
+        scatter::<D, TANGENT>(view.nodes, group, connection, input, &scratch, &mut part);
     }
     Ok(smallest)
+}
+
+/// As [`sum_strip`], by cells with mean dilatation.
+fn sum_cells<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
+    dilated: &Dilated<'_, D, B, M>,
+    connection: &Connection<D>,
+    input: PassInput<'_, D>,
+    mut part: StripSums<'_, D>,
+) -> Result<f64, InvertedPoint> {
+    let mut scratch = Scratch::new(connection.most_nodes, TANGENT);
+    let mut of_cell = dilatation::Scratch::default();
+    let mut smallest = f64::INFINITY;
+    for position in part.strip.groups.clone() {
+        let cell = connection.strips.group(position);
+        let nodes = dilated.dilatation.cells().nodes(cell);
+        let n = nodes.len();
+        let force = &mut scratch.force[..n];
+        let tangent = if TANGENT { &mut scratch.tangent[..n * (n + 1) / 2] } else { &mut [] };
+        let determinant = dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?;
+        smallest = smallest.min(determinant);
+        scatter::<D, TANGENT>(nodes, cell, connection, input, &scratch, &mut part);
+    }
+    Ok(smallest)
+}
+
+/// Adds the dense sums of set `set` of nodes to the global arrays.
+#[inline(always)]
+fn scatter<const D: usize, const TANGENT: bool>(
+    nodes: &[u32],
+    set: usize,
+    connection: &Connection<D>,
+    input: PassInput<'_, D>,
+    scratch: &Scratch<D>,
+    part: &mut StripSums<'_, D>,
+) {
+    for (node, force) in nodes.iter().zip(&scratch.force) {
+        part.internal[*node as usize - part.strip.nodes.start] += force;
+    }
+    if TANGENT {
+        if !part.lift.is_empty() {
+            add_lift(nodes, &scratch.tangent, input.constraints, part);
+        }
+        add_tangent(nodes, &connection.slots[connection.slot_start[set]..], &scratch.tangent, input, part);
+    }
 }
 
 /// Sums the points of a group into the scratch; returns the smallest `det ΔF`.
@@ -316,7 +361,17 @@ pub(crate) fn trial<const D: usize, B: Basis<D>, M: Material>(
     du: &[Vector<D>],
     gradients: &[Vector<D>],
 ) -> Result<Trial<D, M::History>, InvertedPoint> {
-    let h = gradient(du, gradients);
+    trial_of(law, points, p, gradient(du, gradients))
+}
+
+/// As [`trial`], of a displacement gradient.
+#[inline(always)]
+pub(crate) fn trial_of<const D: usize, B: Basis<D>, M: Material>(
+    law: &M,
+    points: &Points<D, B, M>,
+    p: usize,
+    h: Block<D>,
+) -> Result<Trial<D, M::History>, InvertedPoint> {
     let step = Block::identity() + h;
     let (inverse, determinant) = inverse_and_determinant(&step);
     // Written so that a trial that is not a number is refused as well.

@@ -4,7 +4,7 @@
 //! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
 //! and columns with nothing but their diagonal.
 
-use mpm_basis::Links;
+use crate::{Constraints, Couplings, GhostFaces};
 use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
@@ -24,9 +24,15 @@ pub struct Pattern<const D: usize> {
 }
 
 impl<const D: usize> Pattern<D> {
-    /// Couples all nodes that share a group of any body.
-    pub fn of(n_active: usize, bodies: &[Links<D>]) -> Self {
+    /// Couples all nodes that share a set of any body.
+    pub fn of<C: Couplings>(n_active: usize, bodies: &[C]) -> Self {
+        Self::with_faces(n_active, bodies, None)
+    }
+
+    /// Couples all nodes that share a set of any body or a face.
+    pub fn with_faces<C: Couplings>(n_active: usize, bodies: &[C], faces: Option<&GhostFaces<D>>) -> Self {
         let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
+        let faces = faces.map(|faces| (faces, Incidence::of(n_active, faces)));
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
@@ -38,8 +44,12 @@ impl<const D: usize> Pattern<D> {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
                         for &(group, position) in incidence.at(node) {
-                            found
-                                .extend_from_slice(&links.group_nodes(group as usize)[position as usize + 1..]);
+                            found.extend_from_slice(&links.set(group as usize)[position as usize + 1..]);
+                        }
+                    }
+                    if let Some((faces, incidence)) = &faces {
+                        for &(face, position) in incidence.at(node) {
+                            found.extend_from_slice(&faces.set(face as usize)[position as usize + 1..]);
                         }
                     }
                     found.sort_unstable();
@@ -88,12 +98,12 @@ impl<const D: usize> Pattern<D> {
         &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
     }
 
-    /// For each pair (column node, row node), column before row, of each group in turn: position of
+    /// For each pair (column node, row node), column before row, of each set in turn: position of
     /// the row among the column's neighbours.
-    pub(crate) fn slots(&self, links: &Links<D>) -> Vec<u32> {
-        let mut slots = Vec::with_capacity(links.n_groups() * 6);
-        for group in 0..links.n_groups() {
-            let nodes = links.group_nodes(group);
+    pub(crate) fn slots(&self, couplings: &impl Couplings) -> Vec<u32> {
+        let mut slots = Vec::with_capacity(couplings.n_sets() * 6);
+        for set in 0..couplings.n_sets() {
+            let nodes = couplings.set(set);
             for (k, &node) in nodes.iter().enumerate() {
                 let neighbours = self.neighbours(node as usize);
                 let mut at = 0;
@@ -107,19 +117,50 @@ impl<const D: usize> Pattern<D> {
         }
         slots
     }
+
+    /// Adds `stiffness · I` for each pair of nodes, columns in turn from the diagonal down, leaving out
+    /// what is prescribed; `slots` as from [`Pattern::slots`].
+    pub(crate) fn add_isotropic(
+        &self,
+        nodes: &[u32],
+        slots: &[u32],
+        stiffness: &[f64],
+        constraints: &Constraints<D>,
+        values: &mut [f64],
+    ) {
+        let (mut stiffness, mut slots) = (stiffness.iter(), slots.iter());
+        for (w, &column) in nodes.iter().enumerate() {
+            let column = column as usize;
+            let diagonal = stiffness.next().expect("one for each pair");
+            for j in 0..D {
+                // A prescribed component keeps its own stiffness, alone in its row and column.
+                values[self.column_start[column * D + j]] += diagonal;
+            }
+            for &row in &nodes[w + 1..] {
+                let value = stiffness.next().expect("one for each pair");
+                let slot = *slots.next().expect("one for each pair") as usize;
+                let free = |j: &usize| {
+                    !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row as usize, *j)
+                };
+                for j in (0..D).filter(free) {
+                    values[self.column_start[column * D + j] + (D - j) + slot * D + j] += value;
+                }
+            }
+        }
+    }
 }
 
-/// Which groups each node belongs to, and at which position.
+/// Which sets each node belongs to, and at which position.
 struct Incidence {
     start: Vec<usize>,
     entry: Vec<(u32, u32)>,
 }
 
 impl Incidence {
-    fn of<const D: usize>(n_active: usize, links: &Links<D>) -> Self {
+    fn of(n_active: usize, couplings: &impl Couplings) -> Self {
         let mut start = vec![0; n_active + 1];
-        for group in 0..links.n_groups() {
-            for &node in links.group_nodes(group) {
+        for set in 0..couplings.n_sets() {
+            for &node in couplings.set(set) {
                 start[node as usize + 1] += 1;
             }
         }
@@ -128,10 +169,10 @@ impl Incidence {
         }
         let mut next = start.clone();
         let mut entry = vec![(0, 0); start[n_active]];
-        for group in 0..links.n_groups() {
-            for (position, &node) in links.group_nodes(group).iter().enumerate() {
+        for set in 0..couplings.n_sets() {
+            for (position, &node) in couplings.set(set).iter().enumerate() {
                 let slot = &mut next[node as usize];
-                entry[*slot] = (group as u32, position as u32);
+                entry[*slot] = (set as u32, position as u32);
                 *slot += 1;
             }
         }

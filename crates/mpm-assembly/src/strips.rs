@@ -5,7 +5,7 @@
 //! never reaches the nodes of the next but one: all even strips can be summed at once, then all odd
 //! ones. Which strip a group is in depends on connectivity alone.
 
-use mpm_basis::Links;
+use crate::{Couplings, Linked};
 use std::ops::Range;
 
 /// A strip is cut as soon as it holds this many points and may be.
@@ -29,12 +29,12 @@ pub(crate) struct Strip {
 }
 
 impl Strips {
-    pub(crate) fn of<const D: usize>(links: &Links<D>) -> Self {
-        let lowest = |group: usize| links.group_nodes(group).first().copied().unwrap_or(0);
-        let sorted = (1..links.n_groups()).all(|group| lowest(group - 1) <= lowest(group));
+    pub(crate) fn of<const D: usize>(links: &Linked<D>) -> Self {
+        let lowest = |group: usize| links.set(group).first().copied().unwrap_or(0);
+        let sorted = (1..links.n_sets()).all(|group| lowest(group - 1) <= lowest(group));
         let mut order: Vec<u32> = Vec::new();
         if !sorted {
-            order.extend((0..links.n_groups()).map(|group| group as u32));
+            order.extend((0..links.n_sets()).map(|group| group as u32));
             order.sort_by_key(|&group| lowest(group as usize));
         }
         let mut result = Self { order, strips: Vec::new() };
@@ -42,9 +42,9 @@ impl Strips {
         let mut points = 0;
         // Ends of the nodes of the strip before the open one, and of the open one.
         let (mut reach_before, mut reach) = (0, 0);
-        for position in 0..links.n_groups() {
+        for position in 0..links.n_sets() {
             let group = result.group(position);
-            let nodes = links.group_nodes(group);
+            let nodes = links.set(group);
             let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
             let (low, end) = (low as usize, high as usize + 1);
             if result.strips.is_empty() || (points >= POINTS && low >= reach_before) {
@@ -56,7 +56,7 @@ impl Strips {
             open.groups.end = position + 1;
             open.nodes.end = open.nodes.end.max(end);
             reach = open.nodes.end.max(reach);
-            points += links.group_points(group).len();
+            points += links.n_points(group);
         }
         result
     }

@@ -1,105 +1,15 @@
 //! The sums over points against point-by-point scatter, finite differences and themselves on other
 //! numbers of threads.
 
-use mpm_assembly::{
-    Body, Connection, Constraints, MaterialBody, PassInput, Pattern, Points, Sums, TangentSums, finish_tangent,
-};
-use mpm_basis::{ActiveNodes, Basis, Cpdi1, Gimp, Links, Smpm};
-use mpm_grid::{Axis, Layout, Mesh, Vector};
-use mpm_material::{Elasticity, VonMises};
+mod setup;
 
-/// A body on a grid, ready to be summed.
-struct Setup<const D: usize> {
-    body: Box<dyn Body<D>>,
-    active: ActiveNodes<D>,
-    pattern: Pattern<D>,
-    connection: Connection<D>,
-    mesh: Mesh<D>,
-}
+use mpm_assembly::{Constraints, PassInput, Sums};
+use mpm_basis::{Basis, Cpdi1, Gimp, Smpm};
+use mpm_grid::Vector;
+use setup::{Setup, apart, field, flat, law, sum, times};
 
-fn law() -> VonMises {
-    VonMises::new(Elasticity::from_young_poisson(1e3, 0.3).unwrap(), 40.0).unwrap()
-}
-
-/// Fills all but the outer cells of a grid with 2^D points a cell; every `stride`-th point first, so
-/// that neighbours are far apart in the list.
 fn setup<const D: usize, B: Basis<D> + 'static>(basis: B, cells: u32, stride: usize) -> Setup<D> {
-    let axes = std::array::from_fn(|d| Axis::geometric(0.0, 3.0, cells + d as u32, 1.5).unwrap());
-    let layout = Layout::<D>::on_axes(axes).unwrap();
-    let mesh = Mesh::at_rest(&layout);
-    let mut seeds = Vec::new();
-    let extent = mesh.lattice().cells();
-    for cell in 0..mesh.lattice().n_cells() {
-        let index = mesh.lattice().cell_index(mpm_grid::CellId::from_index(cell).unwrap());
-        if (0..D).any(|d| index[d] == 0 || index[d] + 1 == extent[d]) {
-            continue;
-        }
-        for piece in 0..1 << D {
-            let low = Vector::<D>::from_fn(|d, _| if piece >> d & 1 == 1 { 0.0 } else { -1.0 });
-            let high = low.add_scalar(1.0);
-            basis.seed(&mesh.piece(index, &low, &high), &mut |seed| seeds.push(seed));
-        }
-    }
-    let mut points = Points::<D, B, VonMises>::default();
-    for start in 0..stride {
-        seeds.iter().skip(start).step_by(stride).for_each(|seed| points.push(seed.clone()));
-    }
-    let body: Box<dyn Body<D>> = Box::new(MaterialBody::new(basis, law(), points));
-    let stencils = body.stencils(&mesh).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
-    let links = [Links::of(stencils, &active)];
-    let pattern = Pattern::of(active.len(), &links);
-    let [links] = links;
-    let connection = Connection::new(links, &pattern);
-    Setup { body, active, pattern, connection, mesh }
-}
-
-/// A smooth displacement, large enough for a part of the points to yield.
-fn field<const D: usize>(setup: &Setup<D>, size: f64) -> Vec<Vector<D>> {
-    let wave =
-        |x: Vector<D>| Vector::from_fn(|i, _| size * (1.3 * x[i] + 0.7 * x[(i + 1) % D] + i as f64).sin());
-    setup.active.nodes().iter().map(|&node| wave(setup.mesh.position(node))).collect()
-}
-
-/// Internal force, tangent (lower triangle) and its product with the prescribed increments.
-fn sum<const D: usize>(
-    setup: &Setup<D>,
-    increment: &[Vector<D>],
-    constraints: &Constraints<D>,
-) -> (Vec<Vector<D>>, Vec<f64>, Vec<Vector<D>>) {
-    let mut internal = vec![Vector::zeros(); increment.len()];
-    let mut lift = internal.clone();
-    let mut values = vec![0.0; setup.pattern.n_entries()];
-    let tangent = TangentSums { values: &mut values, lift: Some(&mut lift) };
-    let input = PassInput { pattern: &setup.pattern, constraints, increment };
-    let sums = Sums { internal: &mut internal, tangent: Some(tangent) };
-    setup.body.assemble(&setup.connection, input, sums).unwrap();
-    finish_tangent(&setup.pattern, constraints, &mut values);
-    (internal, values, lift)
-}
-
-fn times<const D: usize>(pattern: &Pattern<D>, values: &[f64], direction: &[Vector<D>]) -> Vec<f64> {
-    let x: Vec<f64> = direction.iter().flat_map(|x| x.iter().copied()).collect();
-    let mut product = vec![0.0; x.len()];
-    for column in 0..pattern.n_equations() {
-        let entries = pattern.column_start()[column]..pattern.column_start()[column + 1];
-        for (&row, value) in pattern.row()[entries.clone()].iter().zip(&values[entries]) {
-            product[row] += value * x[column];
-            if row != column {
-                product[column] += value * x[row];
-            }
-        }
-    }
-    product
-}
-
-fn flat<const D: usize>(field: &[Vector<D>]) -> Vec<f64> {
-    field.iter().flat_map(|x| x.iter().copied()).collect()
-}
-
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    let scale = a.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
+    setup::setup(basis, law(), cells, stride, None)
 }
 
 fn tangent_is_the_derivative<const D: usize, B: Basis<D> + 'static>(basis: B, cells: u32) {

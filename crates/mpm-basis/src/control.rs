@@ -70,7 +70,10 @@ pub fn cap<const D: usize, B: Basis<D>>(
 /// they reach no limit themselves.
 ///
 /// Where a body is sheared for long, its points come to stand as at rest, in other rows than before:
-/// domains of their old size and shape tile it better than needles, or the cores of needles.
+/// domains of their old size and shape tile it better than needles, or the cores of needles. A domain that
+/// [`Basis::align`] can turn is laid along the edges of its cell, too: shear and shortening in turn let its
+/// sides roll round its principal axes, and the corners of a lozenge reach into rows of cells that no side of
+/// the box with the same second moment touches.
 pub fn reshape<const D: usize, B: Basis<D>>(
     basis: &B,
     mesh: &Mesh<D>,
@@ -78,7 +81,11 @@ pub fn reshape<const D: usize, B: Basis<D>>(
     domain: &mut B::Domain,
     cells: f64,
 ) -> bool {
-    limit(basis, mesh, x, domain, cells, |lost| 1.0 / lost)
+    let reshaped = limit(basis, mesh, x, domain, cells, |lost| 1.0 / lost);
+    if reshaped && let Some(to_cells) = to_cells(mesh, x) {
+        basis.align(domain, &to_cells);
+    }
+    reshaped
 }
 
 /// Shortens principal axes to `cells` cells; the others grow by the factor `gain` of volume, which is told

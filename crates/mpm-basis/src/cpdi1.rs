@@ -107,6 +107,29 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         *domain = Parallelepiped { initial: domain.initial * (back * scaled), current: scaled };
     }
 
+    /// The half-vectors become Cholesky's factor of the second moment in cells, thin directions first.
+    fn align(&self, domain: &mut Parallelepiped<D>, to_cells: &Block<D>) {
+        let in_cells = to_cells * domain.current;
+        let spread = in_cells * in_cells.transpose();
+        let mut order: [usize; D] = from_fn(|d| d);
+        order.sort_by(|&a, &b| spread[(a, a)].total_cmp(&spread[(b, b)]));
+        let mut sides = Block::<D>::zeros();
+        for (k, &row) in order.iter().enumerate() {
+            for (l, &column) in order[..=k].iter().enumerate() {
+                let known: f64 = (0..l).map(|m| sides[(row, m)] * sides[(column, m)]).sum();
+                let rest = spread[(row, column)] - known;
+                sides[(row, l)] = if l == k { rest.sqrt() } else { rest / sides[(column, l)] };
+            }
+        }
+        // The hand stays.
+        if determinant(&sides) * determinant(&in_cells) < 0.0 {
+            sides.column_mut(D - 1).neg_mut();
+        }
+        let current = inverse_transpose(to_cells).transpose() * sides;
+        let back = inverse_transpose(&domain.current).transpose();
+        *domain = Parallelepiped { initial: domain.initial * (back * current), current };
+    }
+
     fn halve(
         &self,
         domain: &Parallelepiped<D>,

@@ -130,6 +130,13 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         }
     }
 
+    fn align(&self, domain: &mut Self::Domain, to_cells: &Block<D>) {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.align(domain, to_cells),
+            FallbackDomain::Fallen(domain) => Cpdi1.align(domain, to_cells),
+        }
+    }
+
     fn halve(
         &self,
         domain: &Self::Domain,

@@ -42,6 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cells;
 mod connectivity;
 pub mod control;
 mod cpdi1;
@@ -58,6 +59,7 @@ mod smpm;
 mod stored;
 mod tensor;
 
+pub use cells::{CellPart, Cells};
 pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
 /// See [`control`].
 pub use control::{DomainControl, Part};
@@ -143,6 +145,12 @@ pub trait Basis<const D: usize>: Send + Sync {
     /// Maps the domain about its point `x` by `map` `[-]`, symmetric with a positive determinant:
     /// `x_c → x + A (x_c - x)`. It goes on deforming from there.
     fn scale(&self, _domain: &mut Self::Domain, _x: &Vector<D>, _map: &Block<D>) {}
+
+    /// Gives the domain other sides with the same second moment: the first along the direction in which it is
+    /// thinnest in cells no longer than it must be, and so on, so that its corners reach as little into other
+    /// rows of cells as may be. `to_cells` takes half the edges of a cell to length 1. Nothing where the
+    /// shape is more than its second moment.
+    fn align(&self, _domain: &mut Self::Domain, _to_cells: &Block<D>) {}
 
     /// Cuts the domain of the point at `x` in two, across the side that `to_cells` (which takes half
     /// the edges of a cell to length 1) makes longest; `None` where it has none or cannot be cut.

@@ -59,6 +59,12 @@ impl Elasticity {
     pub fn p_wave(&self) -> f64 {
         self.bulk + 4.0 / 3.0 * self.shear
     }
+
+    /// Young's modulus E = 9KG / (3K + G) [F/L²].
+    #[inline]
+    pub fn young(&self) -> f64 {
+        9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
+    }
 }
 
 #[cfg(test)]
@@ -73,7 +79,9 @@ mod tests {
         let (k, g) = (elasticity.bulk(), elasticity.shear());
         assert!((elasticity.lame() - lame).abs() < 1e-12 * lame);
         assert!((elasticity.p_wave() - (lame + 2.0 * g)).abs() < 1e-12 * lame);
-        assert!((9.0 * k * g / (3.0 * k + g) - young).abs() < 1e-12 * young);
+        assert!((elasticity.young() - young).abs() < 1e-12 * young);
+        assert!((k - young / (3.0 * (1.0 - 2.0 * poisson))).abs() < 1e-12 * k);
+        assert!((g - young / (2.0 * (1.0 + poisson))).abs() < 1e-12 * g);
     }
 
     #[test]

@@ -37,6 +37,10 @@ impl Material for Hencky {
     fn stiffness(&self) -> f64 {
         self.0.p_wave()
     }
+
+    fn young(&self) -> f64 {
+        self.0.young()
+    }
 }
 
 #[cfg(test)]

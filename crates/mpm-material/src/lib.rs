@@ -80,6 +80,9 @@ pub trait Material: Send + Sync {
     /// P-wave modulus of the undeformed material [F/L²]: the size of the tangent's entries,
     /// against which round-off is judged.
     fn stiffness(&self) -> f64;
+
+    /// Young's modulus of the undeformed material [F/L²].
+    fn young(&self) -> f64;
 }
 
 /// What a point remembers, as `NUMBERS` numbers for a file from which a run goes on.

@@ -113,6 +113,10 @@ impl Material for VonMises {
     fn stiffness(&self) -> f64 {
         self.elasticity.p_wave()
     }
+
+    fn young(&self) -> f64 {
+        self.elasticity.young()
+    }
 }
 
 #[cfg(test)]

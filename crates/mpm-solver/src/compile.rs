@@ -3,7 +3,7 @@
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
-use crate::load_step::{connect, resume, run};
+use crate::load_step::{Connected, connect, resume, run};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
 };
@@ -11,12 +11,13 @@ use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
-    LoadInput, MaterialInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis, PlanePoint, RampInput,
-    RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, StepControlInput, SupportInput,
-    TrianglesInput,
+    LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
+    PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
+    StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
 };
 use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
+use mpm_assembly::MeanDilatation;
 use mpm_basis::{
     Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
     Gimp, GimpUpdate, Smpm, TriangleSplit,
@@ -250,6 +251,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         bodies,
         schedule: schedule(scene)?,
         path: path_control(&scene.schedule.control),
+        ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
         tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
@@ -442,6 +444,10 @@ fn bodies<const D: usize, B: FillBody<D>>(
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
+            mean_dilatation: input.mean_dilatation.map(|mean| match mean {
+                MeanDilatationInput::Points => MeanDilatation::Points,
+                MeanDilatationInput::Cell => MeanDilatation::Cell,
+            }),
         };
         let filled = scene
             .basis
@@ -740,7 +746,7 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
 fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(), SceneError> {
-    let (active, _, _) = connect(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let Connected { active, .. } = connect(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {

@@ -126,7 +126,8 @@ pub enum StepFailure {
     /// The tangent is singular.
     #[error(
         "the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
-        material there is not held, or barely reaches the node's cells"
+        material there is not held, or barely reaches the node's cells{}",
+        if *stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
     )]
     Singular {
         /// Number of the node in the grid.
@@ -137,6 +138,8 @@ pub enum StepFailure {
         component: usize,
         /// How it showed.
         cause: String,
+        /// Whether the cells at the edge of the bodies were stabilised.
+        stabilised: bool,
     },
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]

@@ -3,7 +3,7 @@
 use crate::compile::Compiled;
 use crate::error::{Error, SceneError};
 use crate::linear::{SymmetricPattern, predict_factor_entries};
-use crate::load_step::{connect, periods};
+use crate::load_step::{Connected, connect, periods};
 use crate::model::Model;
 use mpm_assembly::Constraints;
 use mpm_basis::Influence;
@@ -77,7 +77,8 @@ impl Compiled {
 fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let mesh =
         model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
-    let (active, connections, pattern) = connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let Connected { active, connections, pattern, .. } =
+        connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
 
     let mut constraints = Constraints::<D>::none(active.len());
     for support in &model.supports {

@@ -1,6 +1,6 @@
 //! Filling a shape with material points.
 
-use mpm_assembly::{Body, MaterialBody, Points};
+use mpm_assembly::{Body, MaterialBody, MeanDilatation, Points};
 use mpm_basis::{Basis, Piece};
 use mpm_grid::{Axis, Mesh, Vector};
 use mpm_material::Material;
@@ -21,6 +21,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub keep_reference_positions: bool,
     /// Parts of the boundary that carry tractions.
     pub faces: Vec<Face<D>>,
+    /// What the volume change of a cell is, where points take it.
+    pub mean_dilatation: Option<MeanDilatation>,
 }
 
 /// What is filled.
@@ -80,7 +82,8 @@ where
     if plan.keep_reference_positions {
         points.keep_reference_positions();
     }
-    Ok(Filled { body: Box::new(MaterialBody::new(basis, law, points)), faces })
+    let body = MaterialBody::new(basis, law, points).with_mean_dilatation(plan.mean_dilatation);
+    Ok(Filled { body: Box::new(body), faces })
 }
 
 /// Cuts a shape into pieces, cell by cell and piece by piece inside a cell: points that share nodes

@@ -4,16 +4,16 @@ use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
-use crate::model::{Model, Prescribed};
-use crate::newton::{self, Problem, Workspace};
+use crate::model::{Model, NamedBody, Prescribed};
+use crate::newton::{self, Ghost, Problem, Workspace};
 use crate::observe::{Moment, Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
 use crate::state::{State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, Pattern};
-use mpm_basis::{ActiveNodes, Links, Stencils};
+use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
+use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 
 /// Runs a model through its load steps.
@@ -270,7 +270,8 @@ fn load_step<const D: usize>(
 ) -> Result<StepResult<D>, StepFailure> {
     let mesh =
         model.motion.mesh_at(&model.layout, step.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
-    let (active, connections, pattern) = timings.time(Phase::Connect, || connect(model, &mesh))?;
+    let Connected { active, connections, pattern, ghost } =
+        timings.time(Phase::Connect, || connect(model, &mesh))?;
     let constraints = constrain(model, &mesh, &active, step)?;
     let external = external_force(model, &connections, active.len(), step);
     let round_off = round_off(model, &connections, active.len());
@@ -290,6 +291,7 @@ fn load_step<const D: usize>(
         mesh: &mesh,
         active: &active,
         pattern: &pattern,
+        ghost: ghost.as_ref(),
         constraints: &constraints,
         external: &external,
         round_off,
@@ -339,30 +341,53 @@ fn load_step<const D: usize>(
         Ok(())
     })?;
     let equations = constraints.n_free();
-    Ok(StepResult { mesh, active, equilibrium, equations, analysis, domains: DomainCounts::default() })
+    let ghost_faces = ghost.map_or(0, |ghost| ghost.faces.len());
+    let domains = DomainCounts::default();
+    Ok(StepResult { mesh, active, equilibrium, equations, ghost_faces, analysis, domains })
+}
+
+/// What a load step derives from where the points are.
+pub(crate) struct Connected<const D: usize> {
+    pub active: ActiveNodes<D>,
+    /// Of every body.
+    pub connections: Vec<Connection<D>>,
+    pub pattern: Pattern<D>,
+    pub ghost: Option<Ghost<D>>,
 }
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
-pub(crate) fn connect<const D: usize>(
-    model: &Model<D>,
-    mesh: &Mesh<D>,
-) -> Result<(ActiveNodes<D>, Vec<Connection<D>>, Pattern<D>), StepFailure> {
+pub(crate) fn connect<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<Connected<D>, StepFailure> {
+    let outside = |named: &NamedBody<D>, it: UnconnectedPoint<D>| StepFailure::Outside {
+        body: named.name.clone(),
+        basis: named.body.basis(),
+        reason: it.to_string(),
+    };
     let stencils: Vec<Stencils<D>> = model
         .bodies
         .iter()
-        .map(|named| {
-            named.body.stencils(mesh).map_err(|it| StepFailure::Outside {
-                body: named.name.clone(),
-                basis: named.body.basis(),
-                reason: it.to_string(),
-            })
-        })
+        .map(|named| named.body.stencils(mesh).map_err(|it| outside(named, it)))
         .collect::<Result<_, _>>()?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
-    let links: Vec<Links<D>> = stencils.into_iter().map(|stencils| Links::of(stencils, &active)).collect();
-    let pattern = Pattern::of(active.len(), &links);
-    let connections = links.into_iter().map(|links| Connection::new(links, &pattern)).collect();
-    Ok((active, connections, pattern))
+    let linked: Vec<Linked<D>> = stencils
+        .into_iter()
+        .zip(&model.bodies)
+        .map(|(stencils, named)| {
+            let links = Links::of(stencils, &active);
+            let dilatation = named.body.dilatation(&links, mesh, &active).map_err(|it| outside(named, it))?;
+            Ok(Linked { links, dilatation })
+        })
+        .collect::<Result<_, _>>()?;
+    let faces = model.ghost.map(|factor| {
+        let mut cells = Vec::new();
+        for (named, linked) in model.bodies.iter().zip(&linked) {
+            named.body.occupied_cells(&linked.links, mesh.lattice(), &active, &mut cells);
+        }
+        GhostFaces::of(mesh, &active, cells, factor)
+    });
+    let pattern = Pattern::with_faces(active.len(), &linked, faces.as_ref());
+    let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
+    let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
+    Ok(Connected { active, connections, pattern, ghost })
 }
 
 /// What the supports prescribe on the active nodes over the step.

@@ -25,6 +25,9 @@ pub struct Model<const D: usize> {
     pub tolerance: Tolerance,
     /// What is done about domains that have outgrown their cells, if anything.
     pub domain_limit: Option<DomainLimit>,
+    /// Stiffness of the jumps of displacement gradient at the edge of the bodies over Young's modulus, where
+    /// they are to be penalised; see [`mpm_assembly::GhostFaces`].
+    pub ghost: Option<f64>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
 }

@@ -6,7 +6,7 @@ use crate::model::NamedBody;
 use crate::observe::Cancellation;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
-    Connection, Constraints, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+    Connection, Constraints, GhostFaces, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Mesh, NodeId, Vector};
@@ -34,12 +34,19 @@ pub(crate) struct Problem<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     pub active: &'a ActiveNodes<D>,
     pub pattern: &'a Pattern<D>,
+    pub ghost: Option<&'a Ghost<D>>,
     pub constraints: &'a Constraints<D>,
     /// `f_ext` of every active node `[F]`.
     pub external: &'a [Vector<D>],
     /// Out-of-balance force that rounding alone can cause `[F]`.
     pub round_off: f64,
     pub tolerance: crate::model::Tolerance,
+}
+
+/// Penalised faces, and where their stiffness goes in the pattern.
+pub(crate) struct Ghost<const D: usize> {
+    pub faces: GhostFaces<D>,
+    pub slots: Vec<u32>,
 }
 
 /// Nodal displacement that balances the forces of a load step.
@@ -311,19 +318,20 @@ pub(crate) fn evaluate<const D: usize>(
         if wanted == Wanted::ForceAndTangent {
             values.fill(0.0);
         }
+        let input = PassInput {
+            pattern: problem.pattern,
+            constraints: problem.constraints,
+            increment: &state.increment,
+        };
         for (named, connection) in problem.bodies.iter().zip(problem.connections) {
-            let input = PassInput {
-                pattern: problem.pattern,
-                constraints: problem.constraints,
-                increment: &state.increment,
-            };
-            let tangent = (wanted == Wanted::ForceAndTangent).then_some(TangentSums {
-                values: &mut *values,
-                lift: if lift.is_empty() { None } else { Some(&mut *lift) },
-            });
-            let sums = Sums { internal: &mut state.reaction, tangent };
-            let determinant = named.body.assemble(connection, input, sums).map_err(|it| inverted(named, it))?;
+            let determinant = named
+                .body
+                .assemble(connection, input, sums(wanted, &mut state.reaction, values, lift))
+                .map_err(|it| inverted(named, it))?;
             state.smallest_determinant = state.smallest_determinant.min(determinant);
+        }
+        if let Some(Ghost { faces, slots }) = problem.ghost {
+            faces.assemble(slots, input, sums(wanted, &mut state.reaction, values, lift));
         }
         if wanted == Wanted::ForceAndTangent {
             finish_tangent(problem.pattern, problem.constraints, values);
@@ -337,6 +345,18 @@ pub(crate) fn evaluate<const D: usize>(
         problem.constraints.free_part(&mut out_of_balance);
         Ok(out_of_balance)
     })
+}
+
+/// What a pass adds to; no lift where `lift` is empty.
+fn sums<'a, const D: usize>(
+    wanted: Wanted,
+    internal: &'a mut [Vector<D>],
+    values: &'a mut [f64],
+    lift: &'a mut [Vector<D>],
+) -> Sums<'a, D> {
+    let lift = if lift.is_empty() { None } else { Some(lift) };
+    let tangent = TangentSums { values, lift };
+    Sums { internal, tangent: (wanted == Wanted::ForceAndTangent).then_some(tangent) }
 }
 
 /// The failure of a trial that inverts a point.
@@ -410,5 +430,6 @@ fn singular<const D: usize>(problem: &Problem<'_, D>, equation: usize, cause: St
         position: problem.mesh.position(node).iter().copied().collect(),
         component: equation % D,
         cause,
+        stabilised: problem.ghost.is_some(),
     }
 }

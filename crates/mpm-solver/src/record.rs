@@ -23,6 +23,8 @@ pub(crate) struct StepResult<const D: usize> {
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
     pub equations: usize,
+    /// Faces across which jumps were penalised.
+    pub ghost_faces: usize,
     pub analysis: Analysis,
     pub domains: DomainCounts,
 }
@@ -110,6 +112,9 @@ impl Record {
                 DomainControl::Cap { .. } | DomainControl::Reshape { .. } => "domains_capped",
                 DomainControl::Split { .. } => "domains_split",
             }));
+        }
+        if model.ghost.is_some() {
+            columns.push(count("ghost_faces"));
         }
         if model.domain_history {
             columns.extend([
@@ -220,7 +225,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { mesh, active, equilibrium, equations, analysis, domains } = result;
+        let StepResult { mesh, active, equilibrium, equations, ghost_faces, analysis, domains } = result;
         let cuts_here = cuts - self.cuts_before;
         self.cuts_before = cuts;
         let seconds = self.clock.elapsed().as_secs_f64();
@@ -276,6 +281,9 @@ impl Record {
         let mesh_after = mesh_after(model, step.end, mesh);
         if model.domain_limit.is_some() {
             row.push(Entry::Count(vec![domains.capped + domains.split]));
+        }
+        if model.ghost.is_some() {
+            row.push(Entry::Count(vec![*ghost_faces as u64]));
         }
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));

@@ -8,6 +8,7 @@ mod determinism;
 mod domain_control;
 mod domains;
 mod doughnut;
+mod footing;
 mod newton_rate;
 mod patch;
 mod path;
@@ -51,6 +52,7 @@ pub const CASES: &[Case] = &[
     path::SNAP_THROUGH,
     path::SNAP_BACK,
     domain_control::CASE,
+    footing::CASE,
     determinism::CASE,
 ];
 

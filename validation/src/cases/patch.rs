@@ -7,13 +7,13 @@ use crate::scenes::load_own;
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_grid::{Block, NodeId, Ramp, Vector};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{MaterialInput, Scene, SolidBasis};
+use mpm_solver::scene::{MaterialInput, MeanDilatationInput, Scene, SolidBasis};
 use mpm_solver::{Model, Prescribed, Support};
 
 pub(super) const CASE: Case = Case {
     name: "patch test",
     goal: "A deformation that is the same everywhere is found exactly.",
-    setup: "Blocks in the plane and in space, of graded cells, and of cells in which the points stand off centre; every node that has not all its cells full is displaced by a linear field with stretch, shear and rotation, up to 30 %. Elastic and von Mises under standard MPM; elastic in space under every other basis.",
+    setup: "Blocks in the plane and in space, of graded cells, and of cells in which the points stand off centre; every node that has not all its cells full is displaced by a linear field with stretch, shear and rotation, up to 30 %. Elastic and von Mises under standard MPM; elastic in space under every other basis; some of these with mean dilatation.",
     reference: "The deformation gradient of the linear field at every point; the same stress at every point.",
     run,
 };
@@ -46,6 +46,24 @@ fn run(_: Extent) -> Result<Findings, Broken> {
             }
             checks.extend(patch(solid(&scene)?, &format!("space, {place}, {name}"), free)?);
         }
+    }
+    for mean in [MeanDilatationInput::Points, MeanDilatationInput::Cell] {
+        for (file, place, free) in
+            [("patch_plane_graded", "graded", (0.0, 4.0)), ("patch_plane_shifted", "off centre", (0.5, 3.5))]
+        {
+            let mut scene = scene(file, false)?;
+            if let Scene::PlaneStrain(scene) = &mut scene {
+                scene.bodies.iter_mut().for_each(|body| body.mean_dilatation = Some(mean));
+            }
+            checks.extend(patch(plane(&scene)?, &format!("plane, {place}, mean dilatation {mean:?}"), free)?);
+        }
+        let mut scene = scene("patch_solid_graded", true)?;
+        if let Scene::Solid(scene) = &mut scene {
+            scene.basis = SolidBasis::Cpdi1;
+            scene.bodies.iter_mut().for_each(|body| body.mean_dilatation = Some(mean));
+        }
+        let name = format!("space, graded, CPDI1, mean dilatation {mean:?}");
+        checks.extend(patch(solid(&scene)?, &name, (0.0, 4.0))?);
     }
     Ok(checks.into())
 }

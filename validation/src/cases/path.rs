@@ -139,7 +139,7 @@ fn arch(extent: Extent) -> Result<Findings, Broken> {
                 axes: ["deflection of the crown", "force"],
                 range: [(0.0, 3.5), (0.0, 700.0)],
                 logarithmic: false,
-                legend: Legend::UpperLeft,
+                legend: Legend::LowerRight,
                 curves,
             })],
         });
@@ -197,7 +197,10 @@ fn doughnut(extent: Extent) -> Result<Findings, Broken> {
         )),
     ]);
     if extent == Extent::Full {
-        let curve = |name: &str, colour, stroke, points| Curve { name: name.into(), colour, stroke, points };
+        let shown =
+            |path: Vec<(f64, f64)>| path.into_iter().filter(|it| (20.0..=40.0).contains(&it.0)).collect();
+        let curve =
+            |name: &str, colour, stroke, path| Curve { name: name.into(), colour, stroke, points: shown(path) };
         findings.pictures.push(Picture {
             file: "path_doughnut.svg",
             caption: "Doughnut twist on 10 × 64 cells, CPDI1: torque against angle with path control and with steps of 1°.".into(),

@@ -4,7 +4,8 @@ use crate::completeness::check;
 use crate::random::Random;
 use mpm_basis::control::{cap, is_too_long, reshape, size, split};
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, Seed, Smpm,
+    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp,
+    Parallelepiped, Seed, Smpm,
 };
 use mpm_grid::{Axis, Block, Layout, LinearCell, Mesh, Span, Vector};
 use nalgebra::DMatrix;
@@ -145,6 +146,68 @@ fn parallelograms_fill_their_point_and_go_on_from_where_they_were_shortened() {
     let mut values: Vec<f64> = map.symmetric_eigenvalues().iter().copied().collect();
     values.sort_by(f64::total_cmp);
     assert!((values[1] - 1.0).abs() < 1e-12 && values[0] < 0.9, "{values:?}");
+}
+
+#[test]
+fn reshaped_parallelepipeds_lie_along_their_cells() {
+    fn dynamic<const D: usize>(m: &Block<D>) -> DMatrix<f64> {
+        DMatrix::from_fn(D, D, |i, j| m[(i, j)])
+    }
+    fn check<const D: usize>(mesh: &Mesh<D>, x: Vector<D>, r: Block<D>, f: Block<D>) {
+        let back = dynamic(&f).try_inverse().unwrap();
+        let needle = Parallelepiped { initial: Block::from_fn(|i, j| back[(i, j)]) * r, current: r };
+        // Cells have edge 1.
+        let edge = Block::identity() * 2.0;
+        let mut domain = needle;
+        Cpdi1.align(&mut domain, &edge);
+        let (before, after) = (r * r.transpose(), domain.current * domain.current.transpose());
+        assert!((after - before).norm() < 1e-14 * before.norm());
+        let volume = |domain: &Parallelepiped<D>| dynamic(&domain.current).determinant();
+        assert!((volume(&domain) / volume(&needle) - 1.0).abs() < 1e-12, "not of the same hand");
+
+        let mut domain = needle;
+        assert!(reshape(&Cpdi1, mesh, &x, &mut domain, CELLS));
+        assert!((f * domain.initial - domain.current).norm() < 1e-12, "F does not lead to the reshaped domain");
+        // In the thinnest direction the corners reach no farther than the second moment does, and
+        // in the k-th no more than √k as far.
+        let spread = domain.current * domain.current.transpose();
+        let mut reach: Vec<(f64, f64)> = (0..D)
+            .map(|d| (spread[(d, d)].sqrt(), domain.current.row(d).iter().map(|it| it.abs()).sum()))
+            .collect();
+        reach.sort_by(|a, b| a.0.total_cmp(&b.0));
+        assert!((reach[0].1 / reach[0].0 - 1.0).abs() < 1e-12, "{reach:?}");
+        for (k, (least, reach)) in reach.iter().enumerate() {
+            assert!(*reach <= least * ((k + 1) as f64).sqrt() * (1.0 + 1e-12));
+        }
+        // Done again nothing changes: not the spread, and so not the factor.
+        let mut again = domain;
+        Cpdi1.align(&mut again, &edge);
+        assert!((again.current - domain.current).norm() < 1e-12);
+    }
+    let axis = || Axis::uniform(0.0, 12.0, 12).unwrap();
+    let plane = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
+    // A square whose sides have rolled by 45 degrees, sheared.
+    let turn = Block::<2>::new(1.0, -1.0, 1.0, 1.0) * 0.17;
+    check(
+        &plane,
+        Vector::<2>::new(6.1, 5.8),
+        Block::<2>::new(1.0, 3.0, 0.0, 1.0) * turn,
+        Block::<2>::new(1.0, 5.0, 0.1, 1.4),
+    );
+    check(
+        &plane,
+        Vector::<2>::new(6.1, 5.8),
+        -Block::<2>::new(1.0, 0.0, 2.5, 1.0) * turn,
+        Block::<2>::identity(),
+    );
+    let solid = Mesh::at_rest(&Layout::on_axes([axis(), axis(), axis()]).unwrap());
+    let r = Block::<3>::new(0.2, 0.9, 0.1, -0.1, 0.3, 0.2, 0.1, -0.2, 0.25);
+    check(
+        &solid,
+        Vector::<3>::new(5.9, 6.2, 5.5),
+        r,
+        Block::<3>::new(1.0, 0.2, 0.0, 0.1, 1.1, 0.3, 0.0, -0.2, 0.9),
+    );
 }
 
 #[test]

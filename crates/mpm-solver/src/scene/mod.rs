@@ -45,6 +45,9 @@ pub struct SceneIn<const D: usize, B> {
     /// How the points' domains are made and how they deform.
     #[serde(default)]
     pub domains: DomainsInput,
+    /// What is done about cells that bodies barely reach into; nothing if left out.
+    #[serde(default)]
+    pub stabilisation: Option<StabilisationInput>,
     /// Laws by name.
     #[serde(deserialize_with = "number::unique_keys")]
     pub materials: BTreeMap<String, MaterialInput>,
@@ -145,6 +148,24 @@ pub enum ControlInput {
         #[serde(default = "default_growth")]
         growth: Positive,
     },
+}
+
+/// What is done about cells that bodies barely reach into: their nodes carry next to no stiffness, and the
+/// tangent becomes singular.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum StabilisationInput {
+    /// Jumps of the displacement gradient (of the load step) across the faces of boundary cells are penalised:
+    /// the cells with an empty neighbour follow those inside. Counted as `/history/ghost_faces`.
+    Ghost {
+        /// The penalty over Young's modulus; 1/30 if left out `[-]`.
+        #[serde(default = "default_ghost")]
+        factor: Positive,
+    },
+}
+
+fn default_ghost() -> Positive {
+    Positive(1.0 / 30.0)
 }
 
 fn default_cells() -> Positive {
@@ -407,6 +428,21 @@ pub struct BodyInput<const D: usize> {
     pub shape: ShapeInput<D>,
     /// Material points per cell and direction, evenly spaced.
     pub points_per_cell: Count,
+    /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
+    /// volume change of their cell in place of their own; left alone if left out.
+    #[serde(default)]
+    pub mean_dilatation: Option<MeanDilatationInput>,
+}
+
+/// What the volume change of a cell is. Points take it in each load step from the cell that holds them at its
+/// start. `VolumeRatio` and `Volume` are then those of the cells, and domains that follow F follow them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum MeanDilatationInput {
+    /// The mean over the points in the cell: for bodies whose surface moves through cells.
+    Points,
+    /// That of the cell itself, wherever its points stand: the more accurate one in cells that stay full of
+    /// material; cells filled in part may turn unstable.
+    Cell,
 }
 
 /// What a body fills at rest.

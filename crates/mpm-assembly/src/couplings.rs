@@ -1,0 +1,67 @@
+//! Sets of nodes that couple all with all: what the pattern, the strips, and the scatter are made from.
+
+use crate::Dilatation;
+use mpm_basis::Links;
+
+/// Sets of nodes that the tangent couples, all with all.
+pub trait Couplings: Sync {
+    /// Number of sets.
+    fn n_sets(&self) -> usize;
+
+    /// Active numbers of the nodes of a set, ascending.
+    fn set(&self, set: usize) -> &[u32];
+}
+
+/// Groups of points couple the nodes that they share.
+impl<const D: usize> Couplings for Links<D> {
+    #[inline]
+    fn n_sets(&self) -> usize {
+        self.n_groups()
+    }
+
+    #[inline]
+    fn set(&self, set: usize) -> &[u32] {
+        self.group_nodes(set)
+    }
+}
+
+/// A body's links, with the cells that couple its points where it has mean dilatation.
+#[derive(Clone, Debug)]
+pub struct Linked<const D: usize> {
+    /// Groups of points and their influences.
+    pub links: Links<D>,
+    /// Cells over which volume changes are averaged, where they are.
+    pub dilatation: Option<Dilatation<D>>,
+}
+
+impl<const D: usize> From<Links<D>> for Linked<D> {
+    fn from(links: Links<D>) -> Self {
+        Self { links, dilatation: None }
+    }
+}
+
+impl<const D: usize> Linked<D> {
+    /// Number of points behind a set.
+    pub(crate) fn n_points(&self, set: usize) -> usize {
+        match &self.dilatation {
+            None => self.links.group_points(set).len(),
+            Some(dilatation) => dilatation.cells().n_points(set),
+        }
+    }
+}
+
+/// Groups of points, or cells where these couple their points.
+impl<const D: usize> Couplings for Linked<D> {
+    #[inline]
+    fn n_sets(&self) -> usize {
+        self.dilatation.as_ref().map_or_else(|| self.links.n_groups(), |it| it.cells().len())
+    }
+
+    #[inline]
+    fn set(&self, set: usize) -> &[u32] {
+        match &self.dilatation {
+            None => self.links.group_nodes(set),
+            Some(dilatation) => dilatation.cells().nodes(set),
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Ghost stabilisation: stiffness for cells that a body barely reaches into.
+//!
+//! Where a body ends just inside a cell, the cell's outer nodes carry next to no stiffness and the
+//! tangent is all but singular. Across the faces between such a boundary cell and its neighbours that
+//! hold material, jumps of the displacement gradient are penalised:
+//!
+//! ```text
+//! K_vw = Σ_F γ_F h_F/3 ∫_F [∇N_v]·[∇N_w] dΓ I        γ_F = factor · E_F
+//! ```
+//!
+//! (Coombs 2023, "Ghost stabilisation of the material point method for stable quasi-static and dynamic
+//! analysis of large deformation problems"; Sticko, Ludvigsson & Kreiss 2020). `[·]` is the jump across the face; as
+//! displacement is continuous along it, only the normal derivative jumps, whatever way the face lies.
+//! E_F is the Young's modulus of both cells weighted by the volume of material in them, h_F the mean
+//! extent of the cells across the face (their volume over the face's area). The published form has h³
+//! for h; with h the stiffness has its unit and scales with the problem. It acts on the displacement of
+//! the load step: constant through Newton's iterations, symmetric, without memory, and zero wherever the
+//! gradient is continuous.
+
+use crate::pass::{PassInput, Sums};
+use crate::{Couplings, Pattern};
+use mpm_basis::{ActiveNodes, Links};
+use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
+
+/// Material in one cell of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OccupiedCell {
+    /// The cell.
+    pub cell: CellId,
+    /// Volume at rest of the points that influence all of its nodes `[L^D]`; points that reach into
+    /// several cells count in each.
+    pub volume: f64,
+    /// That times their Young's modulus `[F L^(D-2)]`.
+    pub stiffness: f64,
+}
+
+/// Adds the cells all of whose nodes a point of the body influences; `young` `[F/L²]`.
+pub(crate) fn occupied<const D: usize>(
+    links: &Links<D>,
+    lattice: &Lattice<D>,
+    active: &ActiveNodes<D>,
+    volume: &[f64],
+    young: f64,
+    out: &mut Vec<OccupiedCell>,
+) {
+    let cells = lattice.cells();
+    for group in (0..links.n_groups()).map(|group| links.group(group)) {
+        let volume: f64 = volume[group.first_point..group.first_point + group.points].iter().sum();
+        for &node in group.nodes {
+            // The node as the lower corner of a cell.
+            let index = lattice.node_index(active.nodes()[node as usize]);
+            if (0..D).any(|d| index[d] >= cells[d]) {
+                continue;
+            }
+            let corners = lattice.corners(index);
+            let holds =
+                |corner| active.number(corner).is_some_and(|v| group.nodes.binary_search(&(v as u32)).is_ok());
+            if corners[..1 << D].iter().all(|&corner| holds(corner)) {
+                out.push(OccupiedCell { cell: lattice.cell(index), volume, stiffness: young * volume });
+            }
+        }
+    }
+}
+
+/// Faces across which jumps of the displacement gradient are penalised, with their stiffness.
+#[derive(Clone, Debug)]
+pub struct GhostFaces<const D: usize> {
+    /// Start of every face's nodes in `node`, and its length at the end.
+    node_start: Vec<usize>,
+    /// Active numbers, ascending in each face.
+    node: Vec<u32>,
+    /// `γ h/3 ∫ [∇N_v]·[∇N_w] dΓ` for v ≥ w, column by column, of every face in turn `[F/L]`.
+    stiffness: Vec<f64>,
+}
+
+impl<const D: usize> GhostFaces<D> {
+    /// The faces between occupied cells at least one of which has an empty neighbour. `factor` is γ over
+    /// Young's modulus; `cells` as the bodies gave them, in any order.
+    ///
+    /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
+    pub fn of(mesh: &Mesh<D>, active: &ActiveNodes<D>, mut cells: Vec<OccupiedCell>, factor: f64) -> Self {
+        // Stable: cells that occur more than once are summed in the order of the bodies.
+        cells.sort_by_key(|it| it.cell);
+        cells.dedup_by(|next, kept| {
+            let same = next.cell == kept.cell;
+            if same {
+                kept.volume += next.volume;
+                kept.stiffness += next.stiffness;
+            }
+            same
+        });
+        let lattice = mesh.lattice();
+        let find = |index: [u32; D]| {
+            cells.binary_search_by_key(&lattice.cell(index), |it| it.cell).ok().map(|at| &cells[at])
+        };
+        let is_at_boundary = |index: [u32; D]| {
+            (0..D).any(|d| {
+                let beside = [lattice.below(index, d), lattice.above(index, d)];
+                beside.into_iter().flatten().any(|beside| find(beside).is_none())
+            })
+        };
+
+        let mut faces = Self { node_start: vec![0], node: Vec::new(), stiffness: Vec::new() };
+        for lower in &cells {
+            let index = lattice.cell_index(lower.cell);
+            for d in 0..D {
+                let Some((above, upper)) = lattice.above(index, d).and_then(|it| Some((it, find(it)?))) else {
+                    continue;
+                };
+                if is_at_boundary(index) || is_at_boundary(above) {
+                    let young = (lower.stiffness + upper.stiffness) / (lower.volume + upper.volume);
+                    faces.push(mesh, active, [index, above], d, factor * young);
+                }
+            }
+        }
+        faces
+    }
+
+    /// Number of faces.
+    pub fn len(&self) -> usize {
+        self.node_start.len() - 1
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Where the faces' stiffness goes in a pattern that was made with them.
+    pub fn slots(&self, pattern: &Pattern<D>) -> Vec<u32> {
+        pattern.slots(self)
+    }
+
+    /// The face between two cells, the second above the first in `direction`.
+    fn push(
+        &mut self,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+        cells: [[u32; D]; 2],
+        direction: usize,
+        penalty: f64,
+    ) {
+        let corners = cells.map(|cell| {
+            let corners = mesh.lattice().corners(cell);
+            let number = |c: usize| active.number(corners[c]).expect("nodes of occupied cells are active");
+            (0..1 << D).map(|c| number(c) as u32).collect::<Vec<u32>>()
+        });
+        let mut nodes: Vec<u32> = corners.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let linear = cells.map(|cell| mesh.linear_cell(cell));
+
+        let n = nodes.len();
+        let first = self.stiffness.len();
+        self.stiffness.resize(first + n * (n + 1) / 2, 0.0);
+        let mut area = 0.0;
+        let mut jump = vec![Vector::<D>::zeros(); n];
+        for (side, weight) in face_points::<D>(direction) {
+            jump.fill(Vector::zeros());
+            for (which, sign) in [(0, -1.0), (1, 1.0)] {
+                let mut local = side;
+                local[direction] = -sign;
+                let gradients = linear[which].gradients(&local);
+                for (node, gradient) in corners[which].iter().zip(gradients) {
+                    let v = nodes.binary_search(node).expect("listed above");
+                    jump[v] += gradient * sign;
+                }
+            }
+            let mut local = side;
+            local[direction] = 1.0;
+            let patch = weight * face_area(&linear[0].jacobian(&local), direction);
+            area += patch;
+            let mut at = first;
+            for w in 0..n {
+                for v in w..n {
+                    self.stiffness[at] += patch * jump[v].dot(&jump[w]);
+                    at += 1;
+                }
+            }
+        }
+        let extent = linear.iter().map(LinearCell::volume).sum::<f64>() / (2.0 * area);
+        for value in &mut self.stiffness[first..] {
+            *value *= penalty * extent / 3.0;
+        }
+        self.node.extend(nodes);
+        self.node_start.push(self.node.len());
+    }
+
+    /// Adds force and tangent under the trial displacement of `input`; `slots` are those of these
+    /// faces in its pattern.
+    pub fn assemble(&self, slots: &[u32], input: PassInput<'_, D>, mut sums: Sums<'_, D>) {
+        let (mut at, mut slot) = (0, 0);
+        for face in 0..self.len() {
+            let nodes = self.set(face);
+            let n = nodes.len();
+            let stiffness = &self.stiffness[at..at + n * (n + 1) / 2];
+            at += stiffness.len();
+            let pairs = || (0..n).flat_map(|w| (w..n).map(move |v| (v, w))).zip(stiffness);
+            for ((v, w), &value) in pairs() {
+                let [v, w] = [v, w].map(|k| nodes[k] as usize);
+                sums.internal[v] += input.increment[w] * value;
+                if v != w {
+                    sums.internal[w] += input.increment[v] * value;
+                }
+            }
+            let Some(tangent) = &mut sums.tangent else { continue };
+            if let Some(lift) = &mut tangent.lift {
+                for ((v, w), &value) in pairs() {
+                    let [v, w] = [v, w].map(|k| nodes[k] as usize);
+                    lift[v] += input.constraints.increment()[w] * value;
+                    if v != w {
+                        lift[w] += input.constraints.increment()[v] * value;
+                    }
+                }
+            }
+            let slots = &slots[slot..slot + n * (n - 1) / 2];
+            slot += slots.len();
+            input.pattern.add_isotropic(nodes, slots, stiffness, input.constraints, tangent.values);
+        }
+    }
+}
+
+impl<const D: usize> Couplings for GhostFaces<D> {
+    fn n_sets(&self) -> usize {
+        self.len()
+    }
+
+    fn set(&self, face: usize) -> &[u32] {
+        &self.node[self.node_start[face]..self.node_start[face + 1]]
+    }
+}
+
+/// Gauss points of a face across `direction` in local coordinates, and their weights.
+fn face_points<const D: usize>(direction: usize) -> impl Iterator<Item = (Vector<D>, f64)> {
+    let at = 1.0 / 3.0_f64.sqrt();
+    (0..1_usize << (D - 1)).map(move |k| {
+        let side = |d: usize| {
+            let bit = d - usize::from(d > direction);
+            if d == direction { 0.0 } else { (2.0 * f64::from((k >> bit & 1) as u32) - 1.0) * at }
+        };
+        (Vector::from_fn(|d, _| side(d)), 1.0)
+    })
+}
+
+/// Area of the face per area in local coordinates; `jacobian` has the tangents as its columns.
+fn face_area<const D: usize>(jacobian: &Block<D>, direction: usize) -> f64 {
+    let tangents: Vec<Vector<D>> =
+        (0..D).filter(|&d| d != direction).map(|d| jacobian.column(d).into_owned()).collect();
+    // The root of Gram's determinant.
+    match tangents.as_slice() {
+        [] => 1.0,
+        [a] => a.norm(),
+        [a, b, ..] => (a.norm_squared() * b.norm_squared() - a.dot(b).powi(2)).max(0.0).sqrt(),
+    }
+}
