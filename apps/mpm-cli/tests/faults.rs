@@ -85,7 +85,11 @@ fn assert_same(expected: &Path, found: &Path) {
         assert_eq!(a, b, "{}", column.name);
     }
     for row in 0..a.rows() {
-        assert_eq!(bits(&a.residuals(row).unwrap()), bits(&b.residuals(row).unwrap()), "residuals of row {row}");
+        assert_eq!(
+            bits(&a.residuals(row).unwrap()),
+            bits(&b.residuals(row).unwrap()),
+            "residuals of row {row}"
+        );
     }
     assert_eq!(a.fractions(), b.fractions());
     for step in 0..a.fractions().len() {
@@ -236,7 +240,10 @@ fn a_checkpoint_that_cannot_be_written_is_told_and_the_run_goes_on() {
     place.wait_for_rows("a.h5", rows + 4, &mut run);
     run.kill().unwrap();
     let text = said(&run.wait_with_output().unwrap());
-    assert!(text.contains("warning: cannot write checkpoint kept/c.h5") && text.contains("No such file"), "{text}");
+    assert!(
+        text.contains("warning: cannot write checkpoint kept/c.h5") && text.contains("No such file"),
+        "{text}"
+    );
     assert!(text.contains("the run goes on"), "{text}");
     // It can be gone on with from where it is now.
     assert!(Checkpoint::open(place.path("gone/c.h5")).is_ok());
@@ -260,7 +267,10 @@ fn folders_that_cannot_be_written_are_refused_before_the_run() {
         let output = place.mpm(&arguments);
         let text = said(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-        assert!(text.contains("cannot create results file") || text.contains("cannot write checkpoint"), "{text}");
+        assert!(
+            text.contains("cannot create results file") || text.contains("cannot write checkpoint"),
+            "{text}"
+        );
     }
     assert!(!place.path("a.h5").exists());
 }

@@ -422,6 +422,15 @@ fn is_at(_file: &fs::File, path: &Path) -> bool {
     path.exists()
 }
 
+/// A copy that was never to take its place goes.
+impl Drop for ResultsWriter {
+    fn drop(&mut self) {
+        if self.earlier.is_some() {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
 /// Name of a phase as stored, NUL-padded UTF-8.
 pub(crate) type PhaseName = FixedUnicode<32>;
 

@@ -61,6 +61,11 @@ pub fn resume<const D: usize>(
         None => Control::Pace(Pace::recall(model.schedule, progress).map_err(wrong)?),
         Some(control) => {
             let (floor, nodes) = (model.schedule.cuts, model.layout.lattice().n_nodes());
+            if record.rows() - 1 > model.schedule.steps as usize {
+                let reason =
+                    format!("has {} rows of history, expected at most one more than steps", record.rows());
+                return Err(wrong(reason).into());
+            }
             Control::Course(Course::recall(control, floor, progress, &state.secant, nodes).map_err(wrong)?)
         }
     };

@@ -69,6 +69,9 @@ pub(crate) struct Record {
     summary: Totals,
 }
 
+/// Counts of a state beyond this are none of a run.
+pub(crate) const MOST_COUNTED: u64 = 1 << 53;
+
 /// Running totals of the summary, and what the next row needs of the rows before.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -156,7 +159,7 @@ impl Record {
     /// # Errors
     /// What cannot be one of this model.
     pub(crate) fn recall(&mut self, progress: &Progress) -> Result<(), String> {
-        let Progress { rows, displacement, cuts_before, totals, .. } = progress;
+        let Progress { rows, control, displacement, cuts_before, totals, .. } = progress;
         let shape = |columns: &[Vec<f64>]| columns.iter().map(Vec::len).collect::<Vec<_>>();
         if shape(displacement) != shape(&self.displacement) {
             let (found, expected) = (shape(displacement), shape(&self.displacement));
@@ -169,6 +172,16 @@ impl Record {
         }
         if *rows == 0 || *rows > u64::from(u32::MAX) {
             return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
+        }
+        let Totals { iterations, cuts, shortened, indefinite_steps, domains, active_nodes, .. } = *totals;
+        let counters =
+            [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split, active_nodes];
+        if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
+            return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
+        }
+        let cuts = control.cuts();
+        if *cuts_before > cuts || cuts > MOST_COUNTED {
+            return Err(format!("has {cuts_before} halvings before the last of {cuts}, expected no more"));
         }
         self.rows = *rows as usize;
         self.displacement.clone_from(displacement);

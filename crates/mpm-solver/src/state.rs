@@ -75,6 +75,15 @@ pub enum ControlProgress {
     },
 }
 
+impl ControlProgress {
+    /// Halvings so far.
+    pub(crate) fn cuts(&self) -> u64 {
+        match *self {
+            Self::Load { cuts, .. } | Self::Path { cuts, .. } => cuts,
+        }
+    }
+}
+
 impl Default for ControlProgress {
     fn default() -> Self {
         Self::Load { done: 0, position: 0, level: 0, cuts: 0 }

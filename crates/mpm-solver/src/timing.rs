@@ -1,6 +1,7 @@
 //! Where the time of a run goes, and what it did not have to do.
 
 use crate::observe::Timing;
+use crate::record::MOST_COUNTED;
 use std::time::Instant;
 
 /// The phases of a run.
@@ -83,6 +84,10 @@ impl Timings {
                 spent.phases.len(),
                 timings.phases.len()
             ));
+        }
+        let counts = spent.phases.iter().map(|phase| phase.1).chain([spent.tangents, spent.analyses]);
+        if let Some(count) = counts.into_iter().find(|count| *count > MOST_COUNTED) {
+            return Err(format!("has counted {count}, expected at most {MOST_COUNTED}"));
         }
         for (timing, &(seconds, count)) in timings.phases.iter_mut().zip(&spent.phases) {
             (timing.seconds, timing.count) = (seconds, count);
