@@ -1,30 +1,75 @@
-//! Benchmarks: seconds per phase and peak memory of whole runs, on one thread and on two.
-//!
-//! ```sh
-//! cargo run --release -p mpm-benchmarks                      # the shipped scenes
-//! cargo run --release -p mpm-benchmarks -- path/to/scene.ron # any other
-//! ```
-//!
-//! Every run is a process of its own, so that its peak memory is its own too. Machines are noisy:
-//! read ratios within one table.
+//! `mpm-benchmarks [SET] [--quick] [--output FOLDER]`: runs a set of benchmarks.
 
-use mpm_solver::observe::Timing;
-use mpm_solver::{Compiled, Summary, compile, scene::Scene};
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use clap::{Parser, Subcommand};
+use mpm_benchmarks::counts::{self, Act};
+use mpm_benchmarks::report::{Settings, print_table};
+use mpm_benchmarks::{Failure, growth, phases, solver, throughput, time_against_error};
+use std::path::PathBuf;
+use std::process::ExitCode;
 
-type Failure = Box<dyn std::error::Error>;
+/// Benchmarks of the implicit Material Point Method. Without a set: a short run of the first two.
+#[derive(Parser)]
+#[command(name = "mpm-benchmarks", version)]
+struct Arguments {
+    #[command(subcommand)]
+    set: Option<Set>,
+    /// Small sizes, one repetition: shows that everything works, measures nothing.
+    #[arg(long, global = true)]
+    quick: bool,
+    /// Folder of the results.
+    #[arg(long, global = true, default_value = "target/benchmarks")]
+    output: PathBuf,
+}
 
-const THREADS: [usize; 2] = [1, 2];
+#[derive(Subcommand)]
+enum Set {
+    /// Processor time against error for every basis on problems with a known answer.
+    Error,
+    /// Points per second in every phase of every basis, beside memory bandwidth and peak flops.
+    Throughput,
+    /// Time and peak memory against the number of points, 10³ to 10⁶.
+    Growth,
+    /// Order, analysis, factorisation and solution, against CHOLMOD and PARDISO where installed.
+    Solver {
+        /// Larger problems are left out.
+        #[arg(long, default_value_t = usize::MAX)]
+        most_equations: usize,
+    },
+    /// Instructions of a fixed set of kernels by callgrind, against the file of the repository.
+    Counts {
+        /// Fails where a kernel needs more instructions than the file allows.
+        #[arg(long, conflicts_with = "update")]
+        check: bool,
+        /// Writes the file.
+        #[arg(long)]
+        update: bool,
+        /// Part of the names of the kernels; all if left out.
+        #[arg(default_value = "")]
+        part: String,
+    },
+    /// Seconds per phase and peak memory of scenes, on one thread and on two.
+    Phases {
+        /// Scene files; those of the benchmarks if left out.
+        scenes: Vec<PathBuf>,
+    },
+    /// The runs behind the reference of the cantilever, on meshes refined by these factors.
+    #[command(hide = true)]
+    CantileverEnd { factors: Vec<u32> },
+    /// One run in a process of its own, for the other sets.
+    #[command(hide = true)]
+    One { scene: PathBuf, threads: usize },
+    /// One kernel, for callgrind.
+    #[command(hide = true)]
+    Kernel { name: String },
+    /// One block in a process of its own.
+    #[command(hide = true)]
+    Block { basis: String, cells: u32 },
+}
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let result = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["--one", scene, threads] => one_run(Path::new(scene), threads),
-        [] => shipped_scenes().and_then(|scenes| compare(&scenes)),
-        _ => compare(&arguments.iter().map(PathBuf::from).collect::<Vec<_>>()),
-    };
-    match result {
+    let arguments = Arguments::parse();
+    let settings = Settings { quick: arguments.quick, output: arguments.output };
+    match run(arguments.set, settings) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("{failure}");
@@ -33,68 +78,40 @@ fn main() -> ExitCode {
     }
 }
 
-fn shipped_scenes() -> Result<Vec<PathBuf>, Failure> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let mut scenes: Vec<PathBuf> =
-        std::fs::read_dir(folder)?.map(|entry| entry.map(|it| it.path())).collect::<Result<_, _>>()?;
-    scenes.sort();
-    Ok(scenes)
-}
-
-/// Runs every scene on every number of threads, each in its own process, and prints their tables.
-fn compare(scenes: &[PathBuf]) -> Result<(), Failure> {
-    for scene in scenes {
-        println!("## {}", scene.display());
-        for threads in THREADS {
-            let status = Command::new(std::env::current_exe()?)
-                .args(["--one".as_ref(), scene.as_os_str(), threads.to_string().as_ref()])
-                .status()?;
-            if !status.success() {
-                return Err(format!("{} did not finish on {threads} threads", scene.display()).into());
-            }
+fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
+    match set {
+        None => {
+            println!("sets: error, throughput, growth, solver, counts, phases (`--help` says more)");
+            let settings = Settings { quick: true, ..settings };
+            time_against_error::run(&settings)?.publish(&settings)?;
+            throughput::run(&settings)?.publish(&settings)
         }
+        Some(Set::Throughput) => throughput::run(&settings)?.publish(&settings),
+        Some(Set::Growth) => growth::run(&settings)?.publish(&settings),
+        Some(Set::Solver { most_equations }) => solver::run(&settings, most_equations)?.publish(&settings),
+        Some(Set::Counts { check, update, part }) => {
+            let act = if update {
+                Act::Update
+            } else if check {
+                Act::Check
+            } else {
+                Act::Show
+            };
+            counts::run(&settings, act, &part)
+        }
+        Some(Set::Kernel { name }) => counts::one(&name),
+        Some(Set::Block { basis, cells }) => print(&growth::block(&basis, cells)?),
+        Some(Set::Error) => time_against_error::run(&settings)?.publish(&settings),
+        Some(Set::Phases { scenes }) => phases::run(&scenes, &settings)?.publish(&settings),
+        Some(Set::CantileverEnd { factors }) => {
+            print_table(&time_against_error::cantilever_end(&factors)?);
+            Ok(())
+        }
+        Some(Set::One { scene, threads }) => print(&phases::one(&scene, threads)?),
     }
+}
+
+fn print(result: &impl serde::Serialize) -> Result<(), Failure> {
+    println!("{}", serde_json::to_string(result)?);
     Ok(())
-}
-
-/// One run in this process.
-fn one_run(scene: &Path, threads: &str) -> Result<(), Failure> {
-    let threads: usize = threads.parse()?;
-    let text = std::fs::read_to_string(scene).map_err(|it| format!("{}: {it}", scene.display()))?;
-    let mut compiled = compile(&Scene::from_ron(&text)?)?;
-    let points = points(&compiled);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let start = std::time::Instant::now();
-    let summary = pool.install(|| compiled.run(&mut ()))?;
-    report(&summary, points, threads, start.elapsed().as_secs_f64());
-    Ok(())
-}
-
-fn points(compiled: &Compiled) -> usize {
-    match compiled {
-        Compiled::Plane(model) => model.bodies.iter().map(|named| named.body.n_points()).sum(),
-        Compiled::Solid(model) => model.bodies.iter().map(|named| named.body.n_points()).sum(),
-    }
-}
-
-fn report(summary: &Summary, points: usize, threads: usize, seconds: f64) {
-    println!(
-        "\n{points} points, {} load steps, {} linear solutions, {threads} threads: {seconds:.2} s, peak memory {} MB\n",
-        summary.steps,
-        summary.iterations,
-        peak_memory().map_or("unknown".into(), |bytes| (bytes / 1_000_000).to_string()),
-    );
-    println!("| phase | entered | seconds | ns per point and entry |\n|---|--:|--:|--:|");
-    for Timing { phase, seconds, count } in &summary.timings {
-        let each = seconds * 1e9 / (points as f64 * (*count).max(1) as f64);
-        println!("| {phase} | {count} | {seconds:.3} | {each:.1} |");
-    }
-    println!();
-}
-
-/// Largest resident memory of this process so far, where the system tells.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kilobytes| kilobytes * 1024)
 }

@@ -8,10 +8,24 @@ pub struct History {
     fields: Vec<Field>,
     columns: Vec<Column>,
     rows: Vec<Row>,
+    only_ends: bool,
     keeps_outlines: bool,
     outlines: Vec<Vec<[f64; 3]>>,
+    stations: Vec<f64>,
+    frames: Vec<Frame>,
     /// How the run ended, once it has.
     pub outcome: Option<Outcome>,
+}
+
+/// The points and their domains at one load step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Load fraction at its end.
+    pub fraction: f64,
+    /// Positions of the material points, three numbers each `[L]`.
+    pub positions: Vec<f64>,
+    /// Corners of each point's domain, none where there is no domain `[L]`.
+    pub outlines: Vec<Vec<[f64; 3]>>,
 }
 
 /// One load step.
@@ -35,9 +49,33 @@ impl History {
         Self { fields: fields.to_vec(), ..Self::default() }
     }
 
+    /// Will keep the initial state and the end of the load only; nothing is asked for in between.
+    pub fn only_ends(self) -> Self {
+        Self { only_ends: true, ..self }
+    }
+
     /// Will keep the outlines of the points' domains at the last load step, too.
     pub fn with_outlines(self) -> Self {
         Self { keeps_outlines: true, ..self }
+    }
+
+    /// Will keep frames at these load fractions (where a load step ends there), too.
+    pub fn with_frames(self, fractions: impl IntoIterator<Item = f64>) -> Self {
+        Self { stations: fractions.into_iter().collect(), ..self }
+    }
+
+    /// Frames that were to be kept, as far as the run got.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
+    /// The last load step as a frame, if outlines were to be kept.
+    ///
+    /// # Panics
+    /// If the run never started.
+    pub fn last_frame(&self) -> Frame {
+        let Row { fraction, positions, .. } = self.last();
+        Frame { fraction: *fraction, positions: positions.clone(), outlines: self.outlines.clone() }
     }
 
     /// Corners of each point's domain at the last load step, if they were to be kept `[L]`.
@@ -120,6 +158,9 @@ impl Observer for History {
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        if self.only_ends && step.index > 0 && step.fraction < 1.0 {
+            return Ok(());
+        }
         self.rows.push(Row {
             fraction: step.fraction,
             entries: step.row.to_vec(),
@@ -129,6 +170,13 @@ impl Observer for History {
         });
         if self.keeps_outlines {
             self.outlines = step.fields.outlines();
+        }
+        if self.stations.iter().any(|station| (station - step.fraction).abs() < 1e-9) {
+            self.frames.push(Frame {
+                fraction: step.fraction,
+                positions: step.fields.positions(),
+                outlines: step.fields.outlines(),
+            });
         }
         Ok(())
     }

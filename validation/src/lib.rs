@@ -3,7 +3,7 @@
 //! A [`Case`] says what it is to show, what is run, and what the outcome is compared with; running
 //! it yields [`Findings`]: [`Check`]s, each an error and the tolerance it has to keep, [`Table`]s of
 //! what was measured, and [`Picture`]s. [`CASES`] lists them all. The program `mpm-validation` prints
-//! them, the tests run the same functions to a smaller [`Extent`], and the README tells them as goal,
+//! them (and `stress` those of [`STRESS`], which try to break the code), the tests run the same functions to a smaller [`Extent`], and the README tells them as goal,
 //! setup and result.
 //!
 //! A new case is one function in `cases/`, one entry of [`CASES`], one line in `tests/cases.rs` and
@@ -12,15 +12,21 @@
 pub mod analytic;
 mod cases;
 pub mod history;
+mod palette;
 pub mod picture;
 pub mod probe;
+pub mod problems;
 mod quasi_random;
 pub mod reference;
+mod report;
 pub mod scenes;
+mod stress;
 pub mod variants;
 
 pub use cases::CASES;
 pub use picture::Picture;
+pub use report::program;
+pub use stress::STRESS;
 
 use std::error::Error;
 

@@ -1,6 +1,6 @@
 //! Pictures of what was found: curves, and bodies with their domains; SVG or PNG.
 
-use crate::Broken;
+use crate::{Broken, palette};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, BitMapBackend, ChartBuilder, Circle, Color, DashedLineSeries, DrawingArea, DrawingBackend,
@@ -17,7 +17,7 @@ pub struct Picture {
     pub file: &'static str,
     /// What it shows.
     pub caption: String,
-    /// Panels, side by side.
+    /// Panels, side by side, in rows of six.
     pub panels: Vec<Panel>,
 }
 
@@ -103,6 +103,8 @@ pub struct Shapes {
     pub lines: Vec<[(f64, f64); 2]>,
 }
 
+/// Panels in a row.
+const ACROSS: usize = 6;
 const FONT: &str = "sans-serif";
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
@@ -121,25 +123,43 @@ impl Picture {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&self, directory: &Path) -> Result<(), Broken> {
+        self.save_in_columns(directory, self.panels.len().min(ACROSS))
+    }
+
+    /// As [`Self::save`], so many panels side by side and the others below.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save_in_columns(&self, directory: &Path, columns: usize) -> Result<(), Broken> {
         let path = directory.join(self.file);
         // The one font there is; registering it again changes nothing.
         register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "the font is broken")?;
-        let n = self.panels.len() as u32;
+        let columns = columns.max(1);
+        let rows = self.panels.len().div_ceil(columns);
         let vector = path.extension().is_some_and(|ending| ending == "svg");
+        // Panels in many rows are small.
+        let (width, height) = match (vector, rows) {
+            (true, _) => (460, 380),
+            (false, 1) => (420, 440),
+            (false, _) => (270, 290),
+        };
+        let size = (width * columns as u32, height * rows as u32);
         if vector {
-            self.draw(SVGBackend::new(&path, (460 * n, 380)).into_drawing_area())
+            self.draw(SVGBackend::new(&path, size).into_drawing_area(), (rows, columns))
         } else {
-            self.draw(BitMapBackend::new(&path, (420 * n, 440)).into_drawing_area())
+            let mut pixels = vec![0; 3 * (size.0 * size.1) as usize];
+            self.draw(BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), (rows, columns))?;
+            palette::write(&path, size.0, &pixels)
         }
     }
 
-    fn draw<DB>(&self, area: DrawingArea<DB, Shift>) -> Result<(), Broken>
+    fn draw<DB>(&self, area: DrawingArea<DB, Shift>, parts: (usize, usize)) -> Result<(), Broken>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
         area.fill(&WHITE)?;
-        for (panel, part) in self.panels.iter().zip(area.split_evenly((1, self.panels.len()))) {
+        for (panel, part) in self.panels.iter().zip(area.split_evenly(parts)) {
             match panel {
                 Panel::Curves(curves) => curves.draw(&part)?,
                 Panel::Shapes(shapes) => shapes.draw(&part)?,

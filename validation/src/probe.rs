@@ -2,7 +2,8 @@
 
 use crate::Broken;
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, Linked, PassInput, Pattern, PointView, Sums, TangentSums,
+    Body, Connection, Constraints, Converged, GhostFaces, Linked, PassInput, Pattern, PointView, Sums,
+    TangentSums,
 };
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
@@ -16,6 +17,15 @@ pub struct Probe<const D: usize> {
     active: ActiveNodes<D>,
     pattern: Pattern<D>,
     connection: Connection<D>,
+    ghost: Option<Ghost<D>>,
+    /// The penalty that the model asks for.
+    ghost_factor: Option<f64>,
+}
+
+/// Penalised faces, and where their stiffness goes.
+struct Ghost<const D: usize> {
+    faces: GhostFaces<D>,
+    slots: Vec<u32>,
 }
 
 /// The model of a scene in plane strain.
@@ -48,8 +58,9 @@ impl<const D: usize> Probe<D> {
     pub fn of(model: Model<D>) -> Result<Self, Broken> {
         let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START)?;
         let body = model.bodies.into_iter().next().expect("a scene has a body").body;
-        let (active, pattern, connection) = connect(&*body, &mesh)?;
-        Ok(Self { body, mesh, active, pattern, connection })
+        let ghost_factor = model.ghost;
+        let (active, pattern, connection, ghost) = connect(&*body, &mesh, ghost_factor)?;
+        Ok(Self { body, mesh, active, pattern, connection, ghost, ghost_factor })
     }
 
     /// Number of active nodes.
@@ -76,6 +87,9 @@ impl<const D: usize> Probe<D> {
         let mut internal = vec![Vector::zeros(); self.active.len()];
         let input = PassInput { pattern: &self.pattern, constraints: &constraints, increment };
         self.body.assemble(&self.connection, input, Sums { internal: &mut internal, tangent: None })?;
+        if let Some(Ghost { faces, slots }) = &self.ghost {
+            faces.assemble(slots, input, Sums { internal: &mut internal, tangent: None });
+        }
         Ok(internal)
     }
 
@@ -90,6 +104,10 @@ impl<const D: usize> Probe<D> {
         let input = PassInput { pattern: &self.pattern, constraints: &constraints, increment };
         let tangent = Some(TangentSums { values: &mut values, lift: None });
         self.body.assemble(&self.connection, input, Sums { internal: &mut internal, tangent })?;
+        if let Some(Ghost { faces, slots }) = &self.ghost {
+            let tangent = Some(TangentSums { values: &mut values, lift: None });
+            faces.assemble(slots, input, Sums { internal: &mut internal, tangent });
+        }
 
         // The pattern holds the lower triangle by columns.
         let mut product = vec![Vector::zeros(); self.active.len()];
@@ -114,20 +132,31 @@ impl<const D: usize> Probe<D> {
         let step = Converged { mesh: &self.mesh, active: &self.active, increment };
         self.body.prepare(&self.connection, step)?;
         self.body.commit();
-        (self.active, self.pattern, self.connection) = connect(&*self.body, &self.mesh)?;
+        (self.active, self.pattern, self.connection, self.ghost) =
+            connect(&*self.body, &self.mesh, self.ghost_factor)?;
         Ok(())
     }
 }
 
-type Connected<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
+type Connected<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>, Option<Ghost<D>>);
 
-fn connect<const D: usize>(body: &dyn Body<D>, mesh: &Mesh<D>) -> Result<Connected<D>, Broken> {
+fn connect<const D: usize>(
+    body: &dyn Body<D>,
+    mesh: &Mesh<D>,
+    ghost_factor: Option<f64>,
+) -> Result<Connected<D>, Broken> {
     let stencils = body.stencils(mesh)?;
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
+    let faces = ghost_factor.map(|factor| {
+        let mut cells = Vec::new();
+        body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);
+        GhostFaces::of(mesh, &active, cells, factor)
+    });
     let dilatation = body.dilatation(&links, mesh, &active)?;
     let linked = Linked { links, dilatation };
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&linked));
+    let pattern = Pattern::with_faces(active.len(), std::slice::from_ref(&linked), faces.as_ref());
     let connection = Connection::new(linked, &pattern);
-    Ok((active, pattern, connection))
+    let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
+    Ok((active, pattern, connection, ghost))
 }

@@ -2,8 +2,8 @@
 
 use crate::Broken;
 use mpm_solver::scene::{
-    AxisInput, CornerWeightsInput, Count, DomainsInput, MeshInput, PlaneBasis, Positive, Scene, SceneIn,
-    TrianglesInput,
+    AxisInput, ControlInput, CornerWeightsInput, Count, DomainsInput, MeshInput, PlaneBasis, Positive, Scene,
+    SceneIn, TrianglesInput,
 };
 
 /// A scene in plane strain.
@@ -99,6 +99,12 @@ pub fn refined(mut scene: PlaneScene, factor: u32) -> PlaneScene {
 /// The scene with points that fall back to parallelograms.
 pub fn falling_back(mut scene: PlaneScene, beyond: f64) -> PlaneScene {
     scene.domains.fallback_beyond = Some(Positive(beyond));
+    scene
+}
+
+/// The scene with something done about domains that have outgrown their cells.
+pub fn with_control(mut scene: PlaneScene, control: ControlInput) -> PlaneScene {
+    scene.domains.control = Some(control);
     scene
 }
 

@@ -44,8 +44,33 @@ fn elastic_doughnut() {
 }
 
 #[test]
+fn elastic_doughnut_refined() {
+    passes("doughnut twist, error by cause");
+}
+
+#[test]
 fn slides_doughnut() {
     passes("doughnut twist, the slides'");
+}
+
+#[test]
+fn doughnut_turned_around() {
+    passes("doughnut twist, full turns");
+}
+
+#[test]
+fn doughnut_at_the_limit_torque() {
+    passes("doughnut twist, limit torque");
+}
+
+#[test]
+fn carried_around() {
+    passes("carried around");
+}
+
+#[test]
+fn doughnut_in_space() {
+    passes("doughnut twist in space");
 }
 
 #[test]

@@ -66,7 +66,11 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         line("scene", scene.title().to_string());
     }
     line("material points", count(summary.points));
-    line("load steps", format!("{}, {} halved", count(summary.steps), count(summary.cuts)));
+    let mut steps = format!("{}, {} halved", count(summary.steps), count(summary.cuts));
+    if summary.staged_steps > 0 {
+        let _ = write!(steps, ", {} balanced in stages", count(summary.staged_steps));
+    }
+    line("load steps", steps);
     let halved = format!("{}, {} corrections shortened", count(summary.iterations), count(summary.shortened));
     line("iterations", halved);
     line("indefinite steps", count(summary.indefinite_steps));

@@ -10,7 +10,7 @@ use crate::model::{
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
-    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
     StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
@@ -350,16 +350,20 @@ fn motion<const D: usize>(input: &MotionInput<D>, layout: &Layout<D>) -> Result<
             let angle = ramp(input, angle.0.to_radians(), "motion.ramp")?;
             MeshMotion::rotate(plane_point(centre), angle).map_err(|it| SceneError::new("motion", it))
         }
-        MotionInput::Twist { inner, outer, ramp: input, reindexing } => {
+        MotionInput::Twist { inner, outer, ramp: input, outer_ramp, reindexing } => {
             let Layout::Ring { centre, radii, .. } = layout else {
                 return Err(SceneError::new("motion", "a twist needs a ring mesh"));
             };
-            let angle = |angle: &Finite| ramp(input, angle.0.to_radians(), "motion.ramp");
+            let inner = ramp(input, inner.0.to_radians(), "motion.ramp")?;
+            let outer = match outer_ramp {
+                None => ramp(input, outer.0.to_radians(), "motion.ramp")?,
+                Some(input) => ramp(input, outer.0.to_radians(), "motion.outer_ramp")?,
+            };
             let reindexing = match reindexing {
                 ReindexingInput::WholeCells => Reindexing::WholeCells,
                 ReindexingInput::Off => Reindexing::Off,
             };
-            let (inner, outer) = ((radii.first(), angle(inner)?), (radii.last(), angle(outer)?));
+            let (inner, outer) = ((radii.first(), inner), (radii.last(), outer));
             MeshMotion::twist(*centre, inner, outer, reindexing).map_err(|it| SceneError::new("motion", it))
         }
     }

@@ -24,8 +24,8 @@ use mpm_grid::{LoadFraction, Mesh, Vector};
 /// 3. advance the points (and shorten or split domains too long for their cells, where asked to),
 /// 4. let the observer look. The mesh is then replaced by that of the next step.
 ///
-/// A step that cannot be solved is halved; the points are those of the last converged step until
-/// the next one has converged.
+/// A step that cannot be solved is halved, and at its shortest balanced in stages; the points are those of
+/// the last converged step until the next one has converged.
 ///
 /// # Errors
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
@@ -145,7 +145,14 @@ fn steps<const D: usize>(
 
     while let Some(step) = pace.next() {
         factorization.settle();
-        match load_step(model, &step, Drive::Load, factorization, &mut workspace, timings) {
+        let mut attempt = |drive| load_step(model, &step, drive, factorization, &mut workspace, timings);
+        let result = attempt(Drive::Load).or_else(|reason| {
+            // Where shorter steps are no help, stages may be; else the first reason is the reason.
+            let last = !reason.is_at_start() && reason != StepFailure::Cancelled && pace.is_at_floor();
+            let first = |it| if it == StepFailure::Cancelled { it } else { reason.clone() };
+            if last { attempt(Drive::Stages).map_err(first) } else { Err(reason) }
+        });
+        match result {
             Ok(mut result) => {
                 for named in &mut model.bodies {
                     named.body.commit();
@@ -258,6 +265,8 @@ fn fraction(value: f64) -> LoadFraction {
 enum Drive<'a, 'b, const D: usize> {
     /// The step.
     Load,
+    /// The step, balanced in stages.
+    Stages,
     /// The step; its length is measured.
     Measured(&'a mut Attempt<'b, D>),
     /// The length that it should have.
@@ -304,6 +313,7 @@ fn load_step<const D: usize>(
     };
     let equilibrium = match drive {
         Drive::Load => newton::solve(&problem, factorization, workspace, timings)?,
+        Drive::Stages => newton::solve_in_stages(&problem, factorization, workspace, timings)?,
         Drive::Measured(attempt) => {
             attempt.end = step.end.get();
             let equilibrium = newton::solve(&problem, factorization, workspace, timings)?;

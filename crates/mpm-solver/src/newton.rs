@@ -20,6 +20,12 @@ const OVERSHOT: f64 = 0.9;
 /// A pivot that keeps less than this part of its diagonal marks an all but singular tangent.
 const SINGULAR: f64 = 1e-11;
 
+/// Part of what is out of balance that the first stage lets go of.
+const FIRST_PART: f64 = 0.25;
+
+/// Relative out-of-balance force with which all stages but the last are content.
+const STAGE_RESIDUAL: f64 = 1e-4;
+
 /// Evaluations in the search for a shorter correction at most.
 const SEARCHES: usize = 5;
 
@@ -50,6 +56,7 @@ pub(crate) struct Ghost<const D: usize> {
 }
 
 /// Nodal displacement that balances the forces of a load step.
+#[derive(Clone)]
 pub(crate) struct Equilibrium<const D: usize> {
     /// `Δu_v` of every active node `[L]`.
     pub increment: Vec<Vector<D>>,
@@ -61,6 +68,8 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub method: Method,
     /// Corrections of which only a part was taken.
     pub shortened: u32,
+    /// Stages in which the step was balanced; 0 where it was balanced at once.
+    pub stages: u32,
     /// Node at which LLᵀ last met a pivot that was not positive.
     pub unstable_node: Option<NodeId>,
     /// Smallest `det ΔF` of any point.
@@ -76,6 +85,7 @@ impl<const D: usize> Equilibrium<D> {
             residuals: Vec::new(),
             method: Method::Llt,
             shortened: 0,
+            stages: 0,
             unstable_node: None,
             smallest_determinant: f64::INFINITY,
         }
@@ -112,7 +122,9 @@ pub(crate) fn solve<const D: usize>(
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
-    iterate(problem, factorization, workspace, &mut weakest, timings).map_err(|failure| match weakest {
+    let (start, lift) = (Equilibrium::start(problem.active.len()), problem.constraints.increment());
+    let found = iterate(start, lift, problem, factorization, workspace, &mut weakest, timings);
+    found.map_err(|failure| match weakest {
         // A failure after an all but singular tangent is that tangent's.
         Some(pivot) if pivot.relative.abs() < SINGULAR && failure != StepFailure::Cancelled => {
             let cause = format!("{:.0e} of its stiffness is left; then: {failure}", pivot.relative);
@@ -122,7 +134,58 @@ pub(crate) fn solve<const D: usize>(
     })
 }
 
+/// As [`solve`], in stages: of what is out of balance at the start of the step, more and more is let go
+/// of, and each part balanced from where the one before ended. The first stage makes the prescribed
+/// increments alone; the last is the step itself.
+///
+/// Where points meet other cells than in the step before, forces are out of balance that do not become
+/// smaller with the step. Where these throw Newton's first correction too far, shorter steps are no help.
+pub(crate) fn solve_in_stages<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace,
+    timings: &mut Timings,
+) -> Result<Equilibrium<D>, StepFailure> {
+    let mut weakest = None;
+    let mut state = Equilibrium::start(problem.active.len());
+    let imbalance = evaluate(problem, &mut state, Wanted::Force, &mut [], &mut [], timings)?;
+    let mut residuals = Vec::new();
+    let mut lift = problem.constraints.increment();
+    // Parts grow until one is too large.
+    let (mut freed, mut part, mut growth) = (0.0, 0.0, 2.0);
+    loop {
+        let aim = f64::min(freed + part, 1.0);
+        let kept = problem.external.iter().zip(&imbalance).map(|(f, r)| f - r * (1.0 - aim));
+        let external: Vec<Vector<D>> = kept.collect();
+        let mut tolerance = problem.tolerance;
+        if aim < 1.0 {
+            tolerance.residual = tolerance.residual.max(STAGE_RESIDUAL);
+        }
+        let stage = Problem { external: &external, tolerance, ..*problem };
+        let start = Equilibrium { residuals: Vec::new(), stages: state.stages + 1, ..state.clone() };
+        match iterate(start, lift, &stage, factorization, workspace, &mut weakest, timings) {
+            Ok(balanced) => {
+                residuals.extend(&balanced.residuals);
+                state = balanced;
+                if aim == 1.0 {
+                    return Ok(Equilibrium { residuals, ..state });
+                }
+                part = if lift.is_empty() { growth * part } else { FIRST_PART };
+                freed = aim;
+                lift = &[];
+            }
+            Err(StepFailure::Cancelled) => return Err(StepFailure::Cancelled),
+            Err(failure) if 0.5 * part < LEAST_PART => return Err(failure),
+            Err(_) => (part, growth) = (0.5 * part, 1.0),
+        }
+    }
+}
+
+/// Newton's iteration from `state`; the prescribed increments `lift` are still to be made, and made
+/// whole by the first correction (none if empty).
 fn iterate<const D: usize>(
+    mut state: Equilibrium<D>,
+    lift: &[Vector<D>],
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
     workspace: &mut Workspace,
@@ -130,15 +193,14 @@ fn iterate<const D: usize>(
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let n = problem.active.len();
-    let lift = problem.constraints.increment();
+    let driven = problem.constraints.is_driven() && !lift.is_empty();
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
-    let mut state = Equilibrium::start(n);
 
     // Linear predictor: the prescribed increments enter once, through the tangent.
-    let mut lifted = if problem.constraints.is_driven() { vec![Vector::zeros(); n] } else { Vec::new() };
+    let mut lifted = if driven { vec![Vector::zeros(); n] } else { Vec::new() };
     let mut out_of_balance =
         evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut lifted, timings)?;
-    if !problem.constraints.is_driven() && problem.is_balanced(&out_of_balance, &state.reaction) {
+    if !driven && problem.is_balanced(&out_of_balance, &state.reaction) {
         return Ok(state);
     }
     for (force, lifted) in out_of_balance.iter_mut().zip(&lifted) {
@@ -168,7 +230,7 @@ fn iterate<const D: usize>(
             lift: if first { lift } else { &[] },
             force: &out_of_balance,
             // A short first correction would leave prescribed displacements to the points next to them.
-            least_part: if first && problem.constraints.is_driven() { 1.0 } else { LEAST_PART },
+            least_part: if first && driven { 1.0 } else { LEAST_PART },
         };
         out_of_balance = correct(problem, &mut state, &correction, wanted, &mut workspace.values, timings)?;
 

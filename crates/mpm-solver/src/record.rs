@@ -40,6 +40,8 @@ pub struct Summary {
     pub cuts: u64,
     /// Newton corrections of which only a part was taken.
     pub shortened: u64,
+    /// Steps that had to be balanced in stages.
+    pub staged_steps: u64,
     /// Steps in which the tangent was not positive definite.
     pub indefinite_steps: u64,
     /// Smallest `det ΔF` of any point in any step `[-]`.
@@ -79,6 +81,7 @@ pub(crate) struct Totals {
     iterations: u64,
     cuts: u64,
     shortened: u64,
+    staged_steps: u64,
     indefinite_steps: u64,
     domains: DomainCounts,
     smallest_determinant: Option<f64>,
@@ -100,6 +103,7 @@ impl Record {
             count("unstable_node"),
             count("cuts"),
             count("shortened_corrections"),
+            count("stages"),
             real("smallest_det_increment".into(), 1),
             real("wall_seconds".into(), 1),
         ];
@@ -261,6 +265,7 @@ impl Record {
             Entry::Count(vec![equilibrium.unstable_node.map_or(0, |node| node.index() as u64 + 1)]),
             Entry::Count(vec![cuts_here]),
             Entry::Count(vec![equilibrium.shortened.into()]),
+            Entry::Count(vec![equilibrium.stages.into()]),
             Entry::Real(vec![equilibrium.smallest_determinant]),
             Entry::Real(vec![seconds]),
         ];
@@ -306,6 +311,7 @@ impl Record {
         totals.iterations += iterations;
         totals.cuts = cuts;
         totals.shortened += u64::from(equilibrium.shortened);
+        totals.staged_steps += u64::from(equilibrium.stages > 0);
         totals.domains.capped += domains.capped;
         totals.domains.split += domains.split;
         totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
@@ -342,6 +348,7 @@ impl Record {
             iterations: totals.iterations,
             cuts: totals.cuts,
             shortened: totals.shortened,
+            staged_steps: totals.staged_steps,
             indefinite_steps: totals.indefinite_steps,
             domains_capped: totals.domains.capped,
             domains_split: totals.domains.split,

@@ -73,9 +73,14 @@ impl Pace {
         }
     }
 
+    /// Whether the step may not be halved again.
+    pub fn is_at_floor(&self) -> bool {
+        self.level == self.schedule.cuts
+    }
+
     /// The step did not converge: halve it. `false` where it may not be halved again.
     pub fn cut(&mut self) -> bool {
-        if self.level == self.schedule.cuts {
+        if self.is_at_floor() {
             return false;
         }
         self.level += 1;

@@ -3,13 +3,11 @@
 use super::{fixed, largest, scientific, sweep};
 use crate::history::History;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
-use crate::scenes::{Run, load, load_own, run};
-use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, PlaneScene, SMPM, in_steps, plane};
+use crate::problems::column::{HEIGHT, Load, column, narrow, stress_error};
+use crate::scenes::{Run, load_own, run};
+use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, SMPM};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::observe::Field;
-use mpm_solver::scene::{
-    AxisInput, Finite, MaterialInput, MeshInput, Positive, RegionInput, Scene, ShapeInput, SolidBasis,
-};
+use mpm_solver::scene::{MeshInput, RegionInput, Scene, ShapeInput, SolidBasis};
 
 pub(super) const CASE: Case = Case {
     name: "self-weight column",
@@ -27,10 +25,6 @@ pub(super) const SOLID: Case = Case {
     run: solid,
 };
 
-/// Weight of the column over its base, ρ0 g H `[F/L²]`.
-const PRESSURE: f64 = 80.0 * 10.0 * HEIGHT;
-const HEIGHT: f64 = 50.0;
-
 /// Mesh and error that AMPLE reaches with GIMP, hard.
 const AMPLE: [(u32, f64); 7] = [
     (4, 4.1333e-2),
@@ -44,58 +38,6 @@ const AMPLE: [(u32, f64); 7] = [
 /// The same with standard MPM.
 const AMPLE_SMPM: [(u32, f64); 7] =
     [(4, 6.33e-2), (8, 9.70e-2), (16, 8.67e-2), (32, 8.01e-2), (64, 8.29e-2), (128, 9.53e-2), (256, 8.95e-2)];
-
-/// How soft the ground is.
-#[derive(Clone, Copy, PartialEq)]
-enum Load {
-    Hard,
-    Mild,
-}
-
-fn column(load_case: Load, method: &Method, cells: u32) -> Result<Scene, Broken> {
-    let mut scene: PlaneScene = method.of(plane(load("column")?)?);
-    let width = HEIGHT / f64::from(cells);
-    if let MeshInput::Box { axes } = &mut scene.mesh {
-        narrow(&mut axes[..1], width, 1);
-        narrow(&mut axes[1..], HEIGHT, cells);
-    }
-    if let ShapeInput::Box { to, .. } = &mut scene.bodies[0].shape {
-        to.0[0] = width;
-    }
-    for support in scene.supports.iter_mut().filter(|it| it.name == "right") {
-        if let RegionInput::Plane { at, .. } = &mut support.region {
-            at.0 = width;
-        }
-    }
-    if load_case == Load::Mild {
-        scene = in_steps(scene, 20);
-        for law in scene.materials.values_mut() {
-            if let MaterialInput::Hencky { young, .. } = law {
-                *young = Positive(1e6);
-            }
-        }
-    }
-    Ok(Scene::PlaneStrain(scene))
-}
-
-/// Uniform axes up to another end.
-fn narrow(axes: &mut [AxisInput], end: f64, n: u32) {
-    for axis in axes {
-        if let AxisInput::Uniform { to, cells, .. } = axis {
-            *to = Finite(end);
-            cells.0 = n;
-        }
-    }
-}
-
-/// Relative error of the vertical stress (all points have the same volume at rest).
-fn stress_error(history: &History) -> f64 {
-    let last = history.rows().len() - 1;
-    let stress = history.field(Field::CauchyStress, last).chunks_exact(9).map(|it| it[4]);
-    let rest = history.rows()[0].positions.chunks_exact(3).map(|x| x[1]);
-    let errors: Vec<f64> = stress.zip(rest).map(|(s, y)| (s + PRESSURE * (1.0 - y / HEIGHT)).abs()).collect();
-    errors.iter().sum::<f64>() / (errors.len() as f64 * PRESSURE)
-}
 
 fn columns(extent: Extent) -> Result<Findings, Broken> {
     let meshes: &[u32] = extent.pick(&[4, 8, 16, 32, 64], &[4, 8, 16, 32, 64, 128, 256, 512]);

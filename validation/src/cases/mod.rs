@@ -19,7 +19,7 @@ mod step_control;
 mod tangent;
 mod vortex;
 
-use crate::history::History;
+use crate::history::{Frame, History};
 use crate::picture::{Panel, Shapes};
 use crate::probe::plane;
 use crate::{Broken, Case};
@@ -34,7 +34,12 @@ pub const CASES: &[Case] = &[
     corner_stretch::KITE,
     corner_stretch::RECTILINEAR,
     doughnut::ELASTIC,
-    doughnut::PLASTIC,
+    doughnut::REFINEMENT,
+    doughnut::SLIDES,
+    doughnut::TURNS,
+    doughnut::LIMIT,
+    doughnut::CARRIED,
+    doughnut::EXTRUDED,
     vortex::CASE,
     remedies::CASE,
     domains::HEALTH,
@@ -57,7 +62,7 @@ pub const CASES: &[Case] = &[
 ];
 
 /// Largest of some errors; not a number if one of them is not.
-fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
     errors.into_iter().fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }
 
@@ -72,17 +77,17 @@ fn relative(found: &[f64], expected: &[f64]) -> f64 {
 }
 
 /// A number with so many decimals.
-fn fixed(x: f64, decimals: usize) -> String {
+pub(crate) fn fixed(x: f64, decimals: usize) -> String {
     format!("{x:.decimals$}")
 }
 
 /// A number with so many significant digits and an exponent.
-fn scientific(x: f64, digits: usize) -> String {
+pub(crate) fn scientific(x: f64, digits: usize) -> String {
     format!("{x:.*e}", digits - 1)
 }
 
 /// The same work on several things at once, results in their order.
-fn sweep<T: Sync, R: Send>(
+pub(crate) fn sweep<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> Result<R, Broken> + Send + Sync,
 ) -> Result<Vec<R>, Broken> {
@@ -91,15 +96,26 @@ fn sweep<T: Sync, R: Send>(
 
 /// The last load step of a run as a picture: domains and the mesh; points where there are no domains.
 fn shapes(title: String, scene: &Scene, history: &History, range: [(f64, f64); 2]) -> Result<Panel, Broken> {
-    let outlines = history.outlines().iter().filter(|corners| !corners.is_empty());
+    framed(title, scene, &history.last_frame(), range, |_| 0.0)
+}
+
+/// A frame of a run as a picture; `shade` colours a domain from 0 to 1.
+fn framed(
+    title: String,
+    scene: &Scene,
+    frame: &Frame,
+    range: [(f64, f64); 2],
+    shade: impl Fn(&[[f64; 3]]) -> f64,
+) -> Result<Panel, Broken> {
+    let outlines = frame.outlines.iter().filter(|corners| !corners.is_empty());
     let domains: Vec<_> =
-        outlines.map(|corners| (corners.iter().map(|x| (x[0], x[1])).collect(), 0.0)).collect();
+        outlines.map(|corners| (corners.iter().map(|x| (x[0], x[1])).collect(), shade(corners))).collect();
     let points = if domains.is_empty() {
-        history.last().positions.chunks_exact(3).map(|x| (x[0], x[1])).collect()
+        frame.positions.chunks_exact(3).map(|x| (x[0], x[1])).collect()
     } else {
         Vec::new()
     };
-    let lines = mesh_lines(scene, history.last().fraction)?;
+    let lines = mesh_lines(scene, frame.fraction)?;
     Ok(Panel::Shapes(Shapes { title, range, domains, points, lines }))
 }
 

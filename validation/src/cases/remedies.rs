@@ -1,6 +1,7 @@
 //! Remedies for convected domains that degenerate.
 
-use super::{domains::doughnut_to, doughnut, fixed, largest, sweep};
+use super::{domains::doughnut_to, fixed, largest, sweep};
+use crate::problems::doughnut::ring;
 use crate::scenes::{Run, load, run};
 use crate::variants::{
     CPDI1, CPDI2Q, CROSS, Method, PlaneScene, SLASH, SMPM, falling_back, frozen, plane, with_points,
@@ -85,7 +86,7 @@ fn measure(method: &Method, remedy: &Remedy, truth: &[f64; 3], degrees: u32) -> 
     let found = corner(remedy.apply(method.of(plane(load("corner_stretch_kite")?)?)))?;
     let mut elastic = [f64::NAN; 2];
     for (error, factor) in elastic.iter_mut().zip([1, 2]) {
-        let run = run(&Scene::PlaneStrain(remedy.apply(doughnut::ring(method, factor)?)))?;
+        let run = run(&Scene::PlaneStrain(remedy.apply(ring(method, factor)?)))?;
         *error = at(&run, 1.0, "reaction_moment/inner") / 6.764_336_5e7 - 1.0;
     }
     let twisted = run(&Scene::PlaneStrain(remedy.apply(doughnut_to(method, degrees)?)))?;

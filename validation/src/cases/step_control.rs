@@ -3,6 +3,7 @@
 use super::relative;
 use crate::history::{History, Row};
 use crate::scenes::{Run, load, load_own, own_text, run, run_compiled, with_cuts};
+use crate::variants::{CPDI2Q, plane, with_points};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_io::{Options, Results, ResultsWriter};
 use mpm_solver::observe::Field;
@@ -20,8 +21,8 @@ pub(super) const FAILURE: Case = Case {
 pub(super) const CUTS: Case = Case {
     name: "step control",
     goal: "Load steps that are too long are halved until they can be solved, and then grow again.",
-    setup: "The slab of crush.ron with up to ten halvings.",
-    reference: "Every nominal station is met exactly; elastic stress under the stretches of the load steps actually taken, in closed form.",
+    setup: "The slab of crush.ron with up to ten halvings. The rectilinear corner stretch with quadrilaterals and 8² points: where the mesh is laid anew, forces are left out of balance that no halving makes smaller.",
+    reference: "Every nominal station is met exactly; elastic stress under the stretches of the load steps actually taken, in closed form. The corner: balanced in stages the run goes on to D = 4, beyond D = 1.8 where halving alone ends.",
     run: cuts,
 };
 
@@ -138,6 +139,17 @@ fn cuts(_: Extent) -> Result<Findings, Broken> {
         Check::new("displacement of the top at the end", (top[top.len() - 1] + 2.7).abs(), 1e-14),
         Check::new("Cauchy stress at the end against the closed form (every point)", error, 1e-10)
             .remark(format!("height {stretch:.4}")),
+        staged()?,
     ]
     .into())
+}
+
+/// How far the corner stretch falls short of its end where steps that cannot be halved again are balanced in stages.
+fn staged() -> Result<Check, Broken> {
+    let scene = with_points(CPDI2Q.of(plane(load("corner_stretch_rectilinear")?)?), 8);
+    let history = run(&Scene::PlaneStrain(scene))?.history;
+    let staged = history.series("stages", 0).iter().filter(|&&stages| stages > 0.0).count();
+    let short = 4.0 * (1.0 - history.last().fraction);
+    Ok(Check::new("corner stretch: what is missing to D = 4", short, 0.0)
+        .remark(format!("{staged} load steps in stages")))
 }

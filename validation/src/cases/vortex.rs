@@ -1,14 +1,11 @@
 //! The generalised vortex (Brannon, Kamojjala & Sadeghirad 2011): large shear with a known answer.
 
 use super::{fixed, scientific, sweep};
-use crate::history::History;
-use crate::scenes::{load, run};
-use crate::variants::{ALL, CPDI1, CPDI2Q, Method, plane, refined};
-use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_grid::{LoadFraction, Ramp, Vector};
-use mpm_solver::observe::Field;
-use mpm_solver::scene::{LoadInput, MaterialInput, Scene, SceneIn};
-use mpm_solver::vortex::Vortex;
+use crate::problems::vortex::{Errors, errors, exact};
+use crate::scenes::run;
+use crate::variants::{ALL, CPDI1, CPDI2Q, Method};
+use crate::{Broken, Case, Check, Extent, Findings, Table, problems};
+use mpm_solver::scene::Scene;
 
 pub(super) const CASE: Case = Case {
     name: "generalised vortex",
@@ -18,18 +15,12 @@ pub(super) const CASE: Case = Case {
     run: vortex,
 };
 
-/// Relative error of displacement and of stress, in the mean square over the volume.
-struct Errors {
-    displacement: f64,
-    stress: f64,
-}
-
 fn vortex(extent: Extent) -> Result<Findings, Broken> {
     let factors: &[u32] = extent.pick(&[1, 2], &[1, 2, 4]);
     let jobs: Vec<(&Method, u32)> =
         ALL.iter().flat_map(|method| factors.iter().map(move |&factor| (method, factor))).collect();
     let results = sweep(&jobs, |(method, factor)| {
-        let scene = refined(method.of(plane(load("vortex")?)?), *factor);
+        let scene = problems::vortex::vortex(method, *factor)?;
         let field = exact(&scene)?;
         let history = run(&Scene::PlaneStrain(scene))?.history;
         Ok((errors(&history, &field)?, history.last().fraction))
@@ -69,36 +60,4 @@ fn vortex(extent: Extent) -> Result<Findings, Broken> {
     }
     findings.tables.push(table);
     Ok(findings)
-}
-
-/// The exact solution of the scene.
-fn exact<B>(scene: &SceneIn<2, B>) -> Result<Vortex, Broken> {
-    let angle = scene.loads.iter().find_map(|load| match load {
-        LoadInput::Vortex { angle, .. } => Some(angle.0),
-        _ => None,
-    });
-    let shear = scene.materials.values().find_map(|material| match material {
-        MaterialInput::Hencky { young, poisson, .. } => Some(young.0 / (2.0 * (1.0 + poisson.0))),
-        MaterialInput::VonMises { .. } => None,
-    });
-    let (angle, shear) = angle.zip(shear).ok_or("expected a vortex in a Hencky material")?;
-    Ok(Vortex::new(shear, Ramp::linear(angle.to_radians())))
-}
-
-fn errors(history: &History, field: &Vortex) -> Result<Errors, Broken> {
-    let last = history.rows().len() - 1;
-    let at = LoadFraction::new(history.last().fraction)?;
-    let positions = &history.last().positions;
-    let (moved, stress) = (history.field(Field::Displacement, last), history.field(Field::CauchyStress, last));
-    let (mut off, mut far, mut wrong, mut strong) = (0.0, 0.0, 0.0, 0.0);
-    for ((x, u), s) in positions.chunks_exact(3).zip(moved.chunks_exact(3)).zip(stress.chunks_exact(9)) {
-        let rest = Vector::<2>::new(x[0] - u[0], x[1] - u[1]);
-        let there = field.position(&rest, at);
-        off += (there - Vector::<2>::new(x[0], x[1])).norm_squared();
-        far += (there - rest).norm_squared();
-        let [xx, yy, xy] = field.stress(&rest, at);
-        wrong += (s[0] - xx).powi(2) + (s[4] - yy).powi(2) + 2.0 * (s[1] - xy).powi(2);
-        strong += xx * xx + yy * yy + 2.0 * xy * xy;
-    }
-    Ok(Errors { displacement: (off / far).sqrt(), stress: (wrong / strong).sqrt() })
 }

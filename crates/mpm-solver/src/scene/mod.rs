@@ -320,6 +320,9 @@ pub enum MotionInput<const D: usize> {
         /// Part of the angles against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
+        /// Part of the outermost ring's angle, where it is another.
+        #[serde(default)]
+        outer_ramp: Option<RampInput>,
         /// What becomes of angles larger than a cell.
         #[serde(default)]
         reindexing: ReindexingInput,

@@ -1,0 +1,91 @@
+//! Quick runs of the program: they end, and what they write has the shape that readers expect.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// Runs a set quickly and reads what it wrote.
+fn quick(set: &str, folder: &Path) -> Value {
+    let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks"))
+        .args([set, "--quick", "--output"])
+        .arg(folder)
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let file = if set == "error" { "time_against_error" } else { set };
+    let text = std::fs::read_to_string(folder.join(file).with_extension("json")).expect("results are written");
+    let value: Value = serde_json::from_str(&text).expect("results are JSON");
+    assert_eq!(value["set"], file);
+    assert_eq!(value["quick"], true);
+    assert!(value["cores"].as_u64() > Some(0));
+    value["results"].clone()
+}
+
+fn rows(results: &Value) -> &Vec<Value> {
+    results.as_array().expect("a list of rows")
+}
+
+#[test]
+fn time_against_error() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let results = quick("error", folder.path());
+    for problem in
+        ["column, hard", "column, mild", "cantilever", "doughnut twist, elastic", "generalised vortex"]
+    {
+        let of_problem: Vec<&Value> = rows(&results).iter().filter(|row| row["problem"] == problem).collect();
+        assert!(of_problem.len() >= 6, "{problem}: {} runs", of_problem.len());
+        for row in of_problem {
+            assert!(row["seconds"].as_f64() > Some(0.0) && row["points"].as_u64() > Some(0), "{row}");
+            // A run has an error or a reason, never both and never neither.
+            let error = row["error"].as_f64().is_some_and(|error| error > 0.0 && error < 1.0);
+            assert_ne!(error, row["reason"].is_string(), "{row}");
+        }
+    }
+    // AMPLE's error of GIMP on 16 cells.
+    let known = rows(&results)
+        .iter()
+        .find(|row| row["problem"] == "column, hard" && row["basis"] == "GIMP" && row["cells"] == "16");
+    let error = known.and_then(|row| row["error"].as_f64()).expect("GIMP on 16 cells ends");
+    assert!((error / 3.6589e-3 - 1.0).abs() < 0.01, "{error}");
+    let picture = std::fs::read_to_string(folder.path().join("time_against_error.svg")).expect("a picture");
+    assert!(picture.contains("generalised vortex") && picture.contains("CPDI2q"));
+}
+
+#[test]
+fn throughput_and_growth() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let results = quick("throughput", folder.path());
+    for limit in ["bandwidth", "fused", "compiled"] {
+        assert!(results["limits"][limit].as_f64() > Some(1e8), "{limit}: {}", results["limits"]);
+    }
+    // Seven bases of the plane, five of space, four phases each.
+    assert_eq!(rows(&results["rows"]).len(), 48);
+    for row in rows(&results["rows"]) {
+        assert!(row["seconds"].as_f64() > Some(0.0), "{row}");
+        // Nothing is faster than the machine, or the counts are wrong.
+        assert!(row["distance"].as_f64() > Some(1.0), "{row}");
+    }
+
+    let results = quick("growth", folder.path());
+    let grown = rows(&results["rows"]);
+    assert!(grown.windows(2).all(|pair| pair[0]["points"].as_u64() < pair[1]["points"].as_u64()));
+    let exponent = results["fits"][0]["total"].as_f64().expect("an exponent");
+    assert!(exponent > 0.8 && exponent < 1.6, "{exponent}");
+}
+
+#[test]
+fn our_solver_is_measured_where_there_is_no_other() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let results = quick("solver", folder.path());
+    let ours = rows(&results).iter().find(|row| row["solver"] == "ours").expect("our own row");
+    assert!(ours["seconds"]["error"].as_f64() < Some(1e-10), "{ours}");
+    assert_eq!(ours["ours_over_this"].as_f64(), Some(1.0));
+}
+
+#[test]
+fn a_kernel_that_does_not_exist_is_named() {
+    let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["kernel", "no such"]).output();
+    let output = output.expect("the program starts");
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no kernel `no such`"));
+}

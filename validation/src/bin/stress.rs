@@ -1,0 +1,15 @@
+//! Tries to break the code: `stress [--readme] [--pictures DIRECTORY] [part of a name]...`.
+
+use mpm_validation::{STRESS, program};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    program(STRESS, INTRODUCTION)
+}
+
+const INTRODUCTION: &str = "# Stress tests
+
+What was tried to break the code, and what failed. `cargo run --release -p mpm-validation --bin stress` runs
+everything (with words as arguments: the parts whose names hold one of them); the page is printed
+with `-- --readme`. `cargo test --release -p mpm-validation` runs a small part of each. Where an error
+counts exceptions the tolerance is zero; tables report what has no tolerance, failures included.";

@@ -1,0 +1,24 @@
+//! The elastic doughnut twist (Wang, Coombs, Augarde & Cortis 2018): torque of the one-dimensional
+//! solution.
+
+use crate::Broken;
+use crate::history::History;
+use crate::scenes::load;
+use crate::variants::{Method, PlaneScene, plane, refined};
+
+/// Torque at the end, 20°: the converged one-dimensional solution (`reference/doughnut_elastic_torque.csv`)
+/// `[F L]`.
+pub const EXACT_AT_20: f64 = 6.764_336_5e7;
+
+/// The ring on `5·factor` × `32·factor` cells.
+///
+/// # Errors
+/// The scene cannot be read.
+pub fn ring(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
+    Ok(refined(method.of(plane(load("doughnut_elastic")?)?), factor))
+}
+
+/// Torque of every load step `[F L]`.
+pub fn torque(history: &History) -> Vec<f64> {
+    history.series("reaction_moment/inner", 0)[1..].to_vec()
+}
