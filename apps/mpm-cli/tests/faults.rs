@@ -40,7 +40,13 @@ impl Place {
 
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_mpm"));
-        command.args(arguments).current_dir(self.0.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        // Small steps: a second thread would only wait for its turn.
+        command
+            .env("RAYON_NUM_THREADS", "1")
+            .args(arguments)
+            .current_dir(self.0.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         command
     }
 

@@ -154,19 +154,6 @@ fn every_damage_of_a_checkpoint_is_found() {
     });
 }
 
-/// Says of the bytes what an honest writer would say.
-fn vouched_for(mut bytes: Vec<u8>) -> Vec<u8> {
-    const BLOCK: usize = 512;
-    bytes.resize(bytes.len().max(BLOCK), 0);
-    let sum = crc32fast::hash(&bytes[BLOCK..]);
-    let length = bytes.len() - BLOCK;
-    let mut block =
-        format!("mpm-checkpoint 1\n{length} bytes follow this block, CRC-32 {sum:08x}\n").into_bytes();
-    block.resize(BLOCK, 0);
-    bytes[..BLOCK].copy_from_slice(&block);
-    bytes
-}
-
 /// Set for the process that reads; its value is the first case, and the folder follows.
 const READER: &str = "MPM_IO_HOSTILE_FILE";
 const CASES: u32 = 3000;
