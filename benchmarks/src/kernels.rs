@@ -135,11 +135,11 @@ fn logarithm(plane: bool) -> Work {
 
 /// A body connected to its mesh, and a small increment.
 pub(crate) struct Connected<const D: usize> {
-    body: Box<dyn Body<D>>,
+    pub body: Box<dyn Body<D>>,
     pub mesh: Mesh<D>,
     pub active: ActiveNodes<D>,
     pub pattern: Pattern<D>,
-    connection: Connection<D>,
+    pub connection: Connection<D>,
     pub constraints: Constraints<D>,
     increment: Vec<Vector<D>>,
     internal: Vec<Vector<D>>,
@@ -185,7 +185,8 @@ impl<const D: usize> Connected<D> {
         drop(black_box(self.body.stencils(&self.mesh)));
     }
 
-    fn connect(&mut self) {
+    /// Connects the points to the mesh anew and forgets it.
+    pub fn connect(&mut self) {
         if let Ok(stencils) = self.body.stencils(&self.mesh) {
             black_box(connect(&self.mesh, stencils));
         }
@@ -202,7 +203,8 @@ impl<const D: usize> Connected<D> {
         let _ = black_box(self.body.assemble(&self.connection, input, sums));
     }
 
-    fn advance(&mut self) {
+    /// Works out the points at the end of the increment and forgets them with the next call.
+    pub fn advance(&mut self) {
         let step = Converged { mesh: &self.mesh, active: &self.active, increment: &self.increment };
         let _ = black_box(self.body.prepare(&self.connection, step));
     }

@@ -1,18 +1,15 @@
 //! Throughput: points per second and core in every phase, beside what the machine could do.
 //!
-//! Times are those that a run tells of its phases, the least of several runs. What a phase has to move
-//! and to compute is estimated here from the code ([`Work::of`]), once per datum and operation; the larger of
+//! Times are processor time of what a load step does with a body in each phase, the least of several calls, at
+//! the end of a load step that has moved the points anywhere in their cells. What a phase has to move and to compute is estimated here from the code ([`Work::of`]), once per datum and operation; the larger of
 //! the two times that the machine's limits allow for it is the bound, and the quotient of the measured
 //! time and the bound is the distance.
 
-use crate::blocks;
-use crate::machine::{self, Limits};
+use crate::kernels::Connected;
+use crate::machine::{Limits, timed};
 use crate::report::{Report, Settings};
-use crate::{Failure, phases::points};
-use mpm_assembly::{Connection, Pattern};
-use mpm_basis::{ActiveNodes, Links};
+use crate::{Failure, blocks};
 use mpm_grid::LoadFraction;
-use mpm_solver::observe::Timing;
 use mpm_solver::scene::{Scene, SolidBasis};
 use mpm_solver::{Compiled, Model, compile};
 use mpm_validation::Table;
@@ -53,7 +50,7 @@ pub struct Row {
     pub nodes_per_point: f64,
     /// Mean number of points that are summed together.
     pub points_per_group: f64,
-    /// Wall time per point and entry of the phase `[s]`.
+    /// Processor time per point and call of the phase `[s]`.
     pub seconds: f64,
     /// Points per second.
     pub rate: f64,
@@ -157,14 +154,14 @@ impl Work {
 pub fn run(settings: &Settings) -> Result<Report<Throughput>, Failure> {
     let limits = Limits::measure();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let repetitions = settings.pick(1, 5);
+    let repetitions = settings.pick(2, 9);
     let mut rows = Vec::new();
     for method in &ALL {
-        let scene = blocks::plane(method, settings.pick(24, 160), 4)?;
+        let scene = blocks::plane(method, settings.pick(24, 160), 1)?;
         rows.extend(pool.install(|| phases_of(&scene, method.name, repetitions, &limits))?);
     }
     for (name, basis) in SOLID {
-        let scene = blocks::solid(basis, settings.pick(6, 16), 4)?;
+        let scene = blocks::solid(basis, settings.pick(6, 18), 1)?;
         rows.extend(pool.install(|| phases_of(&scene, name, repetitions, &limits))?);
     }
     let tables = vec![limits_table(&limits), table(&rows), totals(&rows)];
@@ -177,33 +174,34 @@ fn phases_of(
     repetitions: usize,
     limits: &Limits,
 ) -> Result<Vec<Row>, Failure> {
-    let mut least = [f64::INFINITY; PHASES.len()];
-    let mut shape = None;
-    for repetition in 0..repetitions {
-        let mut compiled = compile(scene)?;
-        let points = points(&compiled);
-        let work = machine::timed(|| compiled.run(&mut ()));
-        let timings = work.result?.timings;
-        for (least, phase) in least.iter_mut().zip(PHASES) {
-            let timing = timings.iter().find(|it| it.phase == phase);
-            let Timing { seconds, count, .. } = timing.ok_or_else(|| format!("no phase `{phase}`"))?;
-            if *count == 0 {
-                return Err(format!("{basis}: the run never entered the phase `{phase}`").into());
-            }
-            *least = least.min(seconds / (*count as f64 * points as f64));
-        }
-        eprintln!(
-            "{basis}, run {repetition}: {:.2} s, of them {:.2} s on a processor",
-            work.wall, work.processor
-        );
-        // At the end of the run, where the points lie anywhere in their cells.
-        shape = Some(match &compiled {
-            Compiled::Plane(model) => shape_of(model)?,
-            Compiled::Solid(model) => shape_of(model)?,
-        });
-    }
-    let shape = shape.ok_or("no repetition")?;
+    let mut compiled = compile(scene)?;
+    compiled.run(&mut ())?;
+    let (shape, least) = match compiled {
+        Compiled::Plane(model) => measure(model, repetitions)?,
+        Compiled::Solid(model) => measure(model, repetitions)?,
+    };
+    eprintln!("{basis}, {} points: done", shape.points);
     Ok(PHASES.iter().zip(least).map(|(phase, seconds)| row(basis, phase, seconds, &shape, limits)).collect())
+}
+
+/// Connectivity of a model's first body, and the least seconds per point of every phase.
+fn measure<const D: usize>(
+    model: Model<D>,
+    repetitions: usize,
+) -> Result<(Shape, [f64; PHASES.len()]), Failure> {
+    let mut connected = Connected::of(model, LoadFraction::END)?;
+    let shape = shape_of(&connected);
+    let work: [fn(&mut Connected<D>); PHASES.len()] =
+        [Connected::connect, |it| it.pass(false), |it| it.pass(true), Connected::advance];
+    let mut least = [f64::INFINITY; PHASES.len()];
+    // In turn, so that a busy moment of the machine does not hit all calls of one phase.
+    for _ in 0..repetitions {
+        for (least, work) in least.iter_mut().zip(work) {
+            let seconds = timed(|| work(&mut connected)).processor / shape.points as f64;
+            *least = least.min(seconds);
+        }
+    }
+    Ok((shape, least))
 }
 
 fn row(basis: &'static str, phase: &'static str, seconds: f64, shape: &Shape, limits: &Limits) -> Row {
@@ -228,35 +226,28 @@ fn row(basis: &'static str, phase: &'static str, seconds: f64, shape: &Shape, li
     }
 }
 
-fn shape_of<const D: usize>(model: &Model<D>) -> Result<Shape, Failure> {
-    let mesh = model.motion.mesh_at(&model.layout, LoadFraction::END)?;
-    let body = &model.bodies.first().ok_or("the scene has no body")?.body;
-    let stencils = body.stencils(&mesh)?;
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
-    let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
-    let connection = Connection::new(links, &pattern);
-    let links = connection.links();
+fn shape_of<const D: usize>(connected: &Connected<D>) -> Shape {
+    let links = connected.connection.links();
     let (points, groups) = (links.n_points() as f64, links.n_groups() as f64);
     let sizes = || (0..links.n_groups()).map(|group| links.group_nodes(group).len() as f64);
     let bytes = |of: &dyn Fn(&str) -> bool| {
-        let columns = body.columns();
+        let columns = connected.body.columns();
         columns.iter().filter(|(name, _)| of(name)).map(|(_, bytes)| *bytes as f64).sum::<f64>() / points
     };
     let fixed = |name: &str| name.ends_with("at rest") || name == "mass";
-    Ok(Shape {
+    Shape {
         dimensions: D,
         points: links.n_points(),
         nodes: links.n_influences() as f64 / points,
         group: points / groups,
         group_nodes: sizes().sum::<f64>() / groups,
         group_pairs: sizes().map(|n| 0.5 * n * (n + 1.0)).sum::<f64>() / groups,
-        active: active.len() as f64 / points,
-        entries: pattern.n_entries() as f64 / points,
+        active: connected.active.len() as f64 / points,
+        entries: connected.pattern.n_entries() as f64 / points,
         written: bytes(&|name| !fixed(name)),
         read: bytes(&fixed),
         placed: bytes(&|name| ["position", "domain"].contains(&name)),
-    })
+    }
 }
 
 fn limits_table(limits: &Limits) -> Table {
@@ -284,10 +275,8 @@ fn table(rows: &[Row]) -> Table {
         "distance",
         "as compiled",
     ];
-    let mut table = Table::new(
-        "Time per point and entry of a phase, one core, and how many times the bound it is.",
-        &heads,
-    );
+    let mut table =
+        Table::new("Time per point and call of a phase, one core, and how many times the bound it is.", &heads);
     for row in rows {
         table.push([
             row.dimensions.to_string(),

@@ -21,6 +21,8 @@ pub fn write(path: &Path, width: u32, pixels: &[u8]) -> Result<(), Broken> {
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Best);
+    // Filters foretell shades, not numbers of colours.
+    encoder.set_filter(png::FilterType::NoFilter);
     encoder.set_palette(palette);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&indices)?;

@@ -155,7 +155,7 @@ fn connect<const D: usize>(
     });
     let dilatation = body.dilatation(&links, mesh, &active)?;
     let linked = Linked { links, dilatation };
-    let pattern = Pattern::with_faces(active.len(), std::slice::from_ref(&linked), faces.as_ref());
+    let pattern = Pattern::reusing(None, active.len(), std::slice::from_ref(&linked), faces.as_ref());
     let connection = Connection::new(linked, &pattern);
     let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
     Ok((active, pattern, connection, ghost))

@@ -88,7 +88,7 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         .skipped
         .iter()
         .filter(|(_, number)| *number > 0)
-        .map(|(name, number)| format!("{} {name}", count(*number)))
+        .map(|(name, number)| format!("{} {}", count(*number), name.trim_start_matches("skipped: ")))
         .collect();
     let fields = unwritten(scene);
     if !fields.is_empty() {

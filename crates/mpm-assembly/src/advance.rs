@@ -39,35 +39,83 @@ pub struct Converged<'a, const D: usize> {
     pub increment: &'a [Vector<D>],
 }
 
-/// The points after the step: positions move by `Σ_v S_vp Δu_v`, domains are convected, the trial
-/// state of the law becomes the committed one.
+/// The columns of the points that a load step changes, worked out beside the present ones.
 ///
-/// # Errors
-/// The first point (in order) that cannot be carried on; `points` is unchanged.
-pub fn advanced<const D: usize, B: Basis<D>, M: Material>(
-    basis: &B,
-    law: &M,
-    points: &Points<D, B, M>,
-    connection: &Connection<D>,
-    step: Converged<'_, D>,
-) -> Result<Points<D, B, M>, AdvanceError> {
-    let mut next = points.clone();
-    let columns = Columns {
-        position: &mut next.position,
-        domain: &mut next.domain,
-        deformation_gradient: &mut next.deformation_gradient,
-        elastic_excess: &mut next.elastic_excess,
-        history: &mut next.history,
-        plastic: &mut next.plastic,
-    };
-    let links = connection.links();
-    let dilated = match connection.dilatation() {
-        None => Vec::new(),
-        Some(dilatation) => Dilated { law, points, links, dilatation, increment: step.increment }.steps()?,
-    };
-    let work = Work { basis, law, points, connection, step, dilated };
-    work.groups(0, connection.links().n_groups(), columns)?;
-    Ok(next)
+/// Kept from step to step: a step writes them all, and [`Prepared::swap`] exchanges them for the
+/// present ones.
+pub struct Prepared<const D: usize, B: Basis<D>, M: Material> {
+    position: Vec<Vector<D>>,
+    domain: Vec<B::Domain>,
+    deformation_gradient: Vec<Block<D>>,
+    elastic_excess: Vec<SymmetricTensor>,
+    history: Vec<M::History>,
+    plastic: Vec<bool>,
+}
+
+// Derived `Default` would ask for `B: Default` and `M: Default`.
+impl<const D: usize, B: Basis<D>, M: Material> Default for Prepared<D, B, M> {
+    fn default() -> Self {
+        Self {
+            position: Vec::new(),
+            domain: Vec::new(),
+            deformation_gradient: Vec::new(),
+            elastic_excess: Vec::new(),
+            history: Vec::new(),
+            plastic: Vec::new(),
+        }
+    }
+}
+
+impl<const D: usize, B: Basis<D>, M: Material> Prepared<D, B, M> {
+    /// Works out the points after the step: positions move by `Σ_v S_vp Δu_v`, domains are convected,
+    /// the trial state of the law becomes the committed one.
+    ///
+    /// # Errors
+    /// The first point (in order) that cannot be carried on.
+    pub fn advance(
+        &mut self,
+        basis: &B,
+        law: &M,
+        points: &Points<D, B, M>,
+        connection: &Connection<D>,
+        step: Converged<'_, D>,
+    ) -> Result<(), AdvanceError> {
+        let n = points.len();
+        // Points move from where they are; all else is written anew.
+        self.position.clone_from(&points.position);
+        self.domain.clone_from(&points.domain);
+        self.deformation_gradient.resize(n, Block::zeros());
+        self.elastic_excess.resize(n, SymmetricTensor::ZERO);
+        self.history.resize(n, M::History::default());
+        self.plastic.resize(points.plastic.len(), false);
+        let columns = Columns {
+            position: &mut self.position,
+            domain: &mut self.domain,
+            deformation_gradient: &mut self.deformation_gradient,
+            elastic_excess: &mut self.elastic_excess,
+            history: &mut self.history,
+            plastic: &mut self.plastic,
+        };
+        let links = connection.links();
+        let dilated = match connection.dilatation() {
+            None => Vec::new(),
+            Some(dilatation) => {
+                Dilated { law, points, links, dilatation, increment: step.increment }.steps()?
+            }
+        };
+        let work = Work { basis, law, points, connection, step, dilated };
+        work.groups(0, connection.links().n_groups(), columns)
+    }
+
+    /// Makes the prepared columns the present ones.
+    pub fn swap(&mut self, points: &mut Points<D, B, M>) {
+        std::mem::swap(&mut self.position, &mut points.position);
+        std::mem::swap(&mut self.domain, &mut points.domain);
+        std::mem::swap(&mut self.deformation_gradient, &mut points.deformation_gradient);
+        std::mem::swap(&mut self.elastic_excess, &mut points.elastic_excess);
+        std::mem::swap(&mut self.history, &mut points.history);
+        std::mem::swap(&mut self.plastic, &mut points.plastic);
+    }
 }
 
 struct Work<'a, const D: usize, B: Basis<D>, M: Material> {

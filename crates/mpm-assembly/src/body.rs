@@ -3,7 +3,7 @@
 //! Everything inside a body is compiled for its basis and law; a [`Body`] is asked once per pass, so
 //! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
 
-use crate::advance::{AdvanceError, Converged, advanced};
+use crate::advance::{AdvanceError, Converged, Prepared};
 use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
 use crate::{
@@ -22,6 +22,12 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Name of the basis, see [`Basis::name`].
     fn basis(&self) -> &'static str;
+
+    /// Whether its law can yield.
+    fn can_yield(&self) -> bool;
+
+    /// Whether its points have domains.
+    fn has_domains(&self) -> bool;
 
     /// Influences of all points on the nodes of `mesh`.
     ///
@@ -159,14 +165,16 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     basis: B,
     law: M,
     points: Points<D, B, M>,
-    prepared: Option<Points<D, B, M>>,
+    /// Columns for the next step, kept for their memory.
+    prepared: Prepared<D, B, M>,
+    is_prepared: bool,
     mean_dilatation: Option<MeanDilatation>,
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     /// A body of these points.
     pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
-        Self { basis, law, points, prepared: None, mean_dilatation: None }
+        Self { basis, law, points, prepared: Prepared::default(), is_prepared: false, mean_dilatation: None }
     }
 
     /// The same, with volume changes averaged over cells where `mean` says how.
@@ -187,6 +195,14 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn basis(&self) -> &'static str {
         self.basis.name()
+    }
+
+    fn can_yield(&self) -> bool {
+        M::PLASTIC
+    }
+
+    fn has_domains(&self) -> bool {
+        size_of::<B::Domain>() > 0
     }
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
@@ -268,13 +284,15 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
-        self.prepared = Some(advanced(&self.basis, &self.law, &self.points, connection, step)?);
+        self.is_prepared = false;
+        self.prepared.advance(&self.basis, &self.law, &self.points, connection, step)?;
+        self.is_prepared = true;
         Ok(())
     }
 
     fn commit(&mut self) {
-        if let Some(points) = self.prepared.take() {
-            self.points = points;
+        if std::mem::take(&mut self.is_prepared) {
+            self.prepared.swap(&mut self.points);
         }
     }
 

@@ -12,16 +12,16 @@ pub trait Couplings: Sync {
     fn set(&self, set: usize) -> &[u32];
 }
 
-/// Groups of points couple the nodes that they share.
+/// Supports: points couple the nodes that they share.
 impl<const D: usize> Couplings for Links<D> {
     #[inline]
     fn n_sets(&self) -> usize {
-        self.n_groups()
+        self.n_supports()
     }
 
     #[inline]
     fn set(&self, set: usize) -> &[u32] {
-        self.group_nodes(set)
+        self.support_nodes(set)
     }
 }
 
@@ -44,23 +44,26 @@ impl<const D: usize> Linked<D> {
     /// Number of points behind a set.
     pub(crate) fn n_points(&self, set: usize) -> usize {
         match &self.dilatation {
-            None => self.links.group_points(set).len(),
+            None => {
+                let groups = self.links.support_groups(set).iter();
+                groups.map(|&group| self.links.group_points(group as usize).len()).sum()
+            }
             Some(dilatation) => dilatation.cells().n_points(set),
         }
     }
 }
 
-/// Groups of points, or cells where these couple their points.
+/// Supports of points, or cells where these couple their points.
 impl<const D: usize> Couplings for Linked<D> {
     #[inline]
     fn n_sets(&self) -> usize {
-        self.dilatation.as_ref().map_or_else(|| self.links.n_groups(), |it| it.cells().len())
+        self.dilatation.as_ref().map_or_else(|| self.links.n_supports(), |it| it.cells().len())
     }
 
     #[inline]
     fn set(&self, set: usize) -> &[u32] {
         match &self.dilatation {
-            None => self.links.group_nodes(set),
+            None => self.links.support_nodes(set),
             Some(dilatation) => dilatation.cells().nodes(set),
         }
     }

@@ -60,7 +60,7 @@ mod points;
 mod stored;
 mod strips;
 
-pub use advance::{AdvanceError, Converged, advanced};
+pub use advance::{AdvanceError, Converged, Prepared};
 pub use body::{Body, BodyLoads, MaterialBody, PointView, views};
 pub use constraints::Constraints;
 pub use control::{Controlled, TooManyPoints};

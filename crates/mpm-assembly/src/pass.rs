@@ -7,8 +7,9 @@
 //! * `fⁱⁿᵗ_v = Σ_p V⁰_p τ_p g_vp` (the same as `σ V` with `V = J V⁰`),
 //! * `K_vw = Σ_p V⁰_p g_vp · a_p · g_wp`.
 //!
-//! Points of a group share their nodes: they are summed densely, and the group's sum is added to the
-//! global arrays once. The strips of [`crate::strips`] fix the order of all sums.
+//! Points that share their nodes are summed densely, wherever they stand in the list of points, and
+//! their sum is added to the global arrays once. The strips of [`crate::strips`] fix the order of all
+//! sums. A pass allocates nothing, but for bodies with mean dilatation.
 
 use crate::dilatation::{self, Dilated};
 use crate::kinematics::{block, gradient, inverse_and_determinant, trial_excess};
@@ -17,7 +18,11 @@ use crate::{Constraints, Couplings, Dilatation, Linked, Pattern, Points};
 use mpm_basis::{Basis, Group, Links};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, respond};
-use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+/// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
+/// threads.
+const TASKS: usize = 32;
 
 /// A trial displacement under which a point has no admissible state.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -57,15 +62,22 @@ pub struct PassInput<'a, const D: usize> {
 }
 
 /// Connectivity of a body in a load step, with what makes sums over it quick.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Connection<const D: usize> {
     links: Links<D>,
+    dilatation: Option<Dilatation<D>>,
+    sums: Summation<D>,
+}
+
+/// What sums over a body's points need; the same for all links that connect the same points and nodes.
+#[derive(Debug)]
+struct Summation<const D: usize> {
     strips: Strips,
     slots: Vec<u32>,
-    /// Start of the slots of every group, or cell where there is mean dilatation.
+    /// Start of the slots of every support, or cell where there is mean dilatation.
     slot_start: Vec<usize>,
-    most_nodes: usize,
-    dilatation: Option<Dilatation<D>>,
+    /// One for each task of a phase.
+    scratch: Vec<Mutex<Scratch<D>>>,
 }
 
 impl<const D: usize> Connection<D> {
@@ -82,8 +94,22 @@ impl<const D: usize> Connection<D> {
             at += n * n.saturating_sub(1) / 2;
             most_nodes = most_nodes.max(n);
         }
+        let tasks = strips.phases()[0].len().clamp(1, TASKS);
+        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes))).collect();
         let Linked { links, dilatation } = linked;
-        Self { links, strips, slots, slot_start, most_nodes, dilatation }
+        Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
+    }
+
+    /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
+    pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
+        self.dilatation.is_none() && linked.dilatation.is_none() && self.links.is_connected_as(&linked.links)
+    }
+
+    /// Sums over `links`, which connect the same points and nodes as the present ones, into the same
+    /// pattern.
+    pub fn relinked(self, links: Links<D>) -> Self {
+        debug_assert!(links.is_connected_as(&self.links), "the same points and nodes");
+        Self { links, ..self }
     }
 
     /// Groups of points and their influences.
@@ -95,35 +121,66 @@ impl<const D: usize> Connection<D> {
     pub fn dilatation(&self) -> Option<&Dilatation<D>> {
         self.dilatation.as_ref()
     }
+
+    /// Bytes of all that is kept.
+    pub fn bytes(&self) -> usize {
+        self.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+    }
 }
 
-/// Dense sums of one group, reused from group to group.
+/// Memory for the [`Dense`] sums of a support, reused from support to support.
+#[derive(Debug)]
 struct Scratch<const D: usize> {
     increment: Vec<Vector<D>>,
     force: Vec<Vector<D>>,
     gradient: Vec<Vector<D>>,
-    /// Blocks (row node ≥ column node), column by column.
     tangent: Vec<Block<D>>,
 }
 
 impl<const D: usize> Scratch<D> {
-    fn new(most_nodes: usize, tangent: bool) -> Self {
-        let blocks = if tangent { most_nodes * (most_nodes + 1) / 2 } else { 0 };
+    fn new(most_nodes: usize) -> Self {
         Self {
             increment: vec![Vector::zeros(); most_nodes],
             force: vec![Vector::zeros(); most_nodes],
             gradient: vec![Vector::zeros(); most_nodes],
-            tangent: vec![Block::zeros(); blocks],
+            tangent: vec![Block::zeros(); most_nodes * (most_nodes + 1) / 2],
         }
     }
 }
 
-/// The parts of the global arrays that one strip writes to.
-struct StripSums<'a, const D: usize> {
-    strip: &'a Strip,
+/// The dense sums of a support, and what its points need of its nodes.
+struct Dense<'a, const D: usize> {
+    increment: &'a mut [Vector<D>],
+    force: &'a mut [Vector<D>],
+    gradient: &'a mut [Vector<D>],
+    /// Blocks (row node ≥ column node), column by column; none where no tangent is wanted.
+    tangent: &'a mut [Block<D>],
+}
+
+/// The parts of the global arrays that some strips write to.
+struct Part<'a, const D: usize> {
+    /// The first of its nodes.
+    node: usize,
     internal: &'a mut [Vector<D>],
+    /// Empty where no tangent is wanted.
     values: &'a mut [f64],
+    /// Empty where it is not wanted.
     lift: &'a mut [Vector<D>],
+}
+
+impl<const D: usize> Part<'_, D> {
+    /// The parts before and from `node` on.
+    fn split_at(self, node: usize, pattern: &Pattern<D>) -> (Self, Self) {
+        let nodes = node - self.node;
+        let entries = pattern.column_start()[node * D] - pattern.column_start()[self.node * D];
+        let (internal, internal_rest) = self.internal.split_at_mut(nodes);
+        let (values, values_rest) = self.values.split_at_mut(entries.min(self.values.len()));
+        let (lift, lift_rest) = self.lift.split_at_mut(nodes.min(self.lift.len()));
+        (
+            Self { node: self.node, internal, values, lift },
+            Self { node, internal: internal_rest, values: values_rest, lift: lift_rest },
+        )
+    }
 }
 
 /// Adds a body's internal force, and its tangent where `sums` has one.
@@ -140,164 +197,171 @@ pub fn assemble<const D: usize, B: Basis<D>, M: Material>(
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
 ) -> Result<f64, InvertedPoint> {
-    let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
-    let wants_tangent = sums.tangent.is_some();
-    if let Some(tangent) = sums.tangent {
-        values = tangent.values;
-        lift = tangent.lift.unwrap_or_default();
+    let Sums { internal, mut tangent } = sums;
+    let pass = Pass { law, points, connection, input };
+    let mut smallest = f64::INFINITY;
+    for strips in connection.sums.strips.phases() {
+        let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
+        if let Some(tangent) = &mut tangent {
+            values = &mut *tangent.values;
+            lift = tangent.lift.as_deref_mut().unwrap_or_default();
+        }
+        let wants_tangent = !values.is_empty();
+        let part = Part { node: 0, internal: &mut *internal, values, lift };
+        let scratch = &connection.sums.scratch[..];
+        smallest = smallest.min(if wants_tangent {
+            pass.sum::<true>(strips, scratch, part)?
+        } else {
+            pass.sum::<false>(strips, scratch, part)?
+        });
     }
-    let work = |part: StripSums<'_, D>| match (&connection.dilatation, wants_tangent) {
-        (None, true) => sum_strip::<D, B, M, true>(law, points, connection, input, part),
-        (None, false) => sum_strip::<D, B, M, false>(law, points, connection, input, part),
-        (Some(dilatation), wants_tangent) => {
-            let links = &connection.links;
-            let dilated = Dilated { law, points, links, dilatation, increment: input.increment };
-            if wants_tangent {
-                sum_cells::<D, B, M, true>(&dilated, connection, input, part)
-            } else {
-                sum_cells::<D, B, M, false>(&dilated, connection, input, part)
+    Ok(smallest)
+}
+
+/// What all tasks of a pass read.
+struct Pass<'a, const D: usize, B: Basis<D>, M: Material> {
+    law: &'a M,
+    points: &'a Points<D, B, M>,
+    connection: &'a Connection<D>,
+    input: PassInput<'a, D>,
+}
+
+impl<const D: usize, B: Basis<D>, M: Material> Pass<'_, D, B, M> {
+    /// Sums strips, halving the list until there is one task for each scratch.
+    fn sum<const TANGENT: bool>(
+        &self,
+        strips: &[Strip],
+        scratch: &[Mutex<Scratch<D>>],
+        mut part: Part<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        if scratch.len() > 1 && strips.len() > 1 {
+            let (low, high) = strips.split_at(strips.len() / 2);
+            let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
+            let (low_part, high_part) = part.split_at(high[0].nodes.start, self.input.pattern);
+            let (low, high) = rayon::join(
+                || self.sum::<TANGENT>(low, low_scratch, low_part),
+                || self.sum::<TANGENT>(high, high_scratch, high_part),
+            );
+            return Ok(low?.min(high?));
+        }
+        // What a task that panicked has left is overwritten.
+        let mut scratch = scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
+        let positions = strips.iter().flat_map(|strip| strip.sets.clone());
+        let sets = positions.map(|position| self.connection.sums.strips.set(position));
+        let mut smallest = f64::INFINITY;
+        match &self.connection.dilatation {
+            None => {
+                for support in sets {
+                    smallest = smallest.min(self.sum_support::<TANGENT>(support, &mut scratch, &mut part)?);
+                }
+            }
+            Some(dilatation) => {
+                let Self { law, points, connection, input } = *self;
+                let links = &connection.links;
+                let dilated = Dilated { law, points, links, dilatation, increment: input.increment };
+                let mut of_cell = dilatation::Scratch::default();
+                let Scratch { force, tangent, .. } = &mut *scratch;
+                for cell in sets {
+                    let nodes = dilatation.cells().nodes(cell);
+                    let n = nodes.len();
+                    let force = &mut force[..n];
+                    let tangent = if TANGENT { &mut tangent[..n * (n + 1) / 2] } else { &mut [] };
+                    smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
+                    self.scatter::<TANGENT>(nodes, cell, force, tangent, &mut part);
+                }
             }
         }
-    };
+        Ok(smallest)
+    }
 
-    let mut smallest = f64::INFINITY;
-    for phase in connection.strips.phases() {
-        let parts = split(phase, input.pattern, &mut *sums.internal, &mut *values, &mut *lift);
-        let results: Vec<Result<f64, InvertedPoint>> = if parts.len() == 1 {
-            parts.into_iter().map(work).collect()
-        } else {
-            parts.into_par_iter().map(work).collect()
-        };
-        for result in results {
-            smallest = smallest.min(result?);
+    /// Adds the dense sums of set `set` of nodes to the global arrays.
+    #[inline(always)]
+    fn scatter<const TANGENT: bool>(
+        &self,
+        nodes: &[u32],
+        set: usize,
+        force: &[Vector<D>],
+        tangent: &[Block<D>],
+        part: &mut Part<'_, D>,
+    ) {
+        for (node, force) in nodes.iter().zip(force) {
+            part.internal[*node as usize - part.node] += force;
+        }
+        if TANGENT {
+            if !part.lift.is_empty() {
+                add_lift(nodes, tangent, self.input.constraints, part);
+            }
+            let sums = &self.connection.sums;
+            add_tangent(nodes, &sums.slots[sums.slot_start[set]..], tangent, self.input, part);
         }
     }
-    Ok(smallest)
-}
 
-/// Hands every strip of a phase its own part of the arrays.
-fn split<'a, 's: 'a, const D: usize>(
-    phase: impl Iterator<Item = &'s Strip>,
-    pattern: &Pattern<D>,
-    mut internal: &'a mut [Vector<D>],
-    mut values: &'a mut [f64],
-    mut lift: &'a mut [Vector<D>],
-) -> Vec<StripSums<'a, D>> {
-    let (has_values, has_lift) = (!values.is_empty(), !lift.is_empty());
-    let mut parts = Vec::new();
-    let (mut node_base, mut value_base) = (0, 0);
-    for strip in phase {
-        let cut = |array: &mut &'a mut [Vector<D>]| {
-            let (_, rest) = std::mem::take(array).split_at_mut(strip.nodes.start - node_base);
-            let (part, rest) = rest.split_at_mut(strip.nodes.len());
-            *array = rest;
-            part
+    /// Sums the points of a support and adds the sum to the global arrays.
+    #[inline]
+    fn sum_support<const TANGENT: bool>(
+        &self,
+        support: usize,
+        scratch: &mut Scratch<D>,
+        part: &mut Part<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        let n = self.connection.links.support_nodes(support).len();
+        let Scratch { increment, force, gradient, tangent } = scratch;
+        let pairs = if TANGENT { n * (n + 1) / 2 } else { 0 };
+        let dense = Dense {
+            increment: &mut increment[..n],
+            force: &mut force[..n],
+            gradient: &mut gradient[..n],
+            tangent: &mut tangent[..pairs],
         };
-        let internal_part = cut(&mut internal);
-        let lift_part = if has_lift { cut(&mut lift) } else { Default::default() };
-        let mut values_part: &mut [f64] = Default::default();
-        if has_values {
-            let first = pattern.column_start()[strip.nodes.start * D];
-            let end = pattern.column_start()[strip.nodes.end * D];
-            let (_, rest) = std::mem::take(&mut values).split_at_mut(first - value_base);
-            let (part, rest) = rest.split_at_mut(end - first);
-            values_part = part;
-            values = rest;
-            value_base = end;
+        // The commonest supports are compiled with their size known.
+        match n {
+            4 => self.sum_dense::<TANGENT>(4, support, dense, part),
+            8 => self.sum_dense::<TANGENT>(8, support, dense, part),
+            9 => self.sum_dense::<TANGENT>(9, support, dense, part),
+            n => self.sum_dense::<TANGENT>(n, support, dense, part),
         }
-        node_base = strip.nodes.end;
-        parts.push(StripSums { strip, internal: internal_part, values: values_part, lift: lift_part });
     }
-    parts
-}
 
-fn sum_strip<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
-    law: &M,
-    points: &Points<D, B, M>,
-    connection: &Connection<D>,
-    input: PassInput<'_, D>,
-    mut part: StripSums<'_, D>,
-) -> Result<f64, InvertedPoint> {
-    let mut scratch = Scratch::new(connection.most_nodes, TANGENT);
-    let mut smallest = f64::INFINITY;
-    for position in part.strip.groups.clone() {
-        let group = connection.strips.group(position);
-        let view = connection.links.group(group);
-        // The two commonest supports are compiled with their size known.
-        let determinant = match view.nodes.len() {
-            4 => sum_group::<D, B, M, TANGENT>(4, law, points, view, input.increment, &mut scratch)?,
-            8 => sum_group::<D, B, M, TANGENT>(8, law, points, view, input.increment, &mut scratch)?,
-            n => sum_group::<D, B, M, TANGENT>(n, law, points, view, input.increment, &mut scratch)?,
-        };
-        smallest = smallest.min(determinant);
-        scatter::<D, TANGENT>(view.nodes, group, connection, input, &scratch, &mut part);
-    }
-    Ok(smallest)
-}
-
-/// As [`sum_strip`], by cells with mean dilatation.
-fn sum_cells<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
-    dilated: &Dilated<'_, D, B, M>,
-    connection: &Connection<D>,
-    input: PassInput<'_, D>,
-    mut part: StripSums<'_, D>,
-) -> Result<f64, InvertedPoint> {
-    let mut scratch = Scratch::new(connection.most_nodes, TANGENT);
-    let mut of_cell = dilatation::Scratch::default();
-    let mut smallest = f64::INFINITY;
-    for position in part.strip.groups.clone() {
-        let cell = connection.strips.group(position);
-        let nodes = dilated.dilatation.cells().nodes(cell);
-        let n = nodes.len();
-        let force = &mut scratch.force[..n];
-        let tangent = if TANGENT { &mut scratch.tangent[..n * (n + 1) / 2] } else { &mut [] };
-        let determinant = dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?;
-        smallest = smallest.min(determinant);
-        scatter::<D, TANGENT>(nodes, cell, connection, input, &scratch, &mut part);
-    }
-    Ok(smallest)
-}
-
-/// Adds the dense sums of set `set` of nodes to the global arrays.
-#[inline(always)]
-fn scatter<const D: usize, const TANGENT: bool>(
-    nodes: &[u32],
-    set: usize,
-    connection: &Connection<D>,
-    input: PassInput<'_, D>,
-    scratch: &Scratch<D>,
-    part: &mut StripSums<'_, D>,
-) {
-    for (node, force) in nodes.iter().zip(&scratch.force) {
-        part.internal[*node as usize - part.strip.nodes.start] += force;
-    }
-    if TANGENT {
-        if !part.lift.is_empty() {
-            add_lift(nodes, &scratch.tangent, input.constraints, part);
+    /// Sums the points of a support of `n` nodes densely and adds the sum to the global arrays.
+    #[inline(always)]
+    fn sum_dense<const TANGENT: bool>(
+        &self,
+        n: usize,
+        support: usize,
+        mut dense: Dense<'_, D>,
+        part: &mut Part<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        let Self { connection, input, .. } = *self;
+        let nodes = connection.links.support_nodes(support);
+        for (du, node) in dense.increment.iter_mut().zip(nodes) {
+            *du = input.increment[*node as usize];
         }
-        add_tangent(nodes, &connection.slots[connection.slot_start[set]..], &scratch.tangent, input, part);
+        dense.force.fill(Vector::zeros());
+        dense.tangent.fill(Block::zeros());
+        let mut smallest = f64::INFINITY;
+        for &group in connection.links.support_groups(support) {
+            let group = connection.links.group(group as usize);
+            let least = sum_group::<D, B, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
+            smallest = smallest.min(least);
+        }
+        self.scatter::<TANGENT>(nodes, support, dense.force, dense.tangent, part);
+        Ok(smallest)
     }
 }
 
-/// Sums the points of a group into the scratch; returns the smallest `det ΔF`.
+/// Adds the points of a group to the dense sums; returns the smallest `det ΔF`.
 #[inline(always)]
 fn sum_group<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
     n: usize,
     law: &M,
     points: &Points<D, B, M>,
     group: Group<'_, D>,
-    increment: &[Vector<D>],
-    scratch: &mut Scratch<D>,
+    dense: &mut Dense<'_, D>,
 ) -> Result<f64, InvertedPoint> {
-    let du = &mut scratch.increment[..n];
-    let force = &mut scratch.force[..n];
-    let g = &mut scratch.gradient[..n];
-    for (du, node) in du.iter_mut().zip(&group.nodes[..n]) {
-        *du = increment[*node as usize];
-    }
-    force.fill(Vector::zeros());
-    let tangent = if TANGENT { &mut scratch.tangent[..n * (n + 1) / 2] } else { &mut [] };
-    tangent.fill(Block::zeros());
+    let du = &dense.increment[..n];
+    let force = &mut dense.force[..n];
+    let g = &mut dense.gradient[..n];
+    let tangent = if TANGENT { &mut dense.tangent[..n * (n + 1) / 2] } else { &mut [] };
 
     let mut smallest = f64::INFINITY;
     for k in 0..group.points {
@@ -313,19 +377,15 @@ fn sum_group<const D: usize, B: Basis<D>, M: Material, const TANGENT: bool>(
             *force += stress * *g;
         }
         if TANGENT {
-            let mut a = trial.response.modes.spatial_tangent::<D>();
-            for row in &mut a {
-                for entry in row {
-                    *entry *= volume;
-                }
-            }
+            let a = trial.response.modes.spatial_tangent::<D>();
             let mut at = 0;
             for w in 0..n {
-                // half[k](i, j) = a_ikjl g_w,l
+                // half[k](i, j) = V⁰ a_ikjl g_w,l
+                let weighted = g[w] * volume;
                 let half: [Block<D>; D] = std::array::from_fn(|k| {
-                    let mut sum = Block::zeros();
-                    for l in 0..D {
-                        sum += a[k][l] * g[w][l];
+                    let mut sum = a[k][0] * weighted[0];
+                    for l in 1..D {
+                        sum += a[k][l] * weighted[l];
                     }
                     sum
                 });
@@ -382,18 +442,18 @@ pub(crate) fn trial_of<const D: usize, B: Basis<D>, M: Material>(
     Ok(Trial { step, inverse, determinant, response })
 }
 
-/// `lift_v += K_vw Δū_w` for the group's nodes with prescribed increments.
+/// `lift_v += K_vw Δū_w` for the support's nodes with prescribed increments.
 fn add_lift<const D: usize>(
     nodes: &[u32],
     tangent: &[Block<D>],
     constraints: &Constraints<D>,
-    part: &mut StripSums<'_, D>,
+    part: &mut Part<'_, D>,
 ) {
     let lifted = |v: usize| constraints.increment()[nodes[v] as usize];
     if (0..nodes.len()).all(|v| lifted(v) == Vector::<D>::zeros()) {
         return;
     }
-    let base = part.strip.nodes.start;
+    let base = part.node;
     let mut at = 0;
     for w in 0..nodes.len() {
         for v in w..nodes.len() {
@@ -406,17 +466,17 @@ fn add_lift<const D: usize>(
     }
 }
 
-/// Adds a group's dense tangent to the stored lower triangle, leaving out what is prescribed.
+/// Adds a support's dense tangent to the stored lower triangle, leaving out what is prescribed.
 #[inline]
 fn add_tangent<const D: usize>(
     nodes: &[u32],
     slots: &[u32],
     tangent: &[Block<D>],
     input: PassInput<'_, D>,
-    part: &mut StripSums<'_, D>,
+    part: &mut Part<'_, D>,
 ) {
     let columns = input.pattern.column_start();
-    let base = columns[part.strip.nodes.start * D];
+    let base = columns[part.node * D];
     let (mut at, mut slot) = (0, 0);
     for w in 0..nodes.len() {
         let column_node = nodes[w] as usize;

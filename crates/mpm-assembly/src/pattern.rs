@@ -26,11 +26,23 @@ pub struct Pattern<const D: usize> {
 impl<const D: usize> Pattern<D> {
     /// Couples all nodes that share a set of any body.
     pub fn of<C: Couplings>(n_active: usize, bodies: &[C]) -> Self {
-        Self::with_faces(n_active, bodies, None)
+        Self::reusing(None, n_active, bodies, None)
     }
 
-    /// Couples all nodes that share a set of any body or a face.
-    pub fn with_faces<C: Couplings>(n_active: usize, bodies: &[C], faces: Option<&GhostFaces<D>>) -> Self {
+    /// Couples all nodes that share a set of any body or a face, in the memory of a pattern that is
+    /// no longer needed.
+    pub fn reusing<C: Couplings>(
+        former: Option<Self>,
+        n_active: usize,
+        bodies: &[C],
+        faces: Option<&GhostFaces<D>>,
+    ) -> Self {
+        let mut pattern = former.unwrap_or_else(|| Self {
+            neighbour_start: Vec::new(),
+            neighbour: Vec::new(),
+            column_start: Vec::new(),
+            row: Vec::new(),
+        });
         let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
         let faces = faces.map(|faces| (faces, Incidence::of(n_active, faces)));
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
@@ -40,6 +52,7 @@ impl<const D: usize> Pattern<D> {
                 let mut end = Vec::with_capacity(nodes.len());
                 let mut neighbour: Vec<u32> = Vec::new();
                 let mut found: Vec<u32> = Vec::new();
+                let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
                 for node in nodes {
                     found.clear();
                     for (links, incidence) in bodies.iter().zip(&incidence) {
@@ -52,8 +65,7 @@ impl<const D: usize> Pattern<D> {
                             found.extend_from_slice(&faces.set(face as usize)[position as usize + 1..]);
                         }
                     }
-                    found.sort_unstable();
-                    found.dedup();
+                    found_by.once(&mut found, node);
                     neighbour.extend_from_slice(&found);
                     end.push(neighbour.len());
                 }
@@ -61,16 +73,17 @@ impl<const D: usize> Pattern<D> {
             })
             .collect();
 
-        let mut neighbour_start = Vec::with_capacity(n_active + 1);
+        let Self { neighbour_start, neighbour, column_start, row } = &mut pattern;
+        neighbour_start.clear();
         neighbour_start.push(0);
-        let mut neighbour = Vec::with_capacity(chunks.iter().map(|(_, list)| list.len()).sum());
+        neighbour.clear();
         for (end, list) in chunks {
             let offset = neighbour.len();
             neighbour_start.extend(end.into_iter().map(|end| end + offset));
             neighbour.extend(list);
         }
-        let (column_start, row) = scalar_columns::<D>(&neighbour_start, &neighbour);
-        Self { neighbour_start, neighbour, column_start, row }
+        scalar_columns::<D>(neighbour_start, neighbour, column_start, row);
+        pattern
     }
 
     /// Number of equations, prescribed ones included.
@@ -101,7 +114,11 @@ impl<const D: usize> Pattern<D> {
     /// For each pair (column node, row node), column before row, of each set in turn: position of
     /// the row among the column's neighbours.
     pub(crate) fn slots(&self, couplings: &impl Couplings) -> Vec<u32> {
-        let mut slots = Vec::with_capacity(couplings.n_sets() * 6);
+        let pairs = |set| {
+            let n = couplings.set(set).len();
+            n * n.saturating_sub(1) / 2
+        };
+        let mut slots = Vec::with_capacity((0..couplings.n_sets()).map(pairs).sum());
         for set in 0..couplings.n_sets() {
             let nodes = couplings.set(set);
             for (k, &node) in nodes.iter().enumerate() {
@@ -150,6 +167,30 @@ impl<const D: usize> Pattern<D> {
     }
 }
 
+/// Node that each node from `first` on was last found to be a neighbour of.
+struct FoundBy {
+    first: usize,
+    node: Vec<u32>,
+}
+
+impl FoundBy {
+    /// Sorts the nodes found above `node`, each once.
+    fn once(&mut self, found: &mut Vec<u32>, node: usize) {
+        // Few are sorted as they are; of many most are repeated.
+        if found.len() > 32 {
+            found.retain(|&other| {
+                let other = other as usize - self.first;
+                if self.node.len() <= other {
+                    self.node.resize(other + 1, u32::MAX);
+                }
+                std::mem::replace(&mut self.node[other], node as u32) != node as u32
+            });
+        }
+        found.sort_unstable();
+        found.dedup();
+    }
+}
+
 /// Which sets each node belongs to, and at which position.
 struct Incidence {
     start: Vec<usize>,
@@ -184,11 +225,19 @@ impl Incidence {
     }
 }
 
-fn scalar_columns<const D: usize>(neighbour_start: &[usize], neighbour: &[u32]) -> (Vec<usize>, Vec<usize>) {
+/// Columns of the equations from neighbours of the nodes.
+fn scalar_columns<const D: usize>(
+    neighbour_start: &[usize],
+    neighbour: &[u32],
+    column_start: &mut Vec<usize>,
+    row: &mut Vec<usize>,
+) {
     let n_active = neighbour_start.len() - 1;
-    let mut column_start = Vec::with_capacity(n_active * D + 1);
+    column_start.clear();
+    column_start.reserve(n_active * D + 1);
     column_start.push(0);
-    let mut row = Vec::with_capacity(n_active * D * (D + 1) / 2 + neighbour.len() * D * D);
+    row.clear();
+    row.reserve(n_active * D * (D + 1) / 2 + neighbour.len() * D * D);
     for node in 0..n_active {
         for component in 0..D {
             row.extend((component..D).map(|i| node * D + i));
@@ -198,5 +247,4 @@ fn scalar_columns<const D: usize>(neighbour_start: &[usize], neighbour: &[u32]) 
             column_start.push(row.len());
         }
     }
-    (column_start, row)
 }

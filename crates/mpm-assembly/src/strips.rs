@@ -1,9 +1,9 @@
-//! Strips of groups that can be summed in parallel with an order fixed by the data.
+//! Strips of sets of nodes that can be summed in parallel with an order fixed by the data.
 //!
-//! Groups are taken in the order of their lowest node. A strip is a run of them; it writes to the
-//! nodes from the lowest of its first group to the highest of any. Strips are cut so that a strip
+//! Sets are taken in the order of their lowest node. A strip is a run of them; it writes to the
+//! nodes from the lowest of its first set to the highest of any. Strips are cut so that a strip
 //! never reaches the nodes of the next but one: all even strips can be summed at once, then all odd
-//! ones. Which strip a group is in depends on connectivity alone.
+//! ones. Which strip a set is in depends on connectivity alone.
 
 use crate::{Couplings, Linked};
 use std::ops::Range;
@@ -14,61 +14,72 @@ const POINTS: usize = 2048;
 /// The strips of one body.
 #[derive(Clone, Debug)]
 pub(crate) struct Strips {
-    /// Groups by lowest node; empty where the groups already stand in that order.
+    /// Sets by lowest node; empty where they already stand in that order.
     order: Vec<u32>,
-    strips: Vec<Strip>,
+    /// Even strips, then odd strips: within each the nodes are disjoint and ascending.
+    phases: [Vec<Strip>; 2],
 }
 
-/// A run of groups and the nodes it writes to.
+/// A run of sets and the nodes it writes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Strip {
-    /// Positions in the order of the groups.
-    pub groups: Range<usize>,
+    /// Positions in the order of the sets.
+    pub sets: Range<usize>,
     /// Active nodes.
     pub nodes: Range<usize>,
 }
 
 impl Strips {
-    pub(crate) fn of<const D: usize>(links: &Linked<D>) -> Self {
-        let lowest = |group: usize| links.set(group).first().copied().unwrap_or(0);
-        let sorted = (1..links.n_sets()).all(|group| lowest(group - 1) <= lowest(group));
+    pub(crate) fn of<const D: usize>(linked: &Linked<D>) -> Self {
+        let lowest = |set: usize| linked.set(set).first().copied().unwrap_or(0);
+        let sorted = (1..linked.n_sets()).all(|set| lowest(set - 1) <= lowest(set));
         let mut order: Vec<u32> = Vec::new();
         if !sorted {
-            order.extend((0..links.n_sets()).map(|group| group as u32));
-            order.sort_by_key(|&group| lowest(group as usize));
+            order.extend((0..linked.n_sets()).map(|set| set as u32));
+            order.sort_by_key(|&set| lowest(set as usize));
         }
-        let mut result = Self { order, strips: Vec::new() };
+        let mut result = Self { order, phases: [Vec::new(), Vec::new()] };
 
-        let mut points = 0;
+        let mut open: Option<Strip> = None;
+        let (mut points, mut count) = (0, 0);
         // Ends of the nodes of the strip before the open one, and of the open one.
         let (mut reach_before, mut reach) = (0, 0);
-        for position in 0..links.n_sets() {
-            let group = result.group(position);
-            let nodes = links.set(group);
+        for position in 0..linked.n_sets() {
+            let set = result.set(position);
+            let nodes = linked.set(set);
             let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
             let (low, end) = (low as usize, high as usize + 1);
-            if result.strips.is_empty() || (points >= POINTS && low >= reach_before) {
-                reach_before = reach;
-                result.strips.push(Strip { groups: position..position, nodes: low..end });
-                points = 0;
-            }
-            let open = result.strips.last_mut().expect("one was just pushed");
-            open.groups.end = position + 1;
-            open.nodes.end = open.nodes.end.max(end);
-            reach = open.nodes.end.max(reach);
-            points += links.n_points(group);
+            let mut strip = match open.take() {
+                Some(strip) if points < POINTS || low < reach_before => strip,
+                full => {
+                    reach_before = reach;
+                    points = 0;
+                    if let Some(strip) = full {
+                        result.phases[count % 2].push(strip);
+                        count += 1;
+                    }
+                    Strip { sets: position..position, nodes: low..end }
+                }
+            };
+            strip.sets.end = position + 1;
+            strip.nodes.end = strip.nodes.end.max(end);
+            reach = strip.nodes.end.max(reach);
+            points += linked.n_points(set);
+            open = Some(strip);
+        }
+        if let Some(strip) = open {
+            result.phases[count % 2].push(strip);
         }
         result
     }
 
-    /// The group at a position of the order.
+    /// The set at a position of the order.
     #[inline]
-    pub(crate) fn group(&self, position: usize) -> usize {
+    pub(crate) fn set(&self, position: usize) -> usize {
         if self.order.is_empty() { position } else { self.order[position] as usize }
     }
 
-    /// Even strips, then odd strips: within each the nodes are disjoint and ascending.
-    pub(crate) fn phases(&self) -> [impl Iterator<Item = &Strip>; 2] {
-        [self.strips.iter().step_by(2), self.strips.get(1..).unwrap_or_default().iter().step_by(2)]
+    pub(crate) fn phases(&self) -> &[Vec<Strip>; 2] {
+        &self.phases
     }
 }

@@ -42,6 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod active;
 mod cells;
 mod connectivity;
 pub mod control;
@@ -53,14 +54,16 @@ mod cpdi2t;
 mod fallback;
 mod gimp;
 mod influence;
+mod links;
 mod sampled;
 mod simplex;
 mod smpm;
 mod stored;
 mod tensor;
 
+pub use active::ActiveNodes;
 pub use cells::{CellPart, Cells};
-pub use connectivity::{ActiveNodes, Group, Links, Stencils, UnconnectedPoint};
+pub use connectivity::{Stencils, UnconnectedPoint};
 /// See [`control`].
 pub use control::{DomainControl, Part};
 pub use cpdi1::{Cpdi1, Parallelepiped};
@@ -71,6 +74,7 @@ pub use cpdi2t::{Cpdi2t, TriangleSplit};
 pub use fallback::{Fallback, FallbackDomain};
 pub use gimp::{Gimp, GimpUpdate, HalfLengths};
 pub use influence::{Influence, Stencil};
+pub use links::{Group, Links};
 /// A part of a cell at rest, from which a basis seeds points.
 pub use mpm_grid::LinearCell as Piece;
 pub use simplex::Simplex;

@@ -85,13 +85,23 @@ pub(crate) fn convect<'a, const D: usize>(
     step: &Convection<'_, D>,
 ) -> Result<(), ConvectionError> {
     let mut before = None;
+    // Mostly all corners share one cell: its displacements are looked up once.
+    let (mut cell, mut increment) = (None, [Vector::zeros(); CORNERS]);
     for x in corners {
         let place = locate(step.mesh, x, &mut before).map_err(|it| ConvectionError::Outside(it.to_string()))?;
+        let mut corner = 0;
+        if cell != Some(place.cell) {
+            step.mesh.values(&place, |node, _| {
+                increment[corner] = step.at_node(node);
+                corner += 1;
+            });
+            cell = Some(place.cell);
+        }
         let mut u = Vector::zeros();
-        step.mesh.values(&place, |node, n| {
-            if n != 0.0 {
-                u += step.at_node(node) * n;
-            }
+        corner = 0;
+        step.mesh.values(&place, |_, n| {
+            u += increment[corner] * n;
+            corner += 1;
         });
         *x += u;
     }

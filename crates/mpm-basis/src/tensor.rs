@@ -34,9 +34,26 @@ pub(crate) fn inverse_transpose<const D: usize>(m: &Block<D>) -> Block<D> {
 
 /// `U = √(FᵀF)` of an F with positive determinant.
 ///
-/// U = QᵀF with the rotation Q of the polar decomposition, by Newton's iteration
-/// `Q ← ½ (γQ + (γQ)⁻ᵀ)` from Q = F, scaled by `γ = (det Q)^(-1/D)` (Higham 1986).
+/// U = QᵀF with the rotation Q of the polar decomposition. In the plane Q turns by the angle of
+/// `(F_xx + F_yy, F_yx - F_xy)`, in closed form; else by Newton's iteration `Q ← ½ (γQ + (γQ)⁻ᵀ)` from
+/// Q = F, scaled by `γ = (det Q)^(-1/D)` (Higham 1986).
+#[inline]
 pub(crate) fn right_stretch<const D: usize>(f: &Block<D>) -> Block<D> {
+    if D == 2 {
+        let (a, b) = (f[(0, 0)] + f[(1, 1)], f[(1, 0)] - f[(0, 1)]);
+        let per_norm = 1.0 / (a * a + b * b).sqrt();
+        let (cos, sin) = (a * per_norm, b * per_norm);
+        let shear = cos * f[(0, 1)] + sin * f[(1, 1)];
+        return Block::from_fn(|i, j| match (i, j) {
+            (0, 0) => cos * f[(0, 0)] + sin * f[(1, 0)],
+            (1, 1) => cos * f[(1, 1)] - sin * f[(0, 1)],
+            _ => shear,
+        });
+    }
+    right_stretch_iterated(f)
+}
+
+fn right_stretch_iterated<const D: usize>(f: &Block<D>) -> Block<D> {
     let mut q = *f;
     // Unscaled stretches of 1e±16 take 9 iterations; the bound only ends what is not a number.
     for _ in 0..40 {
@@ -101,5 +118,11 @@ mod tests {
         let (c, j): (Matrix2<f64>, f64) = (f.transpose() * f, f.determinant());
         let expected = (c + Matrix2::identity() * j) / (c.trace() + 2.0 * j).sqrt();
         assert!((right_stretch(&f) - expected).norm() < 1e-15);
+        assert!((right_stretch_iterated(&f) - expected).norm() < 1e-15);
+        assert_eq!(right_stretch(&Matrix2::<f64>::identity()), Matrix2::identity());
+        // Long and thin, the short side keeps its digits.
+        let thin = Matrix2::new(0.8, -0.6, 0.6, 0.8) * Matrix2::new(1e6, 0.0, 0.0, 1e-6);
+        let u = right_stretch(&thin);
+        assert!((u[(0, 0)] - 1e6).abs() < 1e-9 && (u[(1, 1)] - 1e-6).abs() < 1e-10);
     }
 }

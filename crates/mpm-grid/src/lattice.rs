@@ -15,6 +15,8 @@ pub struct Lattice<const D: usize> {
     nodes: [u32; D],
     n_nodes: u32,
     n_cells: u32,
+    /// ⌈2⁶⁴/nodes⌉, by which a multiplication divides, see [`quotient`].
+    per_nodes: [u64; D],
 }
 
 /// What a lattice cannot be made of.
@@ -53,7 +55,9 @@ impl<const D: usize> Lattice<D> {
             n_nodes = n_nodes.checked_mul(nodes[direction]).ok_or(LatticeError::TooLarge)?;
             n_cells = n_cells.checked_mul(count).ok_or(LatticeError::TooLarge)?;
         }
-        Ok(Self { cells, periodic, nodes, n_nodes, n_cells })
+        // At least two nodes in each direction: the reciprocal fits.
+        let per_nodes = nodes.map(|n| u64::MAX / u64::from(n) + 1);
+        Ok(Self { cells, periodic, nodes, n_nodes, n_cells, per_nodes })
     }
 
     /// Cells in each direction.
@@ -92,7 +96,16 @@ impl<const D: usize> Lattice<D> {
     #[inline]
     pub fn node_index(&self, node: NodeId) -> [u32; D] {
         debug_assert!(node.number() < self.n_nodes, "{node:?} is not a node");
-        split(node.number(), self.nodes)
+        let mut number = node.number();
+        from_fn(|d| {
+            if d + 1 == D {
+                return number;
+            }
+            let quotient = quotient(number, self.per_nodes[d]);
+            let i = number - quotient * self.nodes[d];
+            number = quotient;
+            i
+        })
     }
 
     /// The cell at a multi-index.
@@ -176,6 +189,13 @@ fn join<const D: usize>(index: [u32; D], counts: [u32; D]) -> u32 {
     (0..D).rev().fold(0, |number, d| number * counts[d] + index[d])
 }
 
+/// n/d of 32-bit numbers from `per` = ⌈2⁶⁴/d⌉ and d > 1: exact for all of them (Lemire, Kaser and Kurz,
+/// *Faster remainder by direct computation*, 2019), at a third of the time of a division.
+#[inline]
+fn quotient(n: u32, per: u64) -> u32 {
+    ((u128::from(per) * u128::from(n)) >> 64) as u32
+}
+
 #[inline]
 fn split<const D: usize>(mut number: u32, counts: [u32; D]) -> [u32; D] {
     from_fn(|d| {
@@ -202,6 +222,16 @@ mod tests {
             assert_eq!(lattice.cell(lattice.cell_index(cell)), cell);
         }
         assert_eq!(lattice.node([1, 2, 1]).index(), 1 + 4 * (2 + 4));
+    }
+
+    #[test]
+    fn quotients_are_those_of_division() {
+        let numbers = [0, 1, 2, 3, 4, 999, 1000, 65_535, 65_536, u32::MAX / 2, u32::MAX - 1, u32::MAX];
+        for d in [2, 3, 5, 7, 251, 1000, 65_535, 65_536, 65_537, u32::MAX - 1, u32::MAX] {
+            for n in numbers.into_iter().chain(numbers.map(|k| (k / d) * d)) {
+                assert_eq!(quotient(n, u64::MAX / u64::from(d) + 1), n / d, "{n} / {d}");
+            }
+        }
     }
 
     #[test]

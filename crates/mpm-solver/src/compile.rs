@@ -3,7 +3,7 @@
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
-use crate::load_step::{Connected, connect, resume, run};
+use crate::load_step::{resume, run, stencils};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
 };
@@ -19,8 +19,8 @@ use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
 use mpm_assembly::MeanDilatation;
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
-    Gimp, GimpUpdate, Smpm, TriangleSplit,
+    ActiveNodes, Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl,
+    Fallback, Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
 use mpm_grid::{
     Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region, Reindexing, Span, Vector,
@@ -750,7 +750,8 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
 fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(), SceneError> {
-    let Connected { active, .. } = connect(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let stencils = stencils(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let active = ActiveNodes::of(mesh.lattice(), &stencils);
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {

@@ -4,10 +4,9 @@ use crate::compile::Compiled;
 use crate::error::{Error, SceneError};
 use crate::linear::{SymmetricPattern, predict_factor_entries};
 use crate::load_step::{Connected, connect, periods};
-use crate::model::Model;
+use crate::model::{Model, NamedBody};
 use mpm_assembly::Constraints;
-use mpm_basis::Influence;
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,8 +76,8 @@ impl Compiled {
 fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let mesh =
         model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
-    let Connected { active, connections, pattern, .. } =
-        connect(model, &mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let (connected, _) = connect(model, &mesh, None).map_err(|it| SceneError::new("bodies", it))?;
+    let Connected { active, connections, pattern, .. } = connected;
 
     let mut constraints = Constraints::<D>::none(active.len());
     for support in &model.supports {
@@ -95,17 +94,6 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
-    let not_stored = per_body.first().map_or(Vec::new(), |columns| {
-        let absent = |k: &usize| per_body.iter().all(|columns| columns[*k].1 == 0);
-        (0..columns.len()).filter(absent).map(|k| columns[k].0).collect()
-    });
-    let influences: usize = connections.iter().map(|it| it.links().n_influences()).sum();
-    let pairs: usize = connections
-        .iter()
-        .flat_map(|it| (0..it.links().n_groups()).map(|group| it.links().group_nodes(group).len()))
-        .map(|nodes| nodes + nodes * nodes.saturating_sub(1) / 2)
-        .sum();
-
     let real = size_of::<f64>();
     let (entries, n) = (pattern.n_entries(), pattern.n_equations());
     Ok(Estimate {
@@ -120,17 +108,30 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         tangent_entries: entries,
         factor_entries,
         steps: model.schedule.steps,
-        columns_not_stored: not_stored,
+        columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
             points: 2 * stored,
-            // The raw influences by grid node live until the nodes are numbered.
-            connectivity: influences * (size_of::<Influence<D>>() + real + size_of::<Vector<D>>())
-                + pairs * size_of::<u32>(),
+            connectivity: active.bytes() + connections.iter().map(|it| it.bytes()).sum::<usize>(),
             tangent: entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>(),
             // Entries are permuted into the order of elimination before they are eliminated.
             factor: factor_entries * real + entries * (real + size_of::<usize>()),
         },
     })
+}
+
+/// Columns of the points that no body stores.
+pub(crate) fn columns_not_stored<const D: usize>(bodies: &[NamedBody<D>]) -> Vec<&'static str> {
+    let per_body: Vec<_> = bodies.iter().map(|named| named.body.columns()).collect();
+    per_body.first().map_or(Vec::new(), |columns| {
+        let absent = |k: &usize| per_body.iter().all(|columns| columns[*k].1 == 0);
+        (0..columns.len()).filter(absent).map(|k| columns[k].0).collect()
+    })
+}
+
+/// Cells of the mesh at a load fraction in which no material point lies; 0 where there is no mesh.
+pub(crate) fn cells_without_material<const D: usize>(model: &Model<D>, at: LoadFraction) -> u64 {
+    let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return 0 };
+    (mesh.lattice().n_cells() - cells_with_material(model, &mesh)) as u64
 }
 
 fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usize {
@@ -140,6 +141,8 @@ fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usiz
         .flat_map(|named| (0..named.body.n_points()).map(move |point| named.body.point(point).position));
     let mut cells: Vec<[u32; D]> =
         positions.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| place.cell).collect();
+    // Points mostly stand in the order of their cells.
+    cells.dedup();
     cells.sort_unstable();
     cells.dedup();
     cells.len()

@@ -3,9 +3,10 @@
 use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
+use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, NamedBody, Prescribed};
-use crate::newton::{self, Ghost, Problem, Workspace};
+use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
 use crate::observe::{Moment, Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
@@ -14,7 +15,7 @@ use crate::state::{State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 
 /// Runs a model through its load steps.
 ///
@@ -125,7 +126,9 @@ fn go_on<const D: usize>(
         Ok(()) => Outcome::Completed,
         Err(error) => Outcome::Failed(error.to_string()),
     };
-    let closed = observer.finish(&said, timings.phases()).map_err(Error::Observer);
+    timings.skipped.cells = cells_without_material(model, record.at());
+    timings.skipped.columns = columns_not_stored(&model.bodies).len() as u64;
+    let closed = observer.finish(&said, &timings.with_skipped()).map_err(Error::Observer);
     outcome.and(closed)?;
     Ok(record.summary(model, &timings))
 }
@@ -161,6 +164,7 @@ fn steps<const D: usize>(
                 let controlled = domains::control(model, step.end, record.rows());
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
+                workspace.connected = Some((result.connected, None));
                 controlled?;
                 factorization.settle();
                 let control = || (pace.store(), StoredSecant::default());
@@ -227,7 +231,7 @@ fn steps_along<const D: usize>(
                 step.end = fraction(end);
                 let controlled = domains::control(model, step.end, record.rows());
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
-                let nodes = result.active.nodes().iter().copied();
+                let nodes = result.connected.active.nodes().iter().copied();
                 let increment = result.equilibrium.increment.iter().enumerate();
                 let increment =
                     increment.map(|(v, u)| u - origin.get(v).copied().unwrap_or_else(Vector::zeros));
@@ -235,6 +239,7 @@ fn steps_along<const D: usize>(
                 let secant = Secant { increment, fraction: end - start.get(), length };
                 course.succeed(secant, end, result.equilibrium.residuals.len());
                 record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
+                workspace.connected = Some((result.connected, None));
                 controlled?;
                 factorization.settle();
                 let state = || State::of(model, record, course.store(), factorization, timings);
@@ -279,32 +284,71 @@ fn load_step<const D: usize>(
     step: &Step,
     drive: Drive<'_, '_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<StepResult<D>, StepFailure> {
     let mesh =
         model.motion.mesh_at(&model.layout, step.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
-    let Connected { active, connections, pattern, ghost } =
-        timings.time(Phase::Connect, || connect(model, &mesh))?;
-    let constraints = constrain(model, &mesh, &active, step)?;
-    let external = external_force(model, &connections, active.len(), step);
-    let round_off = round_off(model, &connections, active.len());
+    let former = workspace.connected.take();
+    let (connected, kept) = match former {
+        // A step that has been cut starts again where it did.
+        Some((connected, start)) if start == Some(step.start) => (connected, Kept::All),
+        former => timings.time(Phase::Connect, || connect(model, &mesh, former.map(|it| it.0)))?,
+    };
+    timings.skipped.count_connection(kept);
+    let skipped = &mut timings.skipped;
+    skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
+    skipped.upper_triangle = (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64;
+    skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
+    let result = balance(model, &mesh, &connected, step, drive, factorization, workspace, timings);
+    match result {
+        Ok((equilibrium, equations, analysis)) => Ok(StepResult {
+            mesh,
+            connected,
+            equilibrium,
+            equations,
+            analysis,
+            domains: DomainCounts::default(),
+        }),
+        Err(failure) => {
+            workspace.connected = Some((connected, Some(step.start)));
+            Err(failure)
+        }
+    }
+}
+
+/// Finds the equilibrium of a load step whose points are connected, and prepares the points for it.
+#[expect(clippy::too_many_arguments, reason = "a load step from its connection on")]
+fn balance<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    connected: &Connected<D>,
+    step: &Step,
+    drive: Drive<'_, '_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace<D>,
+    timings: &mut Timings,
+) -> Result<(Equilibrium<D>, usize, Analysis), StepFailure> {
+    let Connected { active, connections, pattern, ghost } = connected;
+    let constraints = constrain(model, mesh, active, step)?;
+    let external = external_force(model, connections, active.len(), step);
+    let round_off = round_off(model, connections, active.len());
 
     let analysis = timings.time(Phase::Analyse, || {
         let columns = SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() };
-        factorization.analyse(columns, &active.lattice_indices(), periods(&mesh), D)
+        factorization.analyse(columns, &active.lattice_indices(), periods(mesh), D)
     });
     let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
     if analysis == Analysis::Reused {
-        timings.skip_analyses += 1;
+        timings.skipped.analyses += 1;
     }
 
     let problem = Problem {
         bodies: &model.bodies,
-        connections: &connections,
-        mesh: &mesh,
-        active: &active,
-        pattern: &pattern,
+        connections,
+        mesh,
+        active,
+        pattern,
         ghost: ghost.as_ref(),
         constraints: &constraints,
         external: &external,
@@ -329,8 +373,8 @@ fn load_step<const D: usize>(
         Drive::Path(attempt) => {
             let loading = |end| {
                 let step = Step { end, ..*step };
-                let constraints = constrain(model, &mesh, &active, &step)?;
-                Ok((constraints, external_force(model, &connections, active.len(), &step)))
+                let constraints = constrain(model, mesh, active, &step)?;
+                Ok((constraints, external_force(model, connections, active.len(), &step)))
             };
             let equilibrium = path::solve(&problem, &loading, attempt, factorization, workspace, timings)?;
             if !(0.0..=1.0).contains(&attempt.end) {
@@ -345,8 +389,8 @@ fn load_step<const D: usize>(
     };
 
     timings.time(Phase::Advance, || {
-        let converged = Converged { mesh: &mesh, active: &active, increment: &equilibrium.increment };
-        for (named, connection) in model.bodies.iter_mut().zip(&connections) {
+        let converged = Converged { mesh, active, increment: &equilibrium.increment };
+        for (named, connection) in model.bodies.iter_mut().zip(connections) {
             named.body.prepare(connection, converged).map_err(|reason| StepFailure::Advance {
                 body: named.name.clone(),
                 basis: named.body.basis(),
@@ -355,13 +399,13 @@ fn load_step<const D: usize>(
         }
         Ok(())
     })?;
+    let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
+    timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();
     let equations = constraints.n_free();
-    let ghost_faces = ghost.map_or(0, |ghost| ghost.faces.len());
-    let domains = DomainCounts::default();
-    Ok(StepResult { mesh, active, equilibrium, equations, ghost_faces, analysis, domains })
+    Ok((equilibrium, equations, analysis))
 }
 
-/// What a load step derives from where the points are.
+/// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
 pub(crate) struct Connected<const D: usize> {
     pub active: ActiveNodes<D>,
     /// Of every body.
@@ -370,25 +414,43 @@ pub(crate) struct Connected<const D: usize> {
     pub ghost: Option<Ghost<D>>,
 }
 
-/// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
-pub(crate) fn connect<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<Connected<D>, StepFailure> {
-    let outside = |named: &NamedBody<D>, it: UnconnectedPoint<D>| StepFailure::Outside {
-        body: named.name.clone(),
-        basis: named.body.basis(),
-        reason: it.to_string(),
-    };
-    let stencils: Vec<Stencils<D>> = model
-        .bodies
-        .iter()
-        .map(|named| named.body.stencils(mesh).map_err(|it| outside(named, it)))
-        .collect::<Result<_, _>>()?;
+/// Influences of all bodies' points on the nodes of `mesh`.
+pub(crate) fn stencils<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+) -> Result<Vec<Stencils<D>>, StepFailure> {
+    model.bodies.iter().map(|named| named.body.stencils(mesh).map_err(|it| outside(named, &it))).collect()
+}
+
+fn outside<const D: usize>(named: &NamedBody<D>, it: &UnconnectedPoint<D>) -> StepFailure {
+    StepFailure::Outside { body: named.name.clone(), basis: named.body.basis(), reason: it.to_string() }
+}
+
+/// How much of the connectivity before could be kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// Its memory.
+    Memory,
+    /// The pattern and the order of sums: no point has changed its nodes.
+    Pattern,
+    /// All of it: neither points nor mesh have changed.
+    All,
+}
+
+/// Connects the points to the nodes of `mesh`; `former` is the connectivity of the step before.
+pub(crate) fn connect<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    former: Option<Connected<D>>,
+) -> Result<(Connected<D>, Kept), StepFailure> {
+    let stencils = stencils(model, mesh)?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
     let linked: Vec<Linked<D>> = stencils
         .into_iter()
         .zip(&model.bodies)
         .map(|(stencils, named)| {
             let links = Links::of(stencils, &active);
-            let dilatation = named.body.dilatation(&links, mesh, &active).map_err(|it| outside(named, it))?;
+            let dilatation = named.body.dilatation(&links, mesh, &active).map_err(|it| outside(named, &it))?;
             Ok(Linked { links, dilatation })
         })
         .collect::<Result<_, _>>()?;
@@ -399,10 +461,26 @@ pub(crate) fn connect<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Resul
         }
         GhostFaces::of(mesh, &active, cells, factor)
     });
-    let pattern = Pattern::with_faces(active.len(), &linked, faces.as_ref());
-    let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
-    let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
-    Ok(Connected { active, connections, pattern, ghost })
+    // Faces are taken anew, and with them what they couple.
+    let same = faces.is_none()
+        && former.as_ref().is_some_and(|former| {
+            former.active == active
+                && linked.iter().zip(&former.connections).all(|(now, before)| before.is_connected_as(now))
+        });
+    match former {
+        Some(Connected { connections, pattern, .. }) if same => {
+            let connections =
+                connections.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.links)).collect();
+            Ok((Connected { active, connections, pattern, ghost: None }, Kept::Pattern))
+        }
+        former => {
+            let former = former.map(|former| former.pattern);
+            let pattern = Pattern::reusing(former, active.len(), &linked, faces.as_ref());
+            let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
+            let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
+            Ok((Connected { active, connections, pattern, ghost }, Kept::Memory))
+        }
+    }
 }
 
 /// What the supports prescribe on the active nodes over the step.

@@ -2,6 +2,7 @@
 
 use crate::error::StepFailure;
 use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
+use crate::load_step::Connected;
 use crate::model::NamedBody;
 use crate::observe::Cancellation;
 use crate::timing::{Phase, Timings};
@@ -9,7 +10,7 @@ use mpm_assembly::{
     Connection, Constraints, GhostFaces, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::ActiveNodes;
-use mpm_grid::{Mesh, NodeId, Vector};
+use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
 
 /// Smallest part of a correction that is tried before the load step is cut.
 const LEAST_PART: f64 = 1.0 / 256.0;
@@ -92,17 +93,18 @@ impl<const D: usize> Equilibrium<D> {
     }
 }
 
-/// Buffers kept from step to step, and the flag that stops the run.
-#[derive(Default)]
-pub(crate) struct Workspace {
+/// What is kept from step to step, and the flag that stops the run.
+pub(crate) struct Workspace<const D: usize> {
     pub values: Vec<f64>,
     rhs: Vec<f64>,
+    /// The last connectivity, and the start of its step where the points are still as they were there.
+    pub connected: Option<(Connected<D>, Option<LoadFraction>)>,
     cancellation: Cancellation,
 }
 
-impl Workspace {
+impl<const D: usize> Workspace<D> {
     pub(crate) fn new(cancellation: Cancellation) -> Self {
-        Self { cancellation, ..Self::default() }
+        Self { values: Vec::new(), rhs: Vec::new(), connected: None, cancellation }
     }
 }
 
@@ -118,7 +120,7 @@ pub(crate) enum Wanted {
 pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
@@ -143,7 +145,7 @@ pub(crate) fn solve<const D: usize>(
 pub(crate) fn solve_in_stages<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
@@ -188,18 +190,22 @@ fn iterate<const D: usize>(
     lift: &[Vector<D>],
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let n = problem.active.len();
     let driven = problem.constraints.is_driven() && !lift.is_empty();
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
+    // All that the iterations write to: they allocate nothing.
+    state.residuals.reserve_exact(problem.tolerance.iterations as usize);
+    let (mut free, mut start) = (vec![Vector::zeros(); n], vec![Vector::zeros(); n]);
+    let mut out_of_balance = vec![Vector::zeros(); n];
 
     // Linear predictor: the prescribed increments enter once, through the tangent.
     let mut lifted = if driven { vec![Vector::zeros(); n] } else { Vec::new() };
-    let mut out_of_balance =
-        evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut lifted, timings)?;
+    let sums = PassSums { values: &mut workspace.values, lift: &mut lifted };
+    evaluate_into(problem, &mut state, Wanted::ForceAndTangent, sums, &mut out_of_balance, timings)?;
     if !driven && problem.is_balanced(&out_of_balance, &state.reaction) {
         return Ok(state);
     }
@@ -211,14 +217,15 @@ fn iterate<const D: usize>(
 
     for iteration in 1..=problem.tolerance.iterations {
         if !has_tangent {
-            timings.skip_tangents -= 1;
-            evaluate(problem, &mut state, Wanted::ForceAndTangent, &mut workspace.values, &mut [], timings)?;
+            timings.skipped.tangents -= 1;
+            let sums = PassSums { values: &mut workspace.values, lift: &mut [] };
+            evaluate_into(problem, &mut state, Wanted::ForceAndTangent, sums, &mut out_of_balance, timings)?;
         }
-        let free =
-            correction(problem, factorization, workspace, &out_of_balance, &mut state, weakest, timings)?;
+        factorise(problem, factorization, workspace, &mut state, weakest, timings)?;
+        substitute_into(problem, factorization, workspace, &out_of_balance, &mut free, &mut state, timings)?;
         // A tangent is not worth its cost where this iterate should be the last.
         let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
-            timings.skip_tangents += 1;
+            timings.skipped.tangents += 1;
             Wanted::Force
         } else {
             Wanted::ForceAndTangent
@@ -228,11 +235,13 @@ fn iterate<const D: usize>(
         let correction = Correction {
             free: &free,
             lift: if first { lift } else { &[] },
-            force: &out_of_balance,
+            work: work(&free, &out_of_balance),
             // A short first correction would leave prescribed displacements to the points next to them.
             least_part: if first && driven { 1.0 } else { LEAST_PART },
         };
-        out_of_balance = correct(problem, &mut state, &correction, wanted, &mut workspace.values, timings)?;
+        start.copy_from_slice(&state.increment);
+        let fields = CorrectedFields { start: &start, out_of_balance: &mut out_of_balance };
+        correct(problem, &mut state, &correction, wanted, &mut workspace.values, fields, timings)?;
 
         let residual = problem.relative(&out_of_balance, &state.reaction);
         state.residuals.push(residual);
@@ -289,33 +298,36 @@ fn correct<const D: usize>(
     correction: &Correction<'_, D>,
     wanted: Wanted,
     values: &mut [f64],
+    fields: CorrectedFields<'_, D>,
     timings: &mut Timings,
-) -> Result<Vec<Vector<D>>, StepFailure> {
-    let start = state.increment.clone();
+) -> Result<(), StepFailure> {
+    let CorrectedFields { start, out_of_balance } = fields;
     let mut part = 1.0;
-    let mut out_of_balance = loop {
-        correction.apply(part, &start, &mut state.increment);
-        match evaluate(problem, state, wanted, values, &mut [], timings) {
+    loop {
+        correction.apply(part, start, &mut state.increment);
+        let sums = PassSums { values: &mut *values, lift: &mut [] };
+        match evaluate_into(problem, state, wanted, sums, out_of_balance, timings) {
             Err(StepFailure::Inverted { .. }) if part > correction.least_part => {
                 part *= 0.5;
                 state.shortened += 1;
             }
             result => break result?,
         }
-    };
+    }
 
-    let at_start = work(correction.free, correction.force);
-    let at_end = work(correction.free, &out_of_balance);
+    let at_start = correction.work;
+    let at_end = work(correction.free, out_of_balance);
     if part < 1.0 || at_start <= 0.0 || at_end > -OVERSHOT * at_start {
-        return Ok(out_of_balance);
+        return Ok(());
     }
     // Illinois variant of the false position method, on the sign change between none and all of it.
     let (mut low, mut low_work, mut high, mut high_work) = (0.0, at_start, 1.0, at_end);
     for _ in 0..SEARCHES {
         part = (low * high_work - high * low_work) / (high_work - low_work);
-        correction.apply(part, &start, &mut state.increment);
-        out_of_balance = evaluate(problem, state, Wanted::Force, values, &mut [], timings)?;
-        let here = work(correction.free, &out_of_balance);
+        correction.apply(part, start, &mut state.increment);
+        let sums = PassSums { values: &mut *values, lift: &mut [] };
+        evaluate_into(problem, state, Wanted::Force, sums, out_of_balance, timings)?;
+        let here = work(correction.free, out_of_balance);
         if here.abs() <= 0.5 * at_start {
             break;
         }
@@ -327,9 +339,17 @@ fn correct<const D: usize>(
     }
     state.shortened += 1;
     if wanted == Wanted::ForceAndTangent {
-        out_of_balance = evaluate(problem, state, wanted, values, &mut [], timings)?;
+        evaluate_into(problem, state, wanted, PassSums { values, lift: &mut [] }, out_of_balance, timings)?;
     }
-    Ok(out_of_balance)
+    Ok(())
+}
+
+/// What a correction starts from, and what it leaves out of balance.
+struct CorrectedFields<'a, const D: usize> {
+    /// The increment before it [L].
+    start: &'a [Vector<D>],
+    /// [F].
+    out_of_balance: &'a mut [Vector<D>],
 }
 
 /// A correction of the displacement and what is known of it.
@@ -339,8 +359,8 @@ struct Correction<'a, const D: usize> {
     /// Prescribed increments that it brings along, whole whatever part of it is taken; none but in
     /// the first iteration [L].
     lift: &'a [Vector<D>],
-    /// The out-of-balance force that it answers [F].
-    force: &'a [Vector<D>],
+    /// Work along it of the out-of-balance force that it answers [F L].
+    work: f64,
     /// Smallest part that is tried where it inverts a point.
     least_part: f64,
 }
@@ -370,10 +390,34 @@ pub(crate) fn evaluate<const D: usize>(
     lift: &mut [Vector<D>],
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
+    let mut out_of_balance = vec![Vector::zeros(); problem.active.len()];
+    evaluate_into(problem, state, wanted, PassSums { values, lift }, &mut out_of_balance, timings)?;
+    Ok(out_of_balance)
+}
+
+/// The tangent's values, and where not empty its product with the prescribed increments.
+struct PassSums<'a, const D: usize> {
+    values: &'a mut [f64],
+    lift: &'a mut [Vector<D>],
+}
+
+/// As [`evaluate`], into `out_of_balance`.
+fn evaluate_into<const D: usize>(
+    problem: &Problem<'_, D>,
+    state: &mut Equilibrium<D>,
+    wanted: Wanted,
+    targets: PassSums<'_, D>,
+    out_of_balance: &mut [Vector<D>],
+    timings: &mut Timings,
+) -> Result<(), StepFailure> {
+    let PassSums { values, lift } = targets;
     let phase = match wanted {
         Wanted::Force => Phase::Stress,
         Wanted::ForceAndTangent => Phase::Assemble,
     };
+    for named in problem.bodies {
+        timings.skipped.count_pass(&*named.body);
+    }
     timings.time(phase, || {
         state.smallest_determinant = f64::INFINITY;
         state.reaction.fill(Vector::zeros());
@@ -399,13 +443,12 @@ pub(crate) fn evaluate<const D: usize>(
             finish_tangent(problem.pattern, problem.constraints, values);
         }
         // Internal force becomes f_int - f_ext; what is free of it must vanish.
-        let mut out_of_balance = Vec::with_capacity(state.reaction.len());
-        for (reaction, external) in state.reaction.iter_mut().zip(problem.external) {
+        for (v, (reaction, external)) in state.reaction.iter_mut().zip(problem.external).enumerate() {
             *reaction -= external;
-            out_of_balance.push(-*reaction);
+            out_of_balance[v] = -*reaction;
         }
-        problem.constraints.free_part(&mut out_of_balance);
-        Ok(out_of_balance)
+        problem.constraints.free_part(out_of_balance);
+        Ok(())
     })
 }
 
@@ -436,36 +479,63 @@ pub(crate) fn inverted<const D: usize>(named: &NamedBody<D>, it: InvertedPoint) 
 pub(crate) fn correction<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
+    factorise(problem, factorization, workspace, state, weakest, timings)?;
+    substitute(problem, factorization, workspace, force, state, timings)
+}
+
+/// Factorises the tangent in the workspace.
+fn factorise<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &Workspace<D>,
+    state: &mut Equilibrium<D>,
+    weakest: &mut Option<Pivot>,
+    timings: &mut Timings,
+) -> Result<(), StepFailure> {
     if workspace.cancellation.is_cancelled() {
         return Err(StepFailure::Cancelled);
     }
-    let values = &workspace.values;
-    let failed = |error| linear_failure(problem, error);
-    let report =
-        timings.time(Phase::Factorise, || factorization.factorise(values, state.method)).map_err(failed)?;
+    let report = timings
+        .time(Phase::Factorise, || factorization.factorise(&workspace.values, state.method))
+        .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
     *weakest = report.weakest;
     if let Some(pivot) = report.not_positive {
         state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);
     }
-    substitute(problem, factorization, workspace, force, state, timings)
+    Ok(())
 }
 
 /// As [`correction`], with the factorisation at hand.
 pub(crate) fn substitute<const D: usize>(
     problem: &Problem<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
+    let mut free = vec![Vector::zeros(); force.len()];
+    substitute_into(problem, factorization, workspace, force, &mut free, state, timings)?;
+    Ok(free)
+}
+
+/// As [`substitute`], into `free`.
+fn substitute_into<const D: usize>(
+    problem: &Problem<'_, D>,
+    factorization: &mut Factorization,
+    workspace: &mut Workspace<D>,
+    force: &[Vector<D>],
+    free: &mut [Vector<D>],
+    state: &mut Equilibrium<D>,
+    timings: &mut Timings,
+) -> Result<(), StepFailure> {
     let Workspace { values, rhs, .. } = workspace;
     rhs.clear();
     rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
@@ -473,7 +543,10 @@ pub(crate) fn substitute<const D: usize>(
         .time(Phase::Solve, || factorization.solve(values, rhs))
         .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
-    Ok(rhs.chunks_exact(D).map(Vector::from_column_slice).collect())
+    for (free, x) in free.iter_mut().zip(rhs.chunks_exact(D)) {
+        free.copy_from_slice(x);
+    }
+    Ok(())
 }
 
 fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {

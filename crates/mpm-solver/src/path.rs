@@ -89,7 +89,7 @@ pub(crate) fn solve<const D: usize>(
     loading: &LoadingAt<'_, D>,
     attempt: &mut Attempt<'_, D>,
     factorization: &mut Factorization,
-    workspace: &mut Workspace,
+    workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let weights = weights(problem);
@@ -200,7 +200,7 @@ struct Solver<'s, 'p, const D: usize> {
     /// See [`Attempt::origin`].
     origin: Vec<Vector<D>>,
     factorization: &'s mut Factorization,
-    workspace: &'s mut Workspace,
+    workspace: &'s mut Workspace<D>,
     timings: &'s mut Timings,
 }
 

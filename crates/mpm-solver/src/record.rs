@@ -3,6 +3,7 @@
 use crate::domains::DomainCounts;
 use crate::error::Error;
 use crate::linear::{Analysis, Method};
+use crate::load_step::Connected;
 use crate::model::{Model, NamedBody};
 use crate::newton::Equilibrium;
 use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, Resumed, RunStart, Timing};
@@ -10,7 +11,7 @@ use crate::schedule::Step;
 use crate::state::Progress;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
-use mpm_basis::{ActiveNodes, DomainControl, DomainReport};
+use mpm_basis::{DomainControl, DomainReport};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
@@ -19,12 +20,11 @@ use std::time::Instant;
 /// What one converged load step leaves for the record.
 pub(crate) struct StepResult<const D: usize> {
     pub mesh: Mesh<D>,
-    pub active: ActiveNodes<D>,
+    pub connected: Connected<D>,
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
     pub equations: usize,
     /// Faces across which jumps were penalised.
-    pub ghost_faces: usize,
     pub analysis: Analysis,
     pub domains: DomainCounts,
 }
@@ -64,6 +64,7 @@ pub(crate) struct Record {
     points: usize,
     nominal_steps: usize,
     rows: usize,
+    at: LoadFraction,
     /// Mean displacement of each support's nodes so far.
     displacement: Vec<Vec<f64>>,
     clock: Instant,
@@ -85,7 +86,6 @@ pub(crate) struct Totals {
     indefinite_steps: u64,
     domains: DomainCounts,
     smallest_determinant: Option<f64>,
-    active_nodes: u64,
 }
 
 impl Record {
@@ -139,6 +139,7 @@ impl Record {
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             nominal_steps: model.schedule.steps as usize,
             rows: 0,
+            at: LoadFraction::START,
             displacement: vec![vec![0.0; D]; model.supports.len()],
             clock: Instant::now(),
             cuts_before: 0,
@@ -177,9 +178,8 @@ impl Record {
         if *rows == 0 || *rows > u64::from(u32::MAX) {
             return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
         }
-        let Totals { iterations, cuts, shortened, indefinite_steps, domains, active_nodes, .. } = *totals;
-        let counters =
-            [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split, active_nodes];
+        let Totals { iterations, cuts, shortened, indefinite_steps, domains, .. } = *totals;
+        let counters = [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split];
         if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
             return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
         }
@@ -196,15 +196,21 @@ impl Record {
 
     /// Tells the observer what the run has behind it.
     pub(crate) fn show_resumed<const D: usize>(
-        &self,
+        &mut self,
         model: &Model<D>,
         at: LoadFraction,
         observer: &mut dyn Observer,
     ) -> Result<(), Error> {
+        self.at = at;
         let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
         let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
         let resumed = Resumed { rows: self.rows, fraction: at.get(), fields: &fields };
         observer.resume(&self.start(), &resumed).map_err(Error::Observer)
+    }
+
+    /// Load fraction of the last row.
+    pub(crate) fn at(&self) -> LoadFraction {
+        self.at
     }
 
     /// Rows shown so far; the number of the next load step.
@@ -242,7 +248,9 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { mesh, active, equilibrium, equations, ghost_faces, analysis, domains } = result;
+        let StepResult { mesh, connected, equilibrium, equations, analysis, domains } = result;
+        let active = &connected.active;
+        let ghost_faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
         let cuts_here = cuts - self.cuts_before;
         self.cuts_before = cuts;
         let seconds = self.clock.elapsed().as_secs_f64();
@@ -301,12 +309,13 @@ impl Record {
             row.push(Entry::Count(vec![domains.capped + domains.split]));
         }
         if model.ghost.is_some() {
-            row.push(Entry::Count(vec![*ghost_faces as u64]));
+            row.push(Entry::Count(vec![ghost_faces as u64]));
         }
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));
         }
 
+        self.at = step.end;
         let totals = &mut self.summary;
         totals.iterations += iterations;
         totals.cuts = cuts;
@@ -317,7 +326,6 @@ impl Record {
         totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
-        totals.active_nodes = active.len() as u64;
         self.show(model, &mesh_after, step.end.get(), &row, &equilibrium.residuals, observer, timings)
     }
 
@@ -332,7 +340,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let so_far = timings.phases().to_vec();
+        let so_far = timings.with_skipped();
         let fields = BodyFields { bodies: &model.bodies, mesh };
         let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
         timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
@@ -342,7 +350,6 @@ impl Record {
 
     pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
         let totals = &self.summary;
-        let nodes = model.layout.lattice().n_nodes() as u64;
         Summary {
             steps: self.rows.saturating_sub(1),
             iterations: totals.iterations,
@@ -355,11 +362,7 @@ impl Record {
             smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),
-            skipped: vec![
-                ("grid nodes without material", nodes.saturating_sub(totals.active_nodes)),
-                ("symbolic analyses kept", timings.skip_analyses),
-                ("tangents not needed", timings.skip_tangents),
-            ],
+            skipped: timings.skipped.list().to_vec(),
         }
     }
 }

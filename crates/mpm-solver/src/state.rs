@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use crate::linear::{Factorization, StoredOrder};
-use crate::load_step::connect;
+use crate::load_step::stencils;
 use crate::model::Model;
 use crate::record::{Record, Totals};
 use crate::timing::{Spent, Timings};
@@ -258,6 +258,6 @@ impl State {
 /// Refuses points that the mesh at a load fraction does not cover.
 pub(crate) fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(), Error> {
     let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| StateError::new("the mesh", it))?;
-    connect(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
+    stencils(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
     Ok(())
 }

@@ -132,7 +132,9 @@ pub enum ControlInput {
         #[serde(default = "default_cells")]
         cells: Positive,
     },
-    /// As `Cap`, and they are thickened so that their volume stays, as far as they reach no limit that way.
+    /// As `Cap`, and they are thickened so that their volume stays, as far as they reach no limit that way; those of
+    /// `Cpdi1` are laid along the edges of their cells. The torque or force of a shear band then still swings by
+    /// pressure alone, unless its body has `mean_dilatation`.
     Reshape {
         /// Largest size `[-]`.
         #[serde(default = "default_cells")]

@@ -1,0 +1,134 @@
+//! The nodes that carry material, numbered.
+
+use crate::Stencils;
+use crate::connectivity::{ACTIVE, narrow, widen};
+use mpm_grid::{Lattice, NodeId};
+
+/// The nodes that carry material in this load step, numbered in ascending order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActiveNodes<const D: usize> {
+    nodes: Vec<NodeId>,
+    window: Window<D>,
+    /// Active number of each node of the window, `INACTIVE` elsewhere.
+    number: Vec<u32>,
+}
+
+const INACTIVE: u32 = u32::MAX;
+
+/// The box of lattice indices that the stencils touch.
+#[derive(Clone, Debug, PartialEq)]
+struct Window<const D: usize> {
+    lattice: Lattice<D>,
+    low: [u32; D],
+    extent: [u32; D],
+}
+
+impl<const D: usize> Window<D> {
+    fn around(lattice: &Lattice<D>, stencils: &[Stencils<D>]) -> Self {
+        let nothing = ([u32::MAX; D], [0; D]);
+        let chunks = stencils.iter().flat_map(|body| &body.chunks).filter(|chunk| !chunk.nodes.is_empty());
+        let (low, high) = chunks.fold(nothing, |all, chunk| widen(widen(all, chunk.bounds.0), chunk.bounds.1));
+        let mut extent = [0; D];
+        for d in 0..D {
+            extent[d] = (high[d] + 1).saturating_sub(low[d]);
+        }
+        Self { lattice: lattice.clone(), low, extent }
+    }
+
+    fn size(&self) -> usize {
+        self.extent.iter().map(|&n| n as usize).product()
+    }
+
+    #[inline]
+    fn slot(&self, node: NodeId) -> Option<usize> {
+        let index = self.lattice.node_index(node);
+        let mut slot = 0;
+        for d in (0..D).rev() {
+            let offset = index[d].wrapping_sub(self.low[d]);
+            if offset >= self.extent[d] {
+                return None;
+            }
+            slot = slot * self.extent[d] as usize + offset as usize;
+        }
+        Some(slot)
+    }
+
+    fn node(&self, mut slot: usize) -> NodeId {
+        let mut index = self.low;
+        for (index, &extent) in index.iter_mut().zip(&self.extent) {
+            let extent = extent as usize;
+            *index += narrow(slot % extent);
+            slot /= extent;
+        }
+        self.lattice.node(index)
+    }
+}
+
+impl<const D: usize> ActiveNodes<D> {
+    /// Nodes with `Σ_p |S_vp| > 1e-14` over the points of all bodies.
+    pub fn of(lattice: &Lattice<D>, stencils: &[Stencils<D>]) -> Self {
+        let window = Window::around(lattice, stencils);
+        let slot = |node| window.slot(node).expect("the window holds every node of the stencils");
+        let mut number = vec![INACTIVE; window.size()];
+        let chunks = || stencils.iter().flat_map(|body| &body.chunks);
+        for chunk in chunks() {
+            for (&node, _) in chunk.nodes.iter().zip(&chunk.strong).filter(|(_, strong)| **strong) {
+                number[slot(node)] = 0;
+            }
+        }
+        let faint = chunks().flat_map(|chunk| &chunk.faint).map(|&(node, weight)| (slot(node), weight));
+        let mut faint: Vec<(usize, f64)> = faint.filter(|&(slot, _)| number[slot] == INACTIVE).collect();
+        // Stable, so that each node's weights are summed in the order of the points.
+        faint.sort_by_key(|&(slot, _)| slot);
+        for weights in faint.chunk_by(|a, b| a.0 == b.0) {
+            if weights.iter().map(|it| it.1).sum::<f64>() > ACTIVE {
+                number[weights[0].0] = 0;
+            }
+        }
+
+        let mut nodes = Vec::new();
+        for (slot, number) in number.iter_mut().enumerate().filter(|(_, number)| **number != INACTIVE) {
+            *number = narrow(nodes.len());
+            nodes.push(window.node(slot));
+        }
+        Self { nodes, window, number }
+    }
+
+    /// Number of active nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether no node is active.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The active nodes, ascending; position in this list is the active number.
+    pub fn nodes(&self) -> &[NodeId] {
+        &self.nodes
+    }
+
+    /// Active number of a node, if it is active.
+    #[inline]
+    pub fn number(&self, node: NodeId) -> Option<usize> {
+        let number = self.number[self.window.slot(node)?];
+        (number != INACTIVE).then_some(number as usize)
+    }
+
+    /// Lattice index of every active node, padded with zeros to three directions.
+    pub fn lattice_indices(&self) -> Vec<[u32; 3]> {
+        self.nodes
+            .iter()
+            .map(|&node| {
+                let index = self.window.lattice.node_index(node);
+                std::array::from_fn(|d| if d < D { index[d] } else { 0 })
+            })
+            .collect()
+    }
+
+    /// Bytes of the tables: they follow the box round the material, not the grid.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.number[..])
+    }
+}
