@@ -19,7 +19,11 @@ pub struct Input {
 pub fn read(file: &Path) -> Result<Input, Complaint> {
     let bytes = std::fs::read(file)
         .map_err(|error| Complaint::input(format!("cannot read scene {}: {error}", file.display())))?;
-    let text = String::from_utf8(bytes).map_err(|error| not_text(file, &error))?;
+    parse(file, String::from_utf8(bytes).map_err(|error| not_text(file, &error))?)
+}
+
+/// Reads and compiles the scene in `text`, which comes from `file`.
+pub fn parse(file: &Path, text: String) -> Result<Input, Complaint> {
     let scene = Scene::from_ron(&text).map_err(|error| {
         let place = error.start.offset(&text)..error.end.offset(&text);
         Complaint::at(file, &text, place, None, error.reason)

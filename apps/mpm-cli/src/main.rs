@@ -1,10 +1,11 @@
-//! The command line: `mpm run`, `mpm check` and `mpm schema`.
+//! The command line: `mpm run`, `mpm resume`, `mpm check` and `mpm schema`.
 //!
 //! Exit codes: 0 done, 1 the simulation could not finish, 2 the scene, a path or an argument is wrong.
 
 mod check;
 mod complaint;
 mod input;
+mod keeper;
 mod reference;
 mod report;
 mod run;
@@ -28,6 +29,8 @@ struct Cli {
 enum Command {
     /// Run a scene and write its results.
     Run(RunArguments),
+    /// Go on with an interrupted run, bit for bit, and with its results file.
+    Resume(ResumeArguments),
     /// Read a scene, say how large it is and what it will not need; run nothing.
     Check {
         /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
@@ -48,6 +51,8 @@ struct RunArguments {
     /// Results file; an .xdmf file is written beside it [default: the scene's name with .h5, in this directory].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    checkpoints: CheckpointArguments,
     /// Number of threads; never changes a result [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
@@ -56,9 +61,46 @@ struct RunArguments {
     quiet: bool,
 }
 
+#[derive(Args)]
+struct ResumeArguments {
+    /// The checkpoint; the scene is in it.
+    checkpoint_file: PathBuf,
+    /// Results file; where there is none, its history begins here [default: that of the interrupted run].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    checkpoints: CheckpointArguments,
+    /// Number of threads; never changes a result [default: one per core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Print nothing unless something is wrong.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Replace what the scene, or the checkpoint, says of checkpoints.
+#[derive(Args)]
+struct CheckpointArguments {
+    /// Checkpoint file [default: beside the results, with .checkpoint.h5, or the one to go on from].
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Keep a checkpoint after every so many load steps.
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
+    checkpoint_every: Option<u32>,
+    /// Keep a checkpoint whenever so many seconds have passed since the last.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    checkpoint_seconds: Option<f64>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok().filter(|seconds| (0.001..=1e15).contains(seconds));
+    seconds.ok_or_else(|| format!("expected seconds from 0.001 to 1e15, got {text}"))
+}
+
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Resume(arguments) => run::resume(&arguments),
         Command::Check { scene } => check::check(&scene),
         Command::Schema { markdown: true } => say(&reference::markdown()),
         Command::Schema { markdown: false } => say(&reference::json()),

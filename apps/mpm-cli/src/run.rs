@@ -1,47 +1,136 @@
-//! `mpm run`.
+//! `mpm run` and `mpm resume`.
 
 use crate::complaint::Complaint;
+use crate::input::Input;
+use crate::keeper::{self, Keeper};
 use crate::watch::Watch;
-use crate::{RunArguments, input, report, say};
-use mpm_io::{Options, ResultsWriter};
-use mpm_solver::Error;
+use crate::{ResumeArguments, RunArguments, input, report, say};
+use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, Options, ResultsWriter};
+use mpm_solver::{Error, State};
+use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// The program that writes the files.
+const PROGRAM: &str = concat!("mpm ", env!("CARGO_PKG_VERSION"));
 
 /// Runs a scene from file to file.
 pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
-    if let Some(threads) = arguments.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global()
-            .map_err(|error| Complaint::input(format!("cannot start {threads} threads: {error}")))?;
-    }
-    let mut input = input::read(&arguments.scene)?;
+    start_threads(arguments.threads)?;
+    let input = input::read(&arguments.scene)?;
     let path = output(arguments)?;
-    let options = Options {
+    let head = CheckpointHead {
         scene: input.text.clone(),
-        program: concat!("mpm ", env!("CARGO_PKG_VERSION")).into(),
-        fields: input.scene.output().fields.clone(),
-        every: input.scene.output().every.0 as usize,
-        ..Options::default()
+        program: PROGRAM.into(),
+        results: path.clone(),
+        interval: keeper::interval(&input.scene),
     };
-    let writer = ResultsWriter::create(&path, options).map_err(|error| Complaint::input(error.to_string()))?;
+    let keeper = Keeper::new(keeper::beside(&path), head, &arguments.checkpoints)?;
+    let writer = ResultsWriter::create(&path, options(&input));
+    let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
+    let files = Files { scene: &arguments.scene, results: &path };
+    carry_out(input, None, writer, keeper, &files, arguments.quiet)
+}
 
-    let mut watch = Watch::new(writer, arguments.quiet);
-    let outcome = input.compiled.run(&mut watch);
-    if !arguments.quiet {
+/// Goes on with a run from its checkpoint.
+pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
+    start_threads(arguments.threads)?;
+    let file = &arguments.checkpoint_file;
+    let refuse = |error: CheckpointError| Complaint::input(error.to_string());
+    let checkpoint = Checkpoint::open(file).map_err(refuse)?;
+    let mut head = checkpoint.head().clone();
+    let input = input::parse(file, head.scene.clone())?;
+    let state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
+    if head.program != PROGRAM {
+        let note = format!(
+            "{} was written by {}, this is {PROGRAM}: the rest may differ in its last digits",
+            file.display(),
+            head.program
+        );
+        // Nobody is left to tell if this fails.
+        let _ = writeln!(std::io::stderr(), "warning: {note}");
+    }
+    let path = arguments.output.clone().unwrap_or(head.results);
+    if arguments.output.is_none() && !path.exists() {
+        return Err(Complaint::input(format!(
+            "the results file {} is not there: name it by --output, or a new file for the rest of the history",
+            path.display()
+        )));
+    }
+    if is_same(&path, file) {
+        return Err(Complaint::input(format!("the results file {} is the checkpoint itself", path.display())));
+    }
+    (head.program, head.results) = (PROGRAM.into(), path.clone());
+    let mut keeper = Keeper::new(file.clone(), head, &arguments.checkpoints)?;
+    if arguments.checkpoints.checkpoint.is_none() {
+        keeper.has_kept(state.progress.rows().saturating_sub(1));
+    }
+    let writer = ResultsWriter::resume(&path, options(&input));
+    let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
+    let files = Files { scene: file, results: &path };
+    carry_out(input, Some(&state), writer, keeper, &files, arguments.quiet)
+}
+
+/// Where a run comes from and goes to.
+struct Files<'a> {
+    scene: &'a Path,
+    results: &'a Path,
+}
+
+fn carry_out(
+    mut input: Input,
+    state: Option<&State>,
+    writer: ResultsWriter,
+    keeper: Keeper,
+    files: &Files<'_>,
+    quiet: bool,
+) -> Result<(), Complaint> {
+    keeper::listen(keeper.cancellation())?;
+    let mut watch = Watch::new(writer, keeper, quiet);
+    let outcome = match state {
+        None => input.compiled.run(&mut watch),
+        Some(state) => input.compiled.resume(state, &mut watch),
+    };
+    if !quiet {
         say(&report::convergence(watch.rows()))?;
         if let Ok(summary) = &outcome {
-            say(&report::summary(summary, &input.scene, &path))?;
+            say(&report::summary(summary, &input.scene, files.results))?;
         }
     }
     match outcome {
         Ok(_) => Ok(()),
-        Err(Error::Scene(error)) => Err(input::refused(&arguments.scene, &input.text, error)),
+        Err(Error::Scene(error)) => Err(input::refused(files.scene, &input.text, error)),
+        Err(Error::State(error)) => {
+            Err(Complaint::input(format!("checkpoint {}: {error}", files.scene.display())))
+        }
+        // The results file of before is not what it should be.
+        Err(Error::Observer(error)) if state.is_some() && !watch.has_started() => {
+            Err(Complaint::input(error.to_string()))
+        }
         Err(error) => Err(Complaint::unfinished(format!(
-            "{error}\nThe {} load steps before it are in {}",
-            watch.rows().len(),
-            path.display()
+            "{error}\nThe {} load steps before it are in {}{}",
+            watch.steps(),
+            files.results.display(),
+            watch.advice()
         ))),
+    }
+}
+
+fn start_threads(threads: Option<u16>) -> Result<(), Complaint> {
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.into())
+        .build_global()
+        .map_err(|error| Complaint::input(format!("cannot start {threads} threads: {error}")))
+}
+
+/// What the results file is to hold.
+fn options(input: &Input) -> Options {
+    Options {
+        scene: input.text.clone(),
+        program: PROGRAM.into(),
+        fields: input.scene.output().fields.clone(),
+        every: input.scene.output().every.0 as usize,
+        ..Options::default()
     }
 }
 
@@ -52,9 +141,12 @@ fn output(arguments: &RunArguments) -> Result<PathBuf, Complaint> {
         None => Path::new(arguments.scene.file_stem().unwrap_or_default()).with_extension("h5"),
     };
     // The results would replace the scene that they come from.
-    let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-    if same(&path, &arguments.scene) {
+    if is_same(&path, &arguments.scene) {
         return Err(Complaint::input(format!("the results file {} is the scene itself", path.display())));
     }
     Ok(path)
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }

@@ -1,8 +1,14 @@
 //! Watches a run: passes it on to the results file, shows how far it is, keeps what the report needs.
 
+use std::io::Write;
+
+use crate::keeper::Keeper;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpm_io::ResultsWriter;
-use mpm_solver::observe::{Entry, LoadStep, Observer, ObserverError, Outcome, RunStart, Timing};
+use mpm_solver::State;
+use mpm_solver::observe::{
+    Cancellation, Entry, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
+};
 
 /// Parts of the load fraction that the progress bar tells apart.
 const PARTS: f64 = 10_000.0;
@@ -29,22 +35,41 @@ pub struct Row {
 /// An observer that hands on to the results file.
 pub struct Watch {
     writer: ResultsWriter,
+    keeper: Keeper,
+    started: bool,
+    /// Load steps before those of this run.
+    before: usize,
     bar: ProgressBar,
     columns: Vec<String>,
     rows: Vec<Row>,
 }
 
 impl Watch {
-    /// Watches a run for `writer`; shows nothing if `quiet` or where nobody looks.
-    pub fn new(writer: ResultsWriter, quiet: bool) -> Self {
+    /// Watches a run for `writer` and `keeper`; shows nothing if `quiet` or where nobody looks.
+    pub fn new(writer: ResultsWriter, keeper: Keeper, quiet: bool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
-        Self { writer, bar, columns: Vec::new(), rows: Vec::new() }
+        Self { writer, keeper, started: false, before: 0, bar, columns: Vec::new(), rows: Vec::new() }
     }
 
-    /// The converged load steps.
+    /// Whether the results file could be begun, or gone on with.
+    pub fn has_started(&self) -> bool {
+        self.started
+    }
+
+    /// Load steps taken, those of the run that this one goes on from too.
+    pub fn steps(&self) -> usize {
+        self.before + self.rows.len()
+    }
+
+    /// See [`Keeper::advice`].
+    pub fn advice(&self) -> String {
+        self.keeper.advice()
+    }
+
+    /// The converged load steps of this run.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
@@ -62,7 +87,40 @@ impl Observer for Watch {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
         self.bar.set_message(format!("step 1 of {}", run.steps));
-        self.writer.start(run)
+        self.writer.start(run)?;
+        self.started = true;
+        Ok(())
+    }
+
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.bar.set_position((so_far.fraction * PARTS) as u64);
+        self.bar.reset_eta();
+        self.writer.resume(run, so_far)?;
+        self.before = so_far.rows.saturating_sub(1);
+        self.started = true;
+        Ok(())
+    }
+
+    fn cancellation(&self) -> Cancellation {
+        self.keeper.cancellation()
+    }
+
+    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+        if !self.keeper.wants(at) {
+            return Ok(());
+        }
+        // A checkpoint counts on the rows before it.
+        let kept = self.writer.sync().map_err(ObserverError::from);
+        let kept = kept.and_then(|()| self.keeper.write(&state()).map_err(ObserverError::from));
+        if let Err(error) = kept {
+            // The run itself may still come to its end.
+            let note = format!("{error}; the run goes on without{}", self.keeper.advice());
+            let note = if at == Moment::End { error.to_string() } else { note };
+            // Nobody is left to tell if this fails.
+            let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
+        }
+        Ok(())
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {

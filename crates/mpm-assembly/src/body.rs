@@ -6,7 +6,10 @@
 use crate::advance::{AdvanceError, Converged, Prepared};
 use crate::dissipation::dissipation;
 use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
-use crate::{Controlled, Dilatation, MeanDilatation, OccupiedCell, Points, TooManyPoints, determinant};
+use crate::{
+    Controlled, Dilatation, ForeignPoints, MeanDilatation, OccupiedCell, Points, StoredPoints, TooManyPoints,
+    determinant,
+};
 use mpm_basis::{ActiveNodes, Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Block, Lattice, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
@@ -113,6 +116,18 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Name and bytes of every column of the points; a column that the scene does not need has none.
     fn columns(&self) -> [(&'static str, usize); 9];
+
+    /// Name and numbers per point of every column that [`Self::store`] gives.
+    fn stored_columns(&self) -> Vec<(&'static str, usize)>;
+
+    /// The present points as plain numbers.
+    fn store(&self) -> StoredPoints;
+
+    /// Makes stored points the present ones; no more is taken over than [`Self::store`] gave.
+    ///
+    /// # Errors
+    /// What cannot be points of this body; nothing has changed.
+    fn recall(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints>;
 }
 
 /// Loads on one body at one moment.
@@ -337,6 +352,19 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             ("history of the law", size_of_val(&points.history[..])),
             ("plastic state", size_of_val(&points.plastic[..])),
         ]
+    }
+
+    fn stored_columns(&self) -> Vec<(&'static str, usize)> {
+        self.points.stored_columns()
+    }
+
+    fn store(&self) -> StoredPoints {
+        self.points.store()
+    }
+
+    fn recall(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints> {
+        self.points = self.points.recall(stored)?;
+        Ok(())
     }
 }
 

@@ -57,6 +57,7 @@ mod kinematics;
 mod pass;
 mod pattern;
 mod points;
+mod stored;
 mod strips;
 
 pub use advance::{AdvanceError, Converged, Prepared};
@@ -71,3 +72,4 @@ pub use kinematics::determinant;
 pub use pass::{Connection, InvertedPoint, PassInput, Sums, TangentSums, assemble, finish_tangent};
 pub use pattern::Pattern;
 pub use points::Points;
+pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};

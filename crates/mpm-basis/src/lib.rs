@@ -58,6 +58,7 @@ mod links;
 mod sampled;
 mod simplex;
 mod smpm;
+mod stored;
 mod tensor;
 
 pub use active::ActiveNodes;
@@ -78,13 +79,14 @@ pub use links::{Group, Links};
 pub use mpm_grid::LinearCell as Piece;
 pub use simplex::Simplex;
 pub use smpm::Smpm;
+pub use stored::StoredDomain;
 
 use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
 
 /// A basis says how a point's domain spreads its influence, and how that domain deforms.
 pub trait Basis<const D: usize>: Send + Sync {
     /// Geometry a point carries for this basis; `()` for standard MPM.
-    type Domain: Clone + Send + Sync;
+    type Domain: Clone + Send + Sync + StoredDomain;
 
     /// Its name in one word, as people write it.
     fn name(&self) -> &'static str;

@@ -1,4 +1,4 @@
-//! What can go wrong with a results file.
+//! What can go wrong with a results file or a checkpoint.
 
 use std::path::{Path, PathBuf};
 
@@ -71,6 +71,44 @@ impl ResultsError {
 
     pub(crate) fn missing(path: &Path, item: impl ToString) -> Self {
         Self::Missing { path: path.into(), item: item.to_string() }
+    }
+}
+
+/// A checkpoint that cannot be written or read, and why.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The file cannot be written; whatever stood at its path is untouched.
+    #[error("cannot write checkpoint {}: {reason}", path.display())]
+    Write {
+        /// Path of the file.
+        path: PathBuf,
+        /// What the operating system or HDF5 says.
+        reason: String,
+    },
+    /// The file cannot be opened for reading.
+    #[error("cannot open checkpoint {}: {reason}", path.display())]
+    Open {
+        /// Path of the file.
+        path: PathBuf,
+        /// What the operating system or HDF5 says.
+        reason: String,
+    },
+    /// The file is not what it should be.
+    #[error("checkpoint {}: {item}: {reason}", path.display())]
+    Malformed {
+        /// Path of the file.
+        path: PathBuf,
+        /// The attribute, group or dataset.
+        item: String,
+        /// What it is, and what was expected.
+        reason: String,
+    },
+}
+
+impl CheckpointError {
+    pub(crate) fn malformed(path: &Path, item: &str, reason: impl ToString) -> Self {
+        Self::Malformed { path: path.into(), item: item.into(), reason: reason.to_string() }
     }
 }
 

@@ -53,6 +53,8 @@
 //! # }
 //! ```
 
+mod checkpoint;
+mod earlier;
 mod error;
 mod options;
 mod reader;
@@ -62,7 +64,8 @@ mod vtkhdf;
 mod writer;
 mod xdmf;
 
-pub use error::ResultsError;
+pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
+pub use error::{CheckpointError, ResultsError};
 pub use options::{Options, Precision};
 pub use reader::{PhaseTime, Results, Table};
 pub use writer::ResultsWriter;

@@ -46,6 +46,10 @@ impl Table {
     pub fn values(&self) -> &[f64] {
         &self.values
     }
+
+    pub(crate) fn into_values(self) -> Vec<f64> {
+        self.values
+    }
 }
 
 /// Time spent in one phase of the run.
@@ -68,6 +72,7 @@ pub struct Results {
     program: String,
     status: String,
     columns: Vec<Column>,
+    first_row: usize,
     rows: usize,
     offset: Vec<u64>,
     fractions: Vec<f64>,
@@ -104,22 +109,42 @@ impl Results {
         // A run that never started has no groups yet.
         let started = file.link_exists("VTKHDF");
         let mut columns = Vec::new();
-        let (mut rows, mut offset) = (0, Vec::new());
+        let (mut first_row, mut rows, mut offset) = (0, 0, Vec::new());
         let (mut fractions, mut parts, mut part_points) = (Vec::new(), Vec::new(), Vec::new());
         if started {
             // A killed run can leave more than it counted: never look there.
             let history = source.group(&file, "history")?;
             rows = source.count(&history, "rows")?;
+            // Only where a run went on without the file of its beginning.
+            if history.attr("first_row").is_ok() {
+                first_row = source.count(&history, "first_row")?;
+            }
             source.find_columns(&history, "", &mut columns)?;
             columns.sort_by(|a, b| a.name.cmp(&b.name));
             offset = source.slice(&file, "newton/offset", 0, rows)?.1;
             let steps = source.count(&source.group(&file, "VTKHDF/Steps")?, "NSteps")?;
             fractions = source.slice(&file, "VTKHDF/Steps/Values", 0, steps)?.1;
             parts = source.slice(&file, "VTKHDF/Steps/PartOffsets", 0, steps)?.1;
-            let n_parts = parts.iter().max().map_or(0, |&last: &i64| usize::try_from(last).unwrap_or(0) + 1);
+            let n_parts = parts
+                .iter()
+                .max()
+                .map_or(0, |&last: &i64| usize::try_from(last).unwrap_or(0).saturating_add(1));
             part_points = source.slice(&file, "VTKHDF/NumberOfPoints", 0, n_parts)?.1;
         }
-        Ok(Self { path, file, scene, program, status, columns, rows, offset, fractions, parts, part_points })
+        Ok(Self {
+            path,
+            file,
+            scene,
+            program,
+            status,
+            columns,
+            first_row,
+            rows,
+            offset,
+            fractions,
+            parts,
+            part_points,
+        })
     }
 
     /// Text of the scene.
@@ -145,6 +170,19 @@ impl Results {
     /// Rows of the history: the initial state and one per converged load step.
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// Number of the load step of row 0: above 0 where a run went on without the file of its beginning.
+    pub fn first_row(&self) -> usize {
+        self.first_row
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(crate) fn file(&self) -> &File {
+        &self.file
     }
 
     /// All rows of a history column; counts come as reals (exact below 2⁵³).

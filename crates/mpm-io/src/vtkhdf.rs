@@ -139,6 +139,11 @@ impl PointCloud {
         Ok(Placed { point, connectivity: first_cell })
     }
 
+    /// Whether any step has been appended.
+    pub(crate) fn is_recorded(&self) -> bool {
+        self.values.len() > 0
+    }
+
     /// Counts the appended steps, once they are on disk.
     pub(crate) fn count(&self) -> hdf5::Result<()> {
         self.n_steps.write_scalar(&(self.values.len() as i64))

@@ -9,11 +9,15 @@ use hdf5::plist::file_create::FileSpaceStrategy;
 use hdf5::types::{FixedUnicode, VarLenUnicode};
 use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
-    Column, ColumnKind, Entry, LoadStep, Observer, ObserverError, Outcome, RunStart, Timing,
+    Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart,
+    Timing,
 };
 
+use crate::checkpoint::{part_of, put_in_place};
+use crate::earlier::Earlier;
 use crate::error::{ResultsError, reason};
 use crate::options::Options;
+use crate::reader::Results;
 use crate::rows::Rows;
 use crate::vtkhdf::PointCloud;
 use crate::xdmf::Xdmf;
@@ -55,6 +59,8 @@ pub struct ResultsWriter {
     /// The same file, to see that there is room for what HDF5 is about to write.
     room: fs::File,
     run: Option<Run>,
+    /// Results of the run so far, until they are taken over; the file is then beside its later place.
+    earlier: Option<(Results, PathBuf)>,
 }
 
 /// Everything that grows during a run.
@@ -63,6 +69,8 @@ struct Run {
     history: Vec<Rows>,
     /// Attribute of `/history`: the rows that are complete.
     rows: Attribute,
+    /// Number of the first row.
+    first: usize,
     offset: Rows,
     residual: Rows,
     timings: [Rows; 3],
@@ -76,6 +84,13 @@ pub(crate) struct Snapshot {
     pub(crate) fraction: f64,
     pub(crate) positions: Vec<f64>,
     pub(crate) fields: Vec<Vec<f64>>,
+}
+
+impl Snapshot {
+    fn of(fraction: f64, points: &dyn Fields, fields: &[Field]) -> Self {
+        let values = fields.iter().map(|&field| points.field(field)).collect();
+        Self { fraction, positions: points.positions(), fields: values }
+    }
 }
 
 impl ResultsWriter {
@@ -96,7 +111,6 @@ impl ResultsWriter {
         }
         let (scene, program) = (text(&options.scene)?, text(&options.program)?);
         check_replaceable(path).map_err(|reason| fail(&reason))?;
-
         let file = (|| {
             hdf5::silence_errors(true);
             let file = File::with_options()
@@ -120,37 +134,78 @@ impl ResultsWriter {
         })();
         let file = file.map_err(|error| fail(&reason(&error)))?;
         let room = fs::OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
-        Ok(Self { path: path.into(), options, file: Some(file), room, run: None })
+        Ok(Self { path: path.into(), options, file: Some(file), room, run: None, earlier: None })
+    }
+
+    /// Goes on with the results of a run that stopped. Observed from [`Observer::resume`] on, the file of
+    /// before is replaced at once by a copy of its rows up to there; until then it is untouched. Without a
+    /// file at `path`, the history begins where the run goes on.
+    ///
+    /// # Errors
+    /// As [`Self::create`]; [`ResultsError::Open`] and [`ResultsError::Malformed`] if the file is no results
+    /// file of the same scene.
+    pub fn resume(path: impl AsRef<Path>, options: Options) -> Result<Self, ResultsError> {
+        let path = path.as_ref();
+        if !path.exists() {
+            return Self::create(path, options);
+        }
+        check_replaceable(path).map_err(|reason| ResultsError::create(path, reason))?;
+        let earlier = Results::open(path)?;
+        if earlier.scene() != options.scene {
+            return Err(ResultsError::malformed(path, "scene", "is another than that of the run"));
+        }
+        let mut writer = Self::create(part_of(path), options)?;
+        writer.earlier = Some((earlier, path.into()));
+        Ok(writer)
+    }
+
+    /// Waits until all that was flushed is on the disk.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn sync(&self) -> Result<(), ResultsError> {
+        self.room.sync_all().map_err(|error| ResultsError::write(&self.path, "to the disk", error))
+    }
+
+    /// Takes over the rows before `end` and puts the file in the place of that of before.
+    fn take_over(&mut self, earlier: Results, path: PathBuf, end: usize) -> Result<(), ObserverError> {
+        let run = self.run.as_mut().expect("a run starts before it goes on");
+        let fields = self.options.fields.clone();
+        let earlier = Earlier::of(earlier, &run.columns, &fields, self.options.every, end)?;
+        let first = earlier.first();
+        self.begin_at(first).map_err(|error| self.give_up("the number of the first row", &error))?;
+        for row in earlier.rows() {
+            let item = format!("load step {row}");
+            let (entries, residuals) = earlier.row(row)?;
+            let snapshot = earlier.snapshot(row, &fields)?;
+            let run = self.run.as_mut().expect("it is there");
+            let written = run.append_row(row, &entries, &residuals).and_then(|()| match &snapshot {
+                Some(snapshot) => run.record(snapshot),
+                None => Ok(()),
+            });
+            written.map_err(|error| self.give_up(&item, &error))?;
+        }
+        drop(earlier);
+        self.commit().map_err(|error| self.give_up("the load steps so far", &error))?;
+        put_in_place(&self.path, &path)
+            .map_err(|reason| ResultsError::write(&path, "the load steps so far", reason))?;
+        self.path = path;
+        if self.run.as_ref().is_some_and(|run| run.cloud.is_recorded()) {
+            self.write_xdmf("the load steps so far")?;
+        }
+        Ok(())
     }
 
     fn file(&self) -> &File {
         self.file.as_ref().expect("a run is not observed after its end")
     }
 
-    /// Appends the row of a load step.
-    fn append_row(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
-        let run = self.run.as_mut().expect("a run starts before its first load step");
-        assert_eq!(step.index, run.offset.len(), "load steps are observed in order");
-        assert_eq!(step.row.len(), run.columns.len(), "a row has one entry per column");
-        for ((rows, column), entry) in run.history.iter_mut().zip(&run.columns).zip(step.row) {
-            match (entry, column.kind) {
-                (Entry::Count(values), ColumnKind::Count) if values.len() == column.width => {
-                    rows.append(values)?
-                }
-                (Entry::Real(values), ColumnKind::Real) if values.len() == column.width => {
-                    rows.append(values)?
-                }
-                _ => panic!("the entry of column {} is of its kind and width", column.name),
-            };
-        }
-        run.residual.append(step.residuals)?;
-        run.offset.append(&[run.residual.len() as u64])?;
-        run.write_timings(step.timings)
-    }
-
     /// Flushes what was appended, then the counts that make it visible.
     fn commit(&self) -> hdf5::Result<()> {
         let run = self.run.as_ref().expect("a run starts before its first load step");
+        if !is_at(&self.room, &self.path) {
+            return Err("it was deleted or replaced by another program".into());
+        }
         self.flush()?;
         run.rows.write_scalar(&(run.offset.len() as i64))?;
         run.cloud.count()?;
@@ -172,13 +227,10 @@ impl ResultsWriter {
 
     /// Appends a load step and, if it is to be recorded, its points.
     fn append(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
-        self.append_row(step)?;
-        let snapshot = Snapshot {
-            fraction: step.fraction,
-            positions: step.fields.positions(),
-            fields: self.options.fields.iter().map(|&field| step.fields.field(field)).collect(),
-        };
-        let run = self.run.as_mut().expect("a row was appended");
+        let run = self.run.as_mut().expect("a run starts before its first load step");
+        run.append_row(step.index, step.row, step.residuals)?;
+        run.write_timings(step.timings)?;
+        let snapshot = Snapshot::of(step.fraction, step.fields, &self.options.fields);
         if step.index.is_multiple_of(self.options.every) {
             run.unrecorded = None;
             run.record(&snapshot)?;
@@ -201,6 +253,16 @@ impl ResultsWriter {
     fn give_up(&mut self, item: &str, error: &hdf5::Error) -> ResultsError {
         mem::forget((self.file.take(), self.run.take()));
         ResultsError::write(&self.path, item, reason(error))
+    }
+
+    /// Makes `row` the first of the history.
+    fn begin_at(&mut self, row: usize) -> hdf5::Result<()> {
+        let history = self.file().group("history")?;
+        if row > 0 {
+            history.new_attr::<i64>().create("first_row")?.write_scalar(&(row as i64))?;
+        }
+        self.run.as_mut().expect("a run starts before it goes on").first = row;
+        self.flush()
     }
 
     fn write_xdmf(&mut self, item: &str) -> Result<(), ResultsError> {
@@ -240,6 +302,7 @@ impl Run {
             columns: start.columns.clone(),
             history: start.columns.iter().map(create_column).collect::<hdf5::Result<_>>()?,
             rows,
+            first: 0,
             offset: Rows::create_small::<u64>(&newton, "offset", 1)?,
             residual: Rows::create_small::<f64>(&newton, "residual", 1)?,
             timings: [
@@ -251,6 +314,26 @@ impl Run {
             xdmf: Xdmf::beside(path, fields, *precision),
             unrecorded: None,
         })
+    }
+
+    /// Appends the row of a load step.
+    fn append_row(&mut self, index: usize, row: &[Entry], residuals: &[f64]) -> hdf5::Result<()> {
+        assert_eq!(index, self.first + self.offset.len(), "load steps are observed in order");
+        assert_eq!(row.len(), self.columns.len(), "a row has one entry per column");
+        for ((rows, column), entry) in self.history.iter_mut().zip(&self.columns).zip(row) {
+            match (entry, column.kind) {
+                (Entry::Count(values), ColumnKind::Count) if values.len() == column.width => {
+                    rows.append(values)?
+                }
+                (Entry::Real(values), ColumnKind::Real) if values.len() == column.width => {
+                    rows.append(values)?
+                }
+                _ => panic!("the entry of column {} is of its kind and width", column.name),
+            };
+        }
+        self.residual.append(residuals)?;
+        self.offset.append(&[self.residual.len() as u64])?;
+        Ok(())
     }
 
     /// Appends the points of a load step.
@@ -271,9 +354,32 @@ impl Run {
 impl Observer for ResultsWriter {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         assert!(self.run.is_none(), "a writer observes one run");
-        let created = Run::create(self.file(), run, &self.options, &self.path);
+        let path = self.earlier.as_ref().map_or(&self.path, |(_, path)| path);
+        let created = Run::create(self.file(), run, &self.options, path);
         let created = created.and_then(|created| self.flush().map(|()| created));
         self.run = Some(created.map_err(|error| self.give_up("the layout of the run", &error))?);
+        Ok(())
+    }
+
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+        self.start(run)?;
+        match self.earlier.take() {
+            Some((earlier, path)) => {
+                let part = self.path.clone();
+                self.take_over(earlier, path, so_far.rows).inspect_err(|_| {
+                    let _ = fs::remove_file(part);
+                })?;
+            }
+            None => {
+                let begun = self.begin_at(so_far.rows);
+                begun.map_err(|error| self.give_up("the number of the first row", &error))?;
+            }
+        }
+        if !(so_far.rows - 1).is_multiple_of(self.options.every) {
+            // As after every load step that can turn out to be the last.
+            let snapshot = Snapshot::of(so_far.fraction, so_far.fields, &self.options.fields);
+            self.run.as_mut().expect("it was started").unrecorded = Some(snapshot);
+        }
         Ok(())
     }
 
@@ -296,6 +402,32 @@ impl Observer for ResultsWriter {
             self.write_xdmf(item)?;
         }
         Ok(self.close(outcome, timings).map_err(|error| self.give_up("the outcome", &error))?)
+    }
+}
+
+/// Whether a path still leads to an open file.
+#[cfg(unix)]
+fn is_at(file: &fs::File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |it: fs::Metadata| (it.dev(), it.ino());
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(open), Ok(there)) => identity(open) == identity(there),
+        _ => false,
+    }
+}
+
+/// Other systems do not let an open file be deleted.
+#[cfg(not(unix))]
+fn is_at(_file: &fs::File, path: &Path) -> bool {
+    path.exists()
+}
+
+/// A copy that was never to take its place goes.
+impl Drop for ResultsWriter {
+    fn drop(&mut self) {
+        if self.earlier.is_some() {
+            let _ = fs::remove_file(&self.path);
+        }
     }
 }
 

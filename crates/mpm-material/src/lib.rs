@@ -65,7 +65,7 @@ use spectral::{Frame, Spectrum};
 /// order, which is fixed by the data but not sorted.
 pub trait Material: Send + Sync {
     /// What a point remembers besides b_e; `()` where there is nothing.
-    type History: Copy + Default + Send + Sync;
+    type History: Copy + Default + Send + Sync + StoredHistory;
 
     /// Whether the algorithmic tangent is symmetric, and with it the stiffness matrix.
     const SYMMETRIC: bool;
@@ -83,6 +83,31 @@ pub trait Material: Send + Sync {
 
     /// Young's modulus of the undeformed material [F/L²].
     fn young(&self) -> f64;
+}
+
+/// What a point remembers, as `NUMBERS` numbers for a file from which a run goes on.
+pub trait StoredHistory: Sized {
+    /// Numbers per point.
+    const NUMBERS: usize;
+
+    /// Appends exactly `NUMBERS` numbers.
+    fn store(&self, to: &mut Vec<f64>);
+
+    /// The history that `NUMBERS` finite numbers are, bit for bit.
+    ///
+    /// # Errors
+    /// What no history of this kind can be.
+    fn recall(from: &[f64]) -> Result<Self, String>;
+}
+
+impl StoredHistory for () {
+    const NUMBERS: usize = 0;
+
+    fn store(&self, _to: &mut Vec<f64>) {}
+
+    fn recall(_from: &[f64]) -> Result<Self, String> {
+        Ok(())
+    }
 }
 
 /// Answer of a [`Material`] in principal axes.

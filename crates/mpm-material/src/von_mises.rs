@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::{Elasticity, Hencky, Material, ParameterError, Update};
+use crate::{Elasticity, Hencky, Material, ParameterError, StoredHistory, Update};
 
 /// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
 /// by one load step must not be called plastic in the next by rounding alone: neighbours would
@@ -25,6 +25,21 @@ pub struct PlasticStrain(
     /// The sum.
     pub f64,
 );
+
+impl StoredHistory for PlasticStrain {
+    const NUMBERS: usize = 1;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.push(self.0);
+    }
+
+    fn recall(from: &[f64]) -> Result<Self, String> {
+        if from[0] < 0.0 {
+            return Err(format!("the accumulated plastic strain is {}, expected 0 or more", from[0]));
+        }
+        Ok(Self(from[0]))
+    }
+}
 
 impl VonMises {
     /// `yield_radius` is ρ_y = |dev τ| = √(2 J₂) at yield [F/L²]. The uniaxial yield stress is
@@ -124,6 +139,14 @@ mod tests {
             assert_eq!(error, Err(ParameterError::YieldRadius(radius)));
         }
         assert!(VonMises::new(law(1.0).elasticity(), f64::NAN).is_err());
+    }
+
+    #[test]
+    fn history_returns_as_it_was() {
+        let mut numbers = Vec::new();
+        PlasticStrain(0.1).store(&mut numbers);
+        assert_eq!((numbers.len(), PlasticStrain::recall(&numbers)), (1, Ok(PlasticStrain(0.1))));
+        assert!(PlasticStrain::recall(&[-0.1]).is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
-use crate::load_step::{run, stencils};
+use crate::load_step::{resume, run, stencils};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
 };
@@ -15,6 +15,7 @@ use crate::scene::{
     PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
     StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
 };
+use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
 use mpm_assembly::MeanDilatation;
 use mpm_basis::{
@@ -43,6 +44,25 @@ impl Compiled {
         match self {
             Compiled::Plane(model) => run(model, observer),
             Compiled::Solid(model) => run(model, observer),
+        }
+    }
+
+    /// Goes on from a state, see [`resume`].
+    ///
+    /// # Errors
+    /// As [`resume`].
+    pub fn resume(&mut self, state: &State, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        match self {
+            Compiled::Plane(model) => resume(model, state, observer),
+            Compiled::Solid(model) => resume(model, state, observer),
+        }
+    }
+
+    /// What the states of a model that has not begun to run look like.
+    pub fn state_layout(&self) -> StateLayout {
+        match self {
+            Compiled::Plane(model) => StateLayout::of(model),
+            Compiled::Solid(model) => StateLayout::of(model),
         }
     }
 }
@@ -213,6 +233,9 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
 
 fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
+    if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
+        return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
+    }
     let layout = layout(&scene.mesh)?;
     let motion = motion(&scene.motion, &layout)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;

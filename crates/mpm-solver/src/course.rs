@@ -2,6 +2,8 @@
 
 use crate::model::{PathControl, PathMeasure};
 use crate::path::{Attempt, Length, Secant};
+use crate::state::{ControlProgress, StoredSecant};
+use mpm_grid::{NodeId, Vector};
 
 /// What is to be tried next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +41,62 @@ impl<const D: usize> Course<D> {
         let along = matches!(control.measure, PathMeasure::ArcLength { .. });
         let (span, at) = (control.first, 0.0);
         Self { control, floor, at, span, aim: None, along, landing: false, secant: None, level: 0, cuts: 0 }
+    }
+
+    pub(crate) fn store(&self) -> (ControlProgress, StoredSecant) {
+        let Self { at, span, aim, along, landing, level, cuts, .. } = *self;
+        let secant = self.secant.as_ref().map(|it| (it.fraction, it.length));
+        let increment = self.secant.iter().flat_map(|it| &it.increment);
+        let stored = StoredSecant {
+            nodes: increment.clone().map(|(node, _)| node.index() as u64).collect(),
+            increment: increment.flat_map(|(_, u)| u.iter().copied()).collect(),
+        };
+        (ControlProgress::Path { at, span, aim, along, landing, level, cuts, secant }, stored)
+    }
+
+    /// Where the choice of steps can have come to, on a grid of `n_nodes`.
+    ///
+    /// # Errors
+    /// What cannot be.
+    pub(crate) fn recall(
+        control: PathControl,
+        floor: u8,
+        progress: &ControlProgress,
+        stored: &StoredSecant,
+        n_nodes: usize,
+    ) -> Result<Self, String> {
+        let &ControlProgress::Path { at, span, aim, along, landing, level, cuts, secant } = progress else {
+            return Err("is that of equal load steps, expected path control".into());
+        };
+        if !(0.0..=1.0).contains(&at) {
+            return Err(format!("is at load fraction {at}, expected 0 to 1"));
+        }
+        let length = secant.map(|(_, length)| length);
+        if let Some(wrong) =
+            [Some(span), aim, length].into_iter().flatten().find(|it| !(*it > 0.0 && it.is_finite()))
+        {
+            return Err(format!("has a step of length {wrong}, expected a finite number above 0"));
+        }
+        if level > floor {
+            return Err(format!("has halved a step {level} times, expected at most {floor}"));
+        }
+        let StoredSecant { nodes, increment } = stored;
+        if nodes.len().checked_mul(D) != Some(increment.len()) || (secant.is_none() && !nodes.is_empty()) {
+            let (n, m) = (nodes.len(), increment.len());
+            return Err(format!("has a last step of {m} numbers on {n} nodes, expected {D} on each"));
+        }
+        let ascending = nodes.windows(2).all(|pair| pair[0] < pair[1]);
+        if !ascending || nodes.last().is_some_and(|&last| last >= n_nodes as u64) {
+            return Err(format!("has a last step on nodes that do not ascend below {n_nodes}"));
+        }
+        if !increment.iter().all(|u| u.is_finite()) || secant.is_some_and(|(fraction, _)| !fraction.is_finite())
+        {
+            return Err("has a last step that is not finite".into());
+        }
+        let nodes = nodes.iter().filter_map(|&node| NodeId::from_index(node as usize));
+        let increment = nodes.zip(increment.chunks_exact(D).map(Vector::from_column_slice)).collect();
+        let secant = secant.map(|(fraction, length)| Secant { increment, fraction, length });
+        Ok(Self { control, floor, at, span, aim, along, landing, secant, level, cuts })
     }
 
     pub(crate) fn at(&self) -> f64 {

@@ -15,7 +15,7 @@ pub struct DomainLimit {
 }
 
 /// How many domains have been dealt with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct DomainCounts {
     pub capped: u64,
     pub split: u64,

@@ -47,6 +47,17 @@ pub enum Error {
         /// Load fraction reached.
         fraction: f64,
     },
+    /// The run was asked to stop, see [`crate::observe::Cancellation`].
+    #[error("interrupted at load fraction {fraction}, after {steps} load steps")]
+    Cancelled {
+        /// Load steps taken.
+        steps: usize,
+        /// Load fraction reached.
+        fraction: f64,
+    },
+    /// A state is not one of this scene.
+    #[error(transparent)]
+    State(#[from] crate::state::StateError),
     /// The model does not fit into this machine's memory.
     #[error("{0}")]
     TooLarge(String),
@@ -133,6 +144,9 @@ pub enum StepFailure {
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]
     Linear(String),
+    /// The run was asked to stop.
+    #[error("interrupted")]
+    Cancelled,
     /// A step along the path could not be made.
     #[error("path control: {0}")]
     Path(PathFailure),

@@ -60,6 +60,7 @@ mod path;
 mod record;
 pub mod scene;
 mod schedule;
+mod state;
 mod timing;
 pub mod vortex;
 
@@ -67,9 +68,12 @@ pub use compile::{Compiled, compile};
 pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
-pub use load_step::run;
+pub use load_step::{resume, run};
 pub use model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
 };
+/// The points of a [`State`].
+pub use mpm_assembly::{StoredColumn, StoredPoints};
 pub use record::Summary;
 pub use schedule::{Pace, Step};
+pub use state::{BodyLayout, ControlProgress, Progress, State, StateError, StateLayout, StoredSecant};

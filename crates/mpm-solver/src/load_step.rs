@@ -7,10 +7,11 @@ use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
 use crate::model::{Model, NamedBody, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
-use crate::observe::{Observer, Outcome};
+use crate::observe::{Moment, Observer, Outcome};
 use crate::path::{self, Attempt, Length, Secant};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
+use crate::state::{State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
@@ -31,16 +32,95 @@ use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    let mut timings = Timings::new();
-    let mut record = Record::new(model);
+    let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
+    let control = match model.path {
+        None => Control::Pace(Pace::new(model.schedule)),
+        Some(control) => Control::Course(Course::new(control, model.schedule.cuts)),
+    };
+    let so_far = SoFar { record, control, factorization: Factorization::new(), timings: Timings::new() };
+    go_on(model, so_far, observer)
+}
 
-    let outcome = match model.path {
-        None => steps(model, observer, &mut record, &mut timings),
+/// As [`run`], from a state of an earlier run of the same model on. What follows is bit for bit what would
+/// have followed there.
+///
+/// # Errors
+/// [`Error::State`] where the state is none of the model; else as [`run`].
+pub fn resume<const D: usize>(
+    model: &mut Model<D>,
+    state: &State,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    let wrong = |reason: String| StateError::new("progress", reason);
+    let mut record = Record::new(model);
+    state.recall(model)?;
+    record.recall(&state.progress).map_err(wrong)?;
+    let timings = Timings::recall(&state.progress.spent).map_err(wrong)?;
+    let progress = &state.progress.control;
+    let control = match model.path {
+        None => Control::Pace(Pace::recall(model.schedule, progress).map_err(wrong)?),
         Some(control) => {
-            let course = Course::new(control, model.schedule.cuts);
-            steps_along(course, model, observer, &mut record, &mut timings)
+            let (floor, nodes) = (model.schedule.cuts, model.layout.lattice().n_nodes());
+            if record.rows() - 1 > model.schedule.steps as usize {
+                let reason =
+                    format!("has {} rows of history, expected at most one more than steps", record.rows());
+                return Err(wrong(reason).into());
+            }
+            Control::Course(Course::recall(control, floor, progress, &state.secant, nodes).map_err(wrong)?)
         }
+    };
+    let at = match &control {
+        Control::Pace(pace) => pace.at(),
+        Control::Course(course) => fraction(course.at()),
+    };
+    check_covered(model, at)?;
+    let mut factorization = Factorization::new();
+    factorization.recall(state.order.clone());
+    record.show_resumed(model, at, observer)?;
+    go_on(model, SoFar { record, control, factorization, timings }, observer)
+}
+
+/// A run so far, without its model.
+struct SoFar<const D: usize> {
+    record: Record,
+    control: Control<D>,
+    factorization: Factorization,
+    timings: Timings,
+}
+
+/// What chooses the load steps.
+enum Control<const D: usize> {
+    Pace(Pace),
+    Course(Course<D>),
+}
+
+/// Runs to the end, and tells the observer how it ended.
+fn go_on<const D: usize>(
+    model: &mut Model<D>,
+    so_far: SoFar<D>,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    let SoFar { mut record, mut control, mut factorization, mut timings } = so_far;
+    let outcome = match &mut control {
+        Control::Pace(pace) => steps(pace, &mut factorization, model, observer, &mut record, &mut timings),
+        Control::Course(course) => {
+            steps_along(course, &mut factorization, model, observer, &mut record, &mut timings)
+        }
+    };
+    // The state of the last load step, where the points still are and the record has come.
+    let outcome = match outcome {
+        Err(error @ (Error::Step { .. } | Error::StepLimit { .. } | Error::Cancelled { .. })) => {
+            let state = || {
+                let control = match &control {
+                    Control::Pace(pace) => (pace.store(), StoredSecant::default()),
+                    Control::Course(course) => course.store(),
+                };
+                State::of(model, &record, control, &factorization, &timings)
+            };
+            observer.keep(Moment::End, &state).map_err(Error::Observer).and(Err(error))
+        }
+        outcome => outcome,
     };
     let said = match &outcome {
         Ok(()) => Outcome::Completed,
@@ -54,22 +134,26 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
 }
 
 fn steps<const D: usize>(
+    pace: &mut Pace,
+    factorization: &mut Factorization,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
     record: &mut Record,
     timings: &mut Timings,
 ) -> Result<(), Error> {
-    let mut factorization = Factorization::new();
-    let mut workspace = Workspace::new();
-    let mut pace = Pace::new(model.schedule);
-    record.show_initial(model, observer, timings)?;
+    let mut workspace = Workspace::new(observer.cancellation());
+    if record.rows() == 0 {
+        record.show_initial(model, observer, timings)?;
+    }
 
     while let Some(step) = pace.next() {
-        let mut attempt = |drive| load_step(model, &step, drive, &mut factorization, &mut workspace, timings);
+        factorization.settle();
+        let mut attempt = |drive| load_step(model, &step, drive, factorization, &mut workspace, timings);
         let result = attempt(Drive::Load).or_else(|reason| {
             // Where shorter steps are no help, stages may be; else the first reason is the reason.
-            let last = !reason.is_at_start() && pace.is_at_floor();
-            if last { attempt(Drive::Stages).map_err(|_| reason) } else { Err(reason) }
+            let last = !reason.is_at_start() && reason != StepFailure::Cancelled && pace.is_at_floor();
+            let first = |it| if it == StepFailure::Cancelled { it } else { reason.clone() };
+            if last { attempt(Drive::Stages).map_err(first) } else { Err(reason) }
         });
         match result {
             Ok(mut result) => {
@@ -82,6 +166,13 @@ fn steps<const D: usize>(
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
                 workspace.connected = Some((result.connected, None));
                 controlled?;
+                factorization.settle();
+                let control = || (pace.store(), StoredSecant::default());
+                let state = || State::of(model, record, control(), factorization, timings);
+                observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
+            }
+            Err(StepFailure::Cancelled) => {
+                return Err(Error::Cancelled { steps: record.rows() - 1, fraction: pace.at().get() });
             }
             Err(reason) => {
                 // What is wrong at the start of a step is wrong however short it is.
@@ -102,22 +193,24 @@ fn steps<const D: usize>(
 
 /// As [`steps`], at load fractions that the path decides.
 fn steps_along<const D: usize>(
-    mut course: Course<D>,
+    course: &mut Course<D>,
+    factorization: &mut Factorization,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
     record: &mut Record,
     timings: &mut Timings,
 ) -> Result<(), Error> {
-    let mut factorization = Factorization::new();
-    let mut workspace = Workspace::new();
-    record.show_initial(model, observer, timings)?;
+    let mut workspace = Workspace::new(observer.cancellation());
+    if record.rows() == 0 {
+        record.show_initial(model, observer, timings)?;
+    }
 
     while let Some(next) = course.next() {
+        factorization.settle();
         let taken = record.rows() as u32 - 1;
         if taken == model.schedule.steps {
             return Err(Error::StepLimit { steps: taken, fraction: course.at() });
         }
-        let fraction = |value: f64| LoadFraction::new(value.clamp(0.0, 1.0)).expect("clamped");
         let start = fraction(course.at());
         let mut step = Step { start, end: start, nominal: taken + 1, level: course.level() };
         let mut attempt = course.attempt();
@@ -128,7 +221,7 @@ fn steps_along<const D: usize>(
             }
             Next::Along => Drive::Path(&mut attempt),
         };
-        let result = load_step(model, &step, drive, &mut factorization, &mut workspace, timings);
+        let result = load_step(model, &step, drive, factorization, &mut workspace, timings);
         let Attempt { aim, end, length, origin, .. } = attempt;
         match result {
             Ok(mut result) => {
@@ -148,6 +241,12 @@ fn steps_along<const D: usize>(
                 record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
                 workspace.connected = Some((result.connected, None));
                 controlled?;
+                factorization.settle();
+                let state = || State::of(model, record, course.store(), factorization, timings);
+                observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
+            }
+            Err(StepFailure::Cancelled) => {
+                return Err(Error::Cancelled { steps: record.rows() - 1, fraction: course.at() });
             }
             Err(StepFailure::Path(PathFailure::Leaves { fraction })) if fraction > 1.0 => course.land(aim),
             Err(reason) => {
@@ -160,6 +259,11 @@ fn steps_along<const D: usize>(
         }
     }
     Ok(())
+}
+
+/// The load fraction next to a number.
+fn fraction(value: f64) -> LoadFraction {
+    LoadFraction::new(value.clamp(0.0, 1.0)).expect("clamped")
 }
 
 /// What decides the load fraction at the end of a load step.

@@ -4,6 +4,7 @@ use crate::error::StepFailure;
 use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
 use crate::load_step::Connected;
 use crate::model::NamedBody;
+use crate::observe::Cancellation;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     Connection, Constraints, GhostFaces, InvertedPoint, PassInput, Pattern, Sums, TangentSums, finish_tangent,
@@ -95,17 +96,18 @@ impl<const D: usize> Equilibrium<D> {
     }
 }
 
-/// What is kept from step to step.
+/// What is kept from step to step, and the flag that stops the run.
 pub(crate) struct Workspace<const D: usize> {
     pub values: Vec<f64>,
     rhs: Vec<f64>,
     /// The last connectivity, and the start of its step where the points are still as they were there.
     pub connected: Option<(Connected<D>, Option<LoadFraction>)>,
+    cancellation: Cancellation,
 }
 
 impl<const D: usize> Workspace<D> {
-    pub(crate) fn new() -> Self {
-        Self { values: Vec::new(), rhs: Vec::new(), connected: None }
+    pub(crate) fn new(cancellation: Cancellation) -> Self {
+        Self { values: Vec::new(), rhs: Vec::new(), connected: None, cancellation }
     }
 }
 
@@ -129,7 +131,7 @@ pub(crate) fn solve<const D: usize>(
     let found = iterate(start, lift, problem, factorization, workspace, &mut weakest, timings);
     found.map_err(|failure| match weakest {
         // A failure after an all but singular tangent is that tangent's.
-        Some(pivot) if pivot.relative.abs() < SINGULAR => {
+        Some(pivot) if pivot.relative.abs() < SINGULAR && failure != StepFailure::Cancelled => {
             let cause = format!("{:.0e} of its stiffness is left; then: {failure}", pivot.relative);
             singular(problem, pivot.equation, cause)
         }
@@ -177,6 +179,7 @@ pub(crate) fn solve_in_stages<const D: usize>(
                 freed = aim;
                 lift = &[];
             }
+            Err(StepFailure::Cancelled) => return Err(StepFailure::Cancelled),
             Err(failure) if 0.5 * part < LEAST_STAGE => return Err(failure),
             Err(_) => (part, growth) = (0.5 * part, 1.0),
         }
@@ -498,6 +501,9 @@ fn factorise<const D: usize>(
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<(), StepFailure> {
+    if workspace.cancellation.is_cancelled() {
+        return Err(StepFailure::Cancelled);
+    }
     let report = timings
         .time(Phase::Factorise, || factorization.factorise(&workspace.values, state.method))
         .map_err(|error| linear_failure(problem, error))?;

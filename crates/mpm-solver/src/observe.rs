@@ -3,7 +3,10 @@
 //! The solver decides which columns a history has ([`Column`]); an observer that stores or prints
 //! them needs no knowledge of physics. Fields of points are computed when asked for, or never.
 
+use crate::state::State;
 use std::error::Error;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What one entry of a history column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,6 +178,41 @@ pub enum Outcome {
 /// Anything that can go wrong in an observer (a full disk, say) ends the run with this.
 pub type ObserverError = Box<dyn Error + Send + Sync>;
 
+/// What a run that goes on from a [`State`] has behind it.
+pub struct Resumed<'a> {
+    /// Rows of the history that were shown: the initial state and the load steps.
+    pub rows: usize,
+    /// Load fraction reached.
+    pub fraction: f64,
+    /// The material points there.
+    pub fields: &'a dyn Fields,
+}
+
+/// When a run offers its state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// After this load step has been shown.
+    Step(usize),
+    /// At the end of a run that stops early; the state is that of the last load step.
+    End,
+}
+
+/// A flag that asks a run to stop, looked at before every Newton iteration. Copies share the flag.
+#[derive(Clone, Debug, Default)]
+pub struct Cancellation(Arc<AtomicBool>);
+
+impl Cancellation {
+    /// Asks the run to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the run is to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
 /// Looks at a run: called before it, after every converged load step, and at its end.
 pub trait Observer {
     /// Called once, before the initial state is shown.
@@ -182,6 +220,29 @@ pub trait Observer {
     /// # Errors
     /// Whatever keeps the observer from working; the run does not start.
     fn start(&mut self, _run: &RunStart) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    /// Called once instead of [`Self::start`] where a run goes on from a [`State`]; the next load step is
+    /// number `so_far.rows`.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from going on; the run does not start.
+    fn resume(&mut self, run: &RunStart, _so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+        self.start(run)
+    }
+
+    /// The flag that stops the run; one that nobody raises if left out.
+    fn cancellation(&self) -> Cancellation {
+        Cancellation::default()
+    }
+
+    /// Called after every load step that was shown, and where the run stops early: a chance to keep the
+    /// state from which it can go on. The state is made by the call of `state` only.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from working; the run stops.
+    fn keep(&mut self, _at: Moment, _state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         Ok(())
     }
 

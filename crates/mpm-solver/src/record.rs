@@ -6,8 +6,9 @@ use crate::linear::{Analysis, Method};
 use crate::load_step::Connected;
 use crate::model::{Model, NamedBody};
 use crate::newton::Equilibrium;
-use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, RunStart, Timing};
+use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, Resumed, RunStart, Timing};
 use crate::schedule::Step;
+use crate::state::Progress;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
 use mpm_basis::{DomainControl, DomainReport};
@@ -71,8 +72,13 @@ pub(crate) struct Record {
     summary: Totals,
 }
 
-#[derive(Default)]
-struct Totals {
+/// Counts of a state beyond this are none of a run.
+pub(crate) const MOST_COUNTED: u64 = 1 << 53;
+
+/// Running totals of the summary, and what the next row needs of the rows before.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Totals {
     iterations: u64,
     cuts: u64,
     shortened: u64,
@@ -143,6 +149,63 @@ impl Record {
 
     pub(crate) fn start(&self) -> RunStart {
         RunStart { columns: self.columns.clone(), points: self.points, steps: self.nominal_steps }
+    }
+
+    /// What of it the rest of the run needs; the control is not the record's.
+    pub(crate) fn store(&self, progress: &mut Progress) {
+        progress.rows = self.rows as u64;
+        progress.displacement.clone_from(&self.displacement);
+        progress.cuts_before = self.cuts_before;
+        progress.totals = self.summary.clone();
+    }
+
+    /// Takes up a record again.
+    ///
+    /// # Errors
+    /// What cannot be one of this model.
+    pub(crate) fn recall(&mut self, progress: &Progress) -> Result<(), String> {
+        let Progress { rows, control, displacement, cuts_before, totals, .. } = progress;
+        let shape = |columns: &[Vec<f64>]| columns.iter().map(Vec::len).collect::<Vec<_>>();
+        if shape(displacement) != shape(&self.displacement) {
+            let (found, expected) = (shape(displacement), shape(&self.displacement));
+            return Err(format!(
+                "has displacements of supports with {found:?} components, expected {expected:?}"
+            ));
+        }
+        if !displacement.iter().flatten().all(|u| u.is_finite()) {
+            return Err("has a displacement of a support that is not finite".into());
+        }
+        if *rows == 0 || *rows > u64::from(u32::MAX) {
+            return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
+        }
+        let Totals { iterations, cuts, shortened, indefinite_steps, domains, .. } = *totals;
+        let counters = [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split];
+        if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
+            return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
+        }
+        let cuts = control.cuts();
+        if *cuts_before > cuts || cuts > MOST_COUNTED {
+            return Err(format!("has {cuts_before} halvings before the last of {cuts}, expected no more"));
+        }
+        self.rows = *rows as usize;
+        self.displacement.clone_from(displacement);
+        self.cuts_before = *cuts_before;
+        self.summary = totals.clone();
+        Ok(())
+    }
+
+    /// Tells the observer what the run has behind it.
+    pub(crate) fn show_resumed<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        at: LoadFraction,
+        observer: &mut dyn Observer,
+    ) -> Result<(), Error> {
+        self.at = at;
+        let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
+        let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
+        let resumed = Resumed { rows: self.rows, fraction: at.get(), fields: &fields };
+        observer.resume(&self.start(), &resumed).map_err(Error::Observer)
     }
 
     /// Load fraction of the last row.

@@ -1,6 +1,7 @@
 //! How the load fraction goes from 0 to 1: equal steps, halved where one does not converge.
 
 use crate::model::Schedule;
+use crate::state::ControlProgress;
 use mpm_grid::LoadFraction;
 
 /// One load step to be tried.
@@ -85,6 +86,40 @@ impl Pace {
         self.level += 1;
         self.cuts += 1;
         true
+    }
+
+    /// Load fraction reached.
+    pub fn at(&self) -> LoadFraction {
+        self.fraction(self.position)
+    }
+
+    pub(crate) fn store(&self) -> ControlProgress {
+        let Self { done, position, level, cuts, .. } = *self;
+        ControlProgress::Load { done, position, level, cuts }
+    }
+
+    /// Where a walk through these steps can have come to.
+    ///
+    /// # Errors
+    /// What cannot be.
+    pub(crate) fn recall(schedule: Schedule, progress: &ControlProgress) -> Result<Self, String> {
+        let &ControlProgress::Load { done, position, level, cuts } = progress else {
+            return Err("is that of path control, expected equal load steps".into());
+        };
+        let pace = Self { schedule, done, position, level, cuts };
+        if done > schedule.steps || (done == schedule.steps && position > 0) {
+            return Err(format!("has {done} nominal steps done, expected at most {}", schedule.steps));
+        }
+        if level > schedule.cuts {
+            return Err(format!("has halved a step {level} times, expected at most {}", schedule.cuts));
+        }
+        if position >= pace.parts() || !position.is_multiple_of(pace.parts() >> level) {
+            return Err(format!(
+                "stands at part {position} of a step halved {level} times, of {}",
+                pace.parts()
+            ));
+        }
+        Ok(pace)
     }
 
     /// Cuts so far.

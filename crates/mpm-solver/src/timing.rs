@@ -2,6 +2,7 @@
 
 use crate::load_step::Kept;
 use crate::observe::Timing;
+use crate::record::MOST_COUNTED;
 use mpm_assembly::Body;
 use std::time::Instant;
 
@@ -37,7 +38,8 @@ pub(crate) struct Timings {
 }
 
 /// What a run could do without.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Skipped {
     /// Grid nodes without material in the last load step.
     pub nodes: u64,
@@ -107,6 +109,14 @@ impl Skipped {
     }
 }
 
+/// Time and work of a run so far, as a file keeps it.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Spent {
+    phases: Vec<(f64, u64)>,
+    skipped: Skipped,
+}
+
 impl Timings {
     pub(crate) fn new() -> Self {
         Self {
@@ -123,6 +133,36 @@ impl Timings {
         timing.seconds += start.elapsed().as_secs_f64();
         timing.count += 1;
         result
+    }
+
+    /// Seconds and count of every phase, and the counters of what was skipped.
+    pub(crate) fn store(&self) -> Spent {
+        let phases = self.phases.iter().map(|timing| (timing.seconds, timing.count)).collect();
+        Spent { phases, skipped: self.skipped.clone() }
+    }
+
+    /// Counts on from there.
+    ///
+    /// # Errors
+    /// Another number of phases.
+    pub(crate) fn recall(spent: &Spent) -> Result<Self, String> {
+        let mut timings = Self::new();
+        if spent.phases.len() != timings.phases.len() {
+            return Err(format!(
+                "has times of {} phases, expected {}",
+                spent.phases.len(),
+                timings.phases.len()
+            ));
+        }
+        let counts = spent.phases.iter().map(|phase| phase.1).chain(spent.skipped.list().map(|it| it.1));
+        if let Some(count) = counts.into_iter().find(|count| *count > MOST_COUNTED) {
+            return Err(format!("has counted {count}, expected at most {MOST_COUNTED}"));
+        }
+        for (timing, &(seconds, count)) in timings.phases.iter_mut().zip(&spent.phases) {
+            (timing.seconds, timing.count) = (seconds, count);
+        }
+        timings.skipped = spent.skipped.clone();
+        Ok(timings)
     }
 
     pub(crate) fn phases(&self) -> &[Timing] {

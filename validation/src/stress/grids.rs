@@ -11,7 +11,7 @@ use mpm_solver::observe::Field;
 pub(super) const OFFSETS: Case = Case {
     name: "grid offsets",
     goal: "However the grid lies to the body, the run comes to its end, and the answer hardly depends on it.",
-    setup: "Column (mild, 16 cells), elastic block (4 × 4 cells) and collapse (8 × 8 cells), all under their own weight, on grids shifted by 200 random offsets in both directions; the block on grids turned by 200 random angles about its centre (not GIMP), held in its middle and pulled at its sides. Nodes at or below the base are held.",
+    setup: "Column (mild, 16 cells), elastic block (4 × 4 cells) and collapse (8 × 8 cells), all under their own weight, on grids shifted by 200 random offsets in both directions (40 without ghost stabilisation and for the other bases), up to 100 corrections a load step; the block on grids turned by 200 random angles about its centre (not GIMP), held in its middle and pulled at its sides. Nodes at or below the base are held.",
     reference: "All runs of GIMP, CPDI1 and CPDI2q with ghost stabilisation reach their end. The others are reported.",
     run: offsets,
 };
@@ -69,6 +69,7 @@ impl Heavy {
                 ],
                 loads: [BodyForce(acceleration: (0, -10))],
                 schedule: (steps: {steps}),
+                tolerance: (iterations: 100),
                 output: (fields: [Displacement]),
             )",
             x = axis(offset[0]),
@@ -160,7 +161,9 @@ fn offsets(extent: Extent) -> Result<Findings, Broken> {
     let methods: &[Method] = extent.pick(&[GIMP, CPDI1], &ALL);
     let mut findings = Findings::default();
     let mut table = Table::new(
-        format!("{count} grids each; the answer is the largest displacement of a point:"),
+        format!(
+            "{count} grids for the bases that must not stop, a fifth of them for the others; the answer is the largest displacement of a point:"
+        ),
         &[
             "problem",
             "basis",
@@ -175,8 +178,11 @@ fn offsets(extent: Extent) -> Result<Findings, Broken> {
     for problem in &PROBLEMS {
         for method in methods.iter().filter(|it| !problem.turned || **it != GIMP) {
             for ghost in [false, true] {
+                let required = ghost && [GIMP, CPDI1, CPDI2Q].contains(method);
+                let offsets = if required { &offsets[..] } else { &offsets[..count.div_ceil(5)] };
+                let count = offsets.len();
                 let runs =
-                    sweep(&offsets, |&offset| run_plane(variant(&(problem.scene)(offset)?, method, ghost)))?;
+                    sweep(offsets, |&offset| run_plane(variant(&(problem.scene)(offset)?, method, ghost)))?;
                 let ended = runs.iter().filter(|run| run.outcome.is_err()).count();
                 let finished = || runs.iter().filter(|run| run.outcome.is_ok());
                 let first = runs.iter().find(|run| run.outcome.is_err()).map_or(String::new(), reason);
@@ -192,7 +198,7 @@ fn offsets(extent: Extent) -> Result<Findings, Broken> {
                     efforts.iter().map(|it| it[1]).sum::<f64>().to_string(),
                     first.clone(),
                 ]);
-                if ghost && [GIMP, CPDI1, CPDI2Q].contains(method) {
+                if required {
                     let what =
                         format!("{}, {}, ghost: grids on which the run stops", problem.name, method.name);
                     findings.checks.push(Check::none(what, ended).remark(first));

@@ -34,9 +34,11 @@
 
 mod cholesky;
 mod lu;
+mod order;
 mod report;
 mod residual;
 
+pub use order::StoredOrder;
 pub use report::{Analysis, Cause, Method, OutOfMemory, Pivot, Report, Singular, SolveReport};
 
 use crate::ordering::{BlockGraph, elimination_order};
@@ -77,6 +79,12 @@ pub struct Factorization {
     /// The factor at hand.
     method: Option<Method>,
     residual: Residual,
+    /// Order of elimination at hand.
+    order: Vec<usize>,
+    /// An order for the first pattern, if that is the one it was found for.
+    given: Option<StoredOrder>,
+    /// Whether a pattern has been analysed since the last [`Self::settle`].
+    unsettled: bool,
 }
 
 impl Factorization {
@@ -110,14 +118,42 @@ impl Factorization {
         self.method = None;
         self.lu = None;
         let memory = self.cholesky.take().map(Cholesky::into_memory).unwrap_or_default();
-        let order = order(pattern, lattice, periodic, components);
-        let symbolic = cholesky::analyse(pattern, &order)?;
+        let given = self.given.take().filter(|given| given.suits(pattern));
+        let analysis = if given.is_some() { Analysis::Reused } else { Analysis::New };
+        self.unsettled |= analysis == Analysis::New;
+        self.order = match given {
+            Some(given) => given.order,
+            None => order(pattern, lattice, periodic, components),
+        };
+        let symbolic = cholesky::analyse(pattern, &self.order)?;
         self.cholesky = Some(Cholesky::allocate(symbolic, memory)?);
         self.column_start.clear();
         self.column_start.extend_from_slice(pattern.column_start);
         self.row.clear();
         self.row.extend_from_slice(pattern.row);
-        Ok(Analysis::New)
+        Ok(analysis)
+    }
+
+    /// Goes on from a run that had this order at hand: the first pattern, if it is the order's, counts as
+    /// kept.
+    pub(crate) fn recall(&mut self, order: Option<StoredOrder>) {
+        self.given = order;
+    }
+
+    /// What has been analysed so far belongs to steps taken, not to the one that is tried next.
+    pub(crate) fn settle(&mut self) {
+        self.unsettled = false;
+    }
+
+    /// The order at hand when the present step was begun; none where that step has replaced it (or there
+    /// was none), and would do so again.
+    pub(crate) fn store(&self) -> Option<StoredOrder> {
+        if self.given.is_some() {
+            return self.given.clone();
+        }
+        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        let is_kept = self.cholesky.is_some() && !self.unsettled;
+        is_kept.then(|| StoredOrder::of(pattern, &self.order))
     }
 
     /// Factorises the matrix with these `values` (one per entry of the pattern).

@@ -736,11 +736,30 @@ pub struct OutputInput {
     /// Whether the health of the points' domains is worked out after every load step, as columns
     /// `/history/domain_…`.
     pub domain_history: bool,
+    /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
+    pub checkpoint: Option<CheckpointInput>,
+}
+
+/// When the state of the run is kept in a file beside the results; at least one of the two is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CheckpointInput {
+    /// After every so many load steps.
+    #[serde(default)]
+    pub every: Option<Count>,
+    /// After the first load step that ends so long after the last checkpoint `[s]`.
+    #[serde(default)]
+    pub seconds: Option<Positive>,
 }
 
 impl Default for OutputInput {
     fn default() -> Self {
-        Self { fields: vec![Field::CauchyStress, Field::Displacement], every: Count(1), domain_history: false }
+        Self {
+            fields: vec![Field::CauchyStress, Field::Displacement],
+            every: Count(1),
+            domain_history: false,
+            checkpoint: None,
+        }
     }
 }
 

@@ -1,0 +1,115 @@
+//! Keeps checkpoints while a run goes, and where it is interrupted.
+
+use crate::CheckpointArguments;
+use crate::complaint::Complaint;
+use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval};
+use mpm_solver::State;
+use mpm_solver::observe::{Cancellation, Moment};
+use mpm_solver::scene::Scene;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// When and where checkpoints are kept.
+pub struct Keeper {
+    path: PathBuf,
+    head: CheckpointHead,
+    /// Whether they were asked for; else there is one where the run is interrupted, and no other.
+    asked: bool,
+    /// When the last one was written, or the run began.
+    last: Instant,
+    cancellation: Cancellation,
+    /// Load step of the last one.
+    kept: Option<usize>,
+}
+
+impl Keeper {
+    /// Keeps checkpoints at `path`, or where the arguments say.
+    ///
+    /// # Errors
+    /// Where they are asked for and cannot be written.
+    pub fn new(
+        path: PathBuf,
+        mut head: CheckpointHead,
+        arguments: &CheckpointArguments,
+    ) -> Result<Self, Complaint> {
+        let CheckpointArguments { checkpoint, checkpoint_every, checkpoint_seconds } = arguments;
+        if checkpoint_every.is_some() || checkpoint_seconds.is_some() {
+            head.interval = CheckpointInterval { steps: *checkpoint_every, seconds: *checkpoint_seconds };
+        }
+        let asked = checkpoint.is_some() || head.interval != CheckpointInterval::default();
+        let path = checkpoint.clone().unwrap_or(path);
+        if asked {
+            Checkpoint::check_writable(&path).map_err(|error| Complaint::input(error.to_string()))?;
+        }
+        let cancellation = Cancellation::default();
+        Ok(Self { path, head, asked, last: Instant::now(), cancellation, kept: None })
+    }
+
+    /// A run that goes on has one already.
+    pub fn has_kept(&mut self, step: usize) {
+        self.kept = Some(step);
+    }
+
+    /// The flag that stops the run.
+    pub fn cancellation(&self) -> Cancellation {
+        self.cancellation.clone()
+    }
+
+    /// Whether the state of the run is wanted now.
+    pub fn wants(&self, at: Moment) -> bool {
+        let CheckpointInterval { steps, seconds } = self.head.interval;
+        match at {
+            Moment::End => self.asked || self.cancellation.is_cancelled(),
+            Moment::Step(step) => {
+                steps.is_some_and(|every| step.is_multiple_of(every as usize))
+                    || seconds.is_some_and(|least| self.last.elapsed().as_secs_f64() >= least)
+            }
+        }
+    }
+
+    /// Writes a checkpoint.
+    ///
+    /// # Errors
+    /// The one before is untouched.
+    pub fn write(&mut self, state: &State) -> Result<(), CheckpointError> {
+        self.last = Instant::now();
+        Checkpoint::write(&self.path, &self.head, state)?;
+        self.kept = Some(state.progress.rows().saturating_sub(1));
+        Ok(())
+    }
+
+    /// How to go on from the last checkpoint, if there is one.
+    pub fn advice(&self) -> String {
+        let command = format!("mpm resume {}", self.path.display());
+        self.kept.map_or(String::new(), |step| format!("\nGo on from load step {step} with: {command}"))
+    }
+}
+
+/// When the scene wants checkpoints.
+pub fn interval(scene: &Scene) -> CheckpointInterval {
+    let input = scene.output().checkpoint.as_ref();
+    CheckpointInterval {
+        steps: input.and_then(|it| it.every).map(|count| count.0),
+        seconds: input.and_then(|it| it.seconds).map(|seconds| seconds.0),
+    }
+}
+
+/// The checkpoint of the results at `path`, beside them.
+pub fn beside(path: &Path) -> PathBuf {
+    path.with_extension("checkpoint.h5")
+}
+
+/// Lets SIGINT and SIGTERM stop the run at its next iteration, and the second of them at once.
+///
+/// # Errors
+/// Where the system does not let us.
+pub fn listen(cancellation: Cancellation) -> Result<(), Complaint> {
+    let handler = move || {
+        if cancellation.is_cancelled() {
+            std::process::exit(1);
+        }
+        cancellation.cancel();
+    };
+    ctrlc::set_handler(handler)
+        .map_err(|error| Complaint::unfinished(format!("cannot listen to signals: {error}")))
+}

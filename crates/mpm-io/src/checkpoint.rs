@@ -1,0 +1,417 @@
+//! Checkpoints: files from which a run goes on bit for bit.
+
+use std::fs;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::mem;
+use std::path::{Path, PathBuf};
+
+use hdf5::types::VarLenUnicode;
+use hdf5::{File, Group, H5Type};
+use mpm_solver::linear::StoredOrder;
+use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
+
+use crate::error::{CheckpointError, reason};
+
+const FORMAT: &str = "mpm-checkpoint";
+
+/// A reader refuses any other.
+const VERSION: u32 = 1;
+
+/// Length of the block before the HDF5 file proper that holds its length and check sum [bytes].
+const BLOCK: usize = 512;
+
+/// What a checkpoint says of its run besides the state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CheckpointHead {
+    /// The scene as it was read.
+    pub scene: String,
+    /// Name and version of the program.
+    pub program: String,
+    /// The results file; one in the checkpoint's own folder is written down by its name alone.
+    pub results: PathBuf,
+    /// When checkpoints are written.
+    pub interval: CheckpointInterval,
+}
+
+/// When checkpoints are written while a run goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CheckpointInterval {
+    /// After every so many load steps.
+    pub steps: Option<u32>,
+    /// After the first load step that ends so long after the last checkpoint `[s]`.
+    pub seconds: Option<f64>,
+}
+
+/// A checkpoint that was opened: undamaged, of the known version, its state not yet read.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    file: File,
+    /// Bytes of the file: nothing in it can be larger.
+    length: u64,
+    head: CheckpointHead,
+    progress: Progress,
+}
+
+impl Checkpoint {
+    /// Writes a checkpoint: to a file beside it, which takes its place once it is on the disk.
+    ///
+    /// At any moment `path` holds the checkpoint of before or the new one, whole.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`]; what stood at `path` is untouched.
+    pub fn write(path: impl AsRef<Path>, head: &CheckpointHead, state: &State) -> Result<(), CheckpointError> {
+        let path = path.as_ref();
+        let part = part_of(path);
+        let written = fill(&part, path, head, state).and_then(|()| put_in_place(&part, path));
+        written.map_err(|reason| {
+            // A full disk gets its space back although HDF5 may keep the file open.
+            if let Ok(file) = fs::OpenOptions::new().write(true).open(&part) {
+                let _ = file.set_len(0);
+            }
+            let _ = fs::remove_file(&part);
+            CheckpointError::Write { path: path.into(), reason }
+        })
+    }
+
+    /// Finds out whether a checkpoint could be written.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn check_writable(path: impl AsRef<Path>) -> Result<(), CheckpointError> {
+        let path = path.as_ref();
+        let fail = |reason: String| CheckpointError::Write { path: path.into(), reason };
+        if path.is_dir() {
+            return Err(fail("is a directory".into()));
+        }
+        let part = part_of(path);
+        fs::write(&part, []).and_then(|()| fs::remove_file(&part)).map_err(|error| fail(error.to_string()))
+    }
+
+    /// Opens a checkpoint; refuses one that is damaged or not of this version.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Open`], [`CheckpointError::Malformed`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, CheckpointError> {
+        let path = path.as_ref().to_path_buf();
+        hdf5::silence_errors(true);
+        let length = check_sum(&path)?;
+        let file = File::open(&path)
+            .map_err(|error| CheckpointError::Open { path: path.clone(), reason: reason(&error) })?;
+        let malformed = |item: &str, reason: String| CheckpointError::malformed(&path, item, reason);
+        let text = |name: &str| -> Result<String, CheckpointError> {
+            let text = file.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>());
+            let text = text.map_err(|error| malformed(name, reason(&error)))?;
+            String::from_utf8(text.as_bytes().to_vec()).map_err(|_| malformed(name, "is not UTF-8 text".into()))
+        };
+        let number = |name: &str| -> Result<f64, CheckpointError> {
+            let number = file.attr(name).and_then(|attribute| attribute.read_scalar::<f64>());
+            let number = number.map_err(|error| malformed(name, reason(&error)))?;
+            if (0.0..=1e15).contains(&number) {
+                return Ok(number);
+            }
+            Err(malformed(name, format!("is {number}, expected 0 to 1e15")))
+        };
+        let (steps, seconds) = (number("every_steps")?, number("every_seconds")?);
+        if steps.fract() != 0.0 || steps > f64::from(u32::MAX) {
+            return Err(malformed(
+                "every_steps",
+                format!("is {steps}, expected a whole number up to {}", u32::MAX),
+            ));
+        }
+        let interval = CheckpointInterval {
+            steps: (steps > 0.0).then_some(steps as u32),
+            seconds: (seconds > 0.0).then_some(seconds),
+        };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let results = folder.join(text("results")?);
+        let head = CheckpointHead { scene: text("scene")?, program: text("program")?, results, interval };
+        let progress = Progress::from_text(&text("progress")?).map_err(|it| malformed("progress", it))?;
+        Ok(Self { path, file, length, head, progress })
+    }
+
+    /// What it says of its run; the results file with the checkpoint's folder before it.
+    pub fn head(&self) -> &CheckpointHead {
+        &self.head
+    }
+
+    /// How far the run had come.
+    pub fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// Reads the state of a model with this layout. Nothing is read before it is known to have the shape
+    /// that the layout says.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Malformed`]; whether the values are those of the model is for
+    /// [`mpm_solver::resume`] to see.
+    pub fn state(&self, layout: &StateLayout) -> Result<State, CheckpointError> {
+        let bodies = self.members("bodies", layout.bodies.len())?;
+        let bodies = bodies.iter().zip(&layout.bodies).enumerate();
+        let bodies = bodies.map(|(k, (group, body))| self.points(group, &format!("bodies/{k}"), body));
+        let loads = self.members("loads", layout.loads)?;
+        let loads = loads.iter().enumerate().map(|(k, group)| {
+            let item = |name: &str| format!("loads/{k}/{name}");
+            let most = layout.bodies.iter().map(|body| body.most).max().unwrap_or(0).saturating_mul(8);
+            let points = self.indices(group, "point", &item("point"), most)?;
+            let shares = self.numbers::<f64>(group, "share", &item("share"), 1, (0, most))?;
+            if points.len() != shares.len() {
+                let reason = format!("holds {} numbers, expected {}", shares.len(), points.len());
+                return Err(self.malformed(&item("share"), reason));
+            }
+            Ok(points.into_iter().zip(shares).collect())
+        });
+        let path = self.group("path")?;
+        let components = layout.nodes.saturating_mul(layout.dimensions);
+        let order = self.group("order")?;
+        let fingerprint = order.attr("fingerprint").and_then(|it| it.read_scalar::<u64>());
+        let fingerprint = fingerprint.map_err(|error| self.malformed("order/fingerprint", reason(&error)))?;
+        let equations = self.indices(&order, "equation", "order/equation", components)?;
+        Ok(State {
+            progress: self.progress.clone(),
+            bodies: bodies.collect::<Result<_, _>>()?,
+            shares: loads.collect::<Result<_, _>>()?,
+            secant: StoredSecant {
+                nodes: self.numbers(&path, "node", "path/node", 1, (0, layout.nodes))?,
+                increment: self.numbers(&path, "increment", "path/increment", 1, (0, components))?,
+            },
+            order: (!equations.is_empty()).then_some(StoredOrder { fingerprint, order: equations }),
+        })
+    }
+
+    fn points(&self, group: &Group, item: &str, body: &BodyLayout) -> Result<StoredPoints, CheckpointError> {
+        if group.len() != body.columns.len() as u64 {
+            let names: Vec<&str> = body.columns.iter().map(|column| column.0).collect();
+            let reason = format!("has {} members, expected {}", group.len(), names.join(", "));
+            return Err(self.malformed(item, reason));
+        }
+        let mut stored = StoredPoints::default();
+        for &(name, width) in &body.columns {
+            let item = format!("{item}/{name}");
+            let rows = if stored.columns.is_empty() {
+                (body.least, body.most)
+            } else {
+                (stored.points, stored.points)
+            };
+            let values = self.numbers::<f64>(group, name, &item, width, rows)?;
+            stored.points = values.len() / width;
+            stored.columns.push(StoredColumn { name, width, values });
+        }
+        Ok(stored)
+    }
+
+    fn malformed(&self, item: &str, reason: impl ToString) -> CheckpointError {
+        CheckpointError::malformed(&self.path, item, reason)
+    }
+
+    fn group(&self, name: &str) -> Result<Group, CheckpointError> {
+        self.file.group(name).map_err(|error| self.malformed(name, reason(&error)))
+    }
+
+    /// The groups `0`, `1`, … of a group that has `count` members.
+    fn members(&self, name: &str, count: usize) -> Result<Vec<Group>, CheckpointError> {
+        let group = self.group(name)?;
+        if group.len() != count as u64 {
+            return Err(self.malformed(name, format!("has {} members, expected {count}", group.len())));
+        }
+        (0..count).map(|k| self.group(&format!("{name}/{k}"))).collect()
+    }
+
+    /// A dataset of `least` to `most` rows of `width` numbers, one after the other.
+    fn numbers<T: H5Type>(
+        &self,
+        group: &Group,
+        name: &str,
+        item: &str,
+        width: usize,
+        (least, most): (usize, usize),
+    ) -> Result<Vec<T>, CheckpointError> {
+        let fail = |error: hdf5::Error| self.malformed(item, reason(&error));
+        let dataset = group.dataset(name).map_err(fail)?;
+        let kind = dataset.dtype().and_then(|kind| kind.to_descriptor()).map_err(fail)?;
+        let expected = T::type_descriptor();
+        if kind != expected {
+            return Err(self.malformed(item, format!("holds {kind}, expected {expected}")));
+        }
+        let shape = dataset.shape();
+        let rows = match shape[..] {
+            [rows] if width == 1 => Some(rows),
+            [rows, found] if found == width && width > 1 => Some(rows),
+            _ => None,
+        };
+        let bytes = rows.and_then(|rows| rows.checked_mul(width)).and_then(|n| n.checked_mul(kind.size()));
+        match (rows, bytes) {
+            (Some(rows), Some(bytes)) if (least..=most).contains(&rows) && bytes as u64 <= self.length => {
+                dataset.read_raw::<T>().map_err(fail)
+            }
+            _ => {
+                let reason = format!("has shape {shape:?}, expected {least} to {most} rows of {width}");
+                Err(self.malformed(item, reason))
+            }
+        }
+    }
+
+    /// At most `most` numbers for use as indices.
+    fn indices(
+        &self,
+        group: &Group,
+        name: &str,
+        item: &str,
+        most: usize,
+    ) -> Result<Vec<usize>, CheckpointError> {
+        let numbers = self.numbers::<u64>(group, name, item, 1, (0, most))?;
+        let indices = numbers
+            .iter()
+            .map(|&it| usize::try_from(it).map_err(|_| self.malformed(item, format!("holds {it}"))));
+        indices.collect()
+    }
+}
+
+/// Where a file is written before it takes its place.
+pub(crate) fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    path.with_file_name(name)
+}
+
+/// Puts a file in the place of another, once it is on the disk.
+pub(crate) fn put_in_place(part: &Path, path: &Path) -> Result<(), String> {
+    let fail = |error: std::io::Error| error.to_string();
+    fs::OpenOptions::new().write(true).open(part).and_then(|file| file.sync_all()).map_err(fail)?;
+    fs::rename(part, path).map_err(fail)?;
+    // The new name has to reach the disk as well; folders of some file systems cannot be synced.
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Ok(folder) = fs::File::open(folder) {
+        let _ = folder.sync_all();
+    }
+    Ok(())
+}
+
+/// Writes the whole file at `part`, check sum and all.
+fn fill(part: &Path, path: &Path, head: &CheckpointHead, state: &State) -> Result<(), String> {
+    hdf5::silence_errors(true);
+    let progress = state.progress.to_text()?;
+    let file = File::with_options()
+        .with_fapl(|access| access.libver_v110())
+        .with_fcpl(|create| create.userblock(BLOCK as u64).obj_track_times(false))
+        .create(part)
+        .map_err(|error| reason(&error))?;
+    let written = write_all(&file, path, head, &progress, state).and_then(|()| file.flush());
+    match written {
+        Ok(()) => file.close().map_err(|error| reason(&error))?,
+        Err(error) => {
+            // Closing would try to write on.
+            mem::forget(file);
+            return Err(reason(&error));
+        }
+    }
+    let fail = |error: std::io::Error| error.to_string();
+    let mut file = fs::OpenOptions::new().read(true).write(true).open(part).map_err(fail)?;
+    let block = block_of(&mut file).map_err(fail)?;
+    file.seek(SeekFrom::Start(0)).and_then(|_| file.write_all(&block)).map_err(fail)
+}
+
+fn write_all(
+    file: &File,
+    path: &Path,
+    head: &CheckpointHead,
+    progress: &str,
+    state: &State,
+) -> hdf5::Result<()> {
+    let text = |name: &str, text: &str| -> hdf5::Result<()> {
+        let text = text.parse::<VarLenUnicode>().map_err(|error| error.to_string())?;
+        file.new_attr::<VarLenUnicode>().create(name)?.write_scalar(&text)
+    };
+    let CheckpointHead { scene, program, results, interval } = head;
+    let beside = results.parent() == path.parent();
+    let results =
+        if beside { Path::new(results.file_name().unwrap_or_default()).into() } else { absolute(results) };
+    text("scene", scene)?;
+    text("program", program)?;
+    text("results", &results.to_string_lossy())?;
+    text("progress", progress)?;
+    file.new_attr::<f64>().create("every_steps")?.write_scalar(&f64::from(interval.steps.unwrap_or(0)))?;
+    file.new_attr::<f64>().create("every_seconds")?.write_scalar(&interval.seconds.unwrap_or(0.0))?;
+
+    let bodies = file.create_group("bodies")?;
+    for (k, stored) in state.bodies.iter().enumerate() {
+        let group = bodies.create_group(&k.to_string())?;
+        for StoredColumn { name, width, values } in &stored.columns {
+            write_numbers(&group, name, *width, values)?;
+        }
+    }
+    let loads = file.create_group("loads")?;
+    for (k, shares) in state.shares.iter().enumerate() {
+        let group = loads.create_group(&k.to_string())?;
+        let points: Vec<u64> = shares.iter().map(|&(point, _)| point as u64).collect();
+        write_numbers(&group, "point", 1, &points)?;
+        write_numbers(&group, "share", 1, &shares.iter().map(|&(_, share)| share).collect::<Vec<f64>>())?;
+    }
+    let secant = file.create_group("path")?;
+    write_numbers(&secant, "node", 1, &state.secant.nodes)?;
+    write_numbers(&secant, "increment", 1, &state.secant.increment)?;
+    let order = file.create_group("order")?;
+    let fingerprint = state.order.as_ref().map_or(0, |order| order.fingerprint);
+    order.new_attr::<u64>().create("fingerprint")?.write_scalar(&fingerprint)?;
+    let equations = state.order.iter().flat_map(|order| &order.order).map(|&equation| equation as u64);
+    write_numbers(&order, "equation", 1, &equations.collect::<Vec<u64>>())
+}
+
+fn write_numbers<T: H5Type>(group: &Group, name: &str, width: usize, values: &[T]) -> hdf5::Result<()> {
+    let builder = group.new_dataset::<T>().obj_track_times(false);
+    let dataset = match width {
+        1 => builder.shape(values.len()).create(name)?,
+        _ => builder.shape((values.len() / width, width)).create(name)?,
+    };
+    if values.is_empty() { Ok(()) } else { dataset.write_raw(values) }
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
+/// The block that the rest of a file must have before it.
+fn block_of(file: &mut fs::File) -> std::io::Result<Vec<u8>> {
+    let mut sum = crc32fast::Hasher::new();
+    let mut length = 0_u64;
+    let mut buffer = vec![0; 1 << 16];
+    file.seek(SeekFrom::Start(BLOCK as u64))?;
+    loop {
+        let n = file.read(&mut buffer)?;
+        if n == 0 {
+            break;
+        }
+        sum.update(&buffer[..n]);
+        length += n as u64;
+    }
+    let sum = sum.finalize();
+    let mut block =
+        format!("{FORMAT} {VERSION}\n{length} bytes follow this block, CRC-32 {sum:08x}\n").into_bytes();
+    block.resize(BLOCK, 0);
+    Ok(block)
+}
+
+/// Compares the check sum; returns the length of the file.
+fn check_sum(path: &Path) -> Result<u64, CheckpointError> {
+    let fail = |error: std::io::Error| CheckpointError::Open { path: path.into(), reason: error.to_string() };
+    let malformed = |item: &str, reason: String| Err(CheckpointError::malformed(path, item, reason));
+    let mut file = fs::File::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    let mut found = Vec::with_capacity(BLOCK);
+    Read::by_ref(&mut file).take(BLOCK as u64).read_to_end(&mut found).map_err(fail)?;
+    let line = |text: &[u8], k: usize| {
+        let line = text.split(|&byte| byte == b'\n' || byte == 0).nth(k).unwrap_or_default();
+        String::from_utf8_lossy(&line[..line.len().min(80)]).into_owned()
+    };
+    let expected = format!("{FORMAT} {VERSION}");
+    if line(&found, 0) != expected {
+        return malformed("format", format!("is {:?}, expected {expected:?}", line(&found, 0)));
+    }
+    let block = block_of(&mut file).map_err(fail)?;
+    if found != block {
+        let (said, is) = (line(&found, 1), line(&block, 1));
+        return malformed("check sum", format!("the file is damaged: it says {said:?}, expected {is:?}"));
+    }
+    Ok(length)
+}

@@ -1,0 +1,131 @@
+//! The results of an earlier run, as far as a run that goes on wants to keep them.
+
+use mpm_solver::observe::{Column, ColumnKind, Entry, Field};
+
+use crate::error::ResultsError;
+use crate::reader::Results;
+use crate::source::Source;
+use crate::writer::Snapshot;
+
+/// A results file of which the first rows, and the points at those of them that are recorded, are wanted.
+pub(crate) struct Earlier {
+    results: Results,
+    /// Number of its first row.
+    first: usize,
+    /// Rows are wanted up to this one, without it.
+    end: usize,
+    /// Points are recorded at every so many rows.
+    every: usize,
+    counts: Vec<Option<Vec<u64>>>,
+    reals: Vec<Option<Vec<f64>>>,
+}
+
+impl Earlier {
+    /// Checks that the file holds the rows of these columns and the points that belong to them.
+    pub(crate) fn of(
+        results: Results,
+        columns: &[Column],
+        fields: &[Field],
+        every: usize,
+        end: usize,
+    ) -> Result<Self, ResultsError> {
+        let path = results.path().to_path_buf();
+        let source = Source { path: &path };
+        let mut expected = columns.to_vec();
+        expected.sort_by(|a, b| a.name.cmp(&b.name));
+        if results.columns() != expected {
+            return Err(source.malformed("history", "its columns are not those of the scene"));
+        }
+        let mut names: Vec<&str> = fields.iter().map(|field| field.name()).collect();
+        names.sort_unstable();
+        if results.fields()? != names {
+            return Err(
+                source.malformed("VTKHDF/PointData", format!("its fields are not {}", names.join(", ")))
+            );
+        }
+        let first = results.first_row();
+        let rows = first.saturating_add(results.rows());
+        if rows < end || first > end {
+            let reason = format!("holds rows {first} up to {rows}, expected all up to {end} of the checkpoint");
+            return Err(source.malformed("history", reason));
+        }
+        let file = results.file();
+        let n = end - first;
+        let (mut counts, mut reals) = (Vec::new(), Vec::new());
+        for column in columns {
+            let item = format!("history/{}", column.name);
+            let (count, real) = match column.kind {
+                ColumnKind::Count => (Some(source.slice::<u64>(file, &item, 0, n)?.1), None),
+                ColumnKind::Real => (None, Some(source.slice::<f64>(file, &item, 0, n)?.1)),
+            };
+            counts.push(count);
+            reals.push(real);
+        }
+        let earlier = Self { results, first, end, every, counts, reals };
+        // The points have to be those of their rows.
+        let fraction = columns.iter().position(|column| column.name == "load_fraction");
+        let fractions = fraction.and_then(|at| earlier.reals[at].as_ref());
+        for (k, row) in earlier.recorded().enumerate() {
+            let found = earlier.results.fractions().get(k).copied();
+            let of_row = fractions.and_then(|it| it.get(row - first)).copied();
+            if found.is_none() || (of_row.is_some() && of_row != found) {
+                let reason = format!("is {found:?} at {k}, expected {of_row:?}, that of row {row}");
+                return Err(source.malformed("VTKHDF/Steps/Values", reason));
+            }
+        }
+        Ok(earlier)
+    }
+
+    /// Number of the first row.
+    pub(crate) fn first(&self) -> usize {
+        self.first
+    }
+
+    /// The wanted rows, by number.
+    pub(crate) fn rows(&self) -> std::ops::Range<usize> {
+        self.first..self.end
+    }
+
+    /// Those of them with points.
+    fn recorded(&self) -> impl Iterator<Item = usize> + use<> {
+        let every = self.every;
+        (self.first..self.end).filter(move |row| row.is_multiple_of(every))
+    }
+
+    /// Entries and residuals of a row.
+    pub(crate) fn row(&self, row: usize) -> Result<(Vec<Entry>, Vec<f64>), ResultsError> {
+        let k = row - self.first;
+        let n = self.end - self.first;
+        let entries = self.counts.iter().zip(&self.reals).map(|(counts, reals)| match (counts, reals) {
+            (Some(counts), _) => {
+                Entry::Count(counts[k * counts.len() / n..(k + 1) * counts.len() / n].to_vec())
+            }
+            (None, Some(reals)) => Entry::Real(reals[k * reals.len() / n..(k + 1) * reals.len() / n].to_vec()),
+            (None, None) => Entry::Real(Vec::new()),
+        });
+        Ok((entries.collect(), self.results.residuals(k)?))
+    }
+
+    /// The points at a row, if they are recorded there.
+    pub(crate) fn snapshot(&self, row: usize, fields: &[Field]) -> Result<Option<Snapshot>, ResultsError> {
+        if !row.is_multiple_of(self.every) {
+            return Ok(None);
+        }
+        let before = self.recorded().take_while(|&recorded| recorded < row).count();
+        let path = self.results.path();
+        let shaped = |item: &str, table: crate::Table, width: usize| {
+            if table.width() != width {
+                let reason = format!("has {} numbers per point, expected {width}", table.width());
+                return Err(ResultsError::malformed(path, item, reason));
+            }
+            Ok(table.into_values())
+        };
+        let positions = shaped("VTKHDF/Points", self.results.points(before)?, 3)?;
+        let values = fields.iter().map(|field| {
+            let item = format!("VTKHDF/PointData/{}", field.name());
+            shaped(&item, self.results.field(field.name(), before)?, field.components())
+        });
+        let fields = values.collect::<Result<_, _>>()?;
+        Ok(Some(Snapshot { fraction: self.results.fractions()[before], positions, fields }))
+    }
+}
