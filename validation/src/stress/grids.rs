@@ -154,7 +154,7 @@ fn moved(run: &Run) -> f64 {
 }
 
 fn offsets(extent: Extent) -> Result<Findings, Broken> {
-    let count = extent.pick(3, 200);
+    let count: usize = extent.pick(3, 200);
     let mut random = QuasiRandom::new(7);
     let offsets: Vec<[f64; 2]> =
         (0..count).map(|_| [0.5 + 0.5 * random.next(), 0.5 + 0.5 * random.next()]).collect();
