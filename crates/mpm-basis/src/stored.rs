@@ -193,7 +193,7 @@ mod tests {
             others: from_fn(|c| numbered(2.0 + c as f64)),
             initial_volume: -5.0,
         });
-        returns(FallbackDomain::Sound { domain: triangle, half_vectors: matrix(8.0) });
+        returns(FallbackDomain::Sound { domain: triangle, half_vectors: matrix::<2>(8.0) });
         let fallen = Parallelepiped { initial: matrix(1.0), current: matrix(2.0) };
         returns(FallbackDomain::<2, Simplex<2>>::Fallen(fallen));
     }
