@@ -125,7 +125,7 @@ fn survives_kills(kills: usize) {
     let whole = began.elapsed();
     let mut killed = 0;
     for attempt in 0.. {
-        if killed == kills {
+        if killed >= kills {
             break;
         }
         assert!(attempt < 20 * kills, "{killed} kills in {attempt} runs");
@@ -178,10 +178,10 @@ fn a_hundred_kills() {
 
 #[test]
 fn signals_end_a_run_with_a_checkpoint_and_say_how_to_go_on() {
-    let place = Place::with(200);
+    let place = Place::with(600);
     place.completes(&["run", "a.ron", "-q", "-o", "whole.h5"]);
     // A scene that asks for no checkpoints gets one all the same.
-    let scene = SCENE.replace("STEPS", "200").replace(", checkpoint: (every: 4)", "");
+    let scene = SCENE.replace("STEPS", "600").replace(", checkpoint: (every: 4)", "");
     fs::write(place.path("b.ron"), scene).unwrap();
     place.completes(&["run", "b.ron", "-q", "-o", "plain.h5"]);
     assert!(!place.path("plain.checkpoint.h5").exists(), "nobody asked for it");
@@ -204,7 +204,7 @@ fn signals_end_a_run_with_a_checkpoint_and_say_how_to_go_on() {
         let kept = Checkpoint::open(place.path("c.checkpoint.h5")).unwrap().progress().rows();
         assert_eq!(kept, stopped.rows(), "no load step is lost");
         drop(stopped);
-        assert!(kept < 201, "stopped on its way");
+        assert!(kept < 601, "stopped on its way");
         place.completes(&["resume", "c.checkpoint.h5", "--quiet"]);
         assert_same(&place.path(expected), &place.path("c.h5"));
     }
