@@ -6,6 +6,7 @@ use mpm_io::{Checkpoint, Results};
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -21,7 +22,11 @@ const SCENE: &str = r#"PlaneStrain(
     output: (fields: [CauchyStress, Displacement, Plastic], every: 3, checkpoint: (every: 4)),
 )"#;
 
-struct Place(tempfile::TempDir);
+/// A folder of a test's own. One test at a time: a program that another test starts would inherit the results
+/// file that this one is reading, and with it the lock.
+struct Place(tempfile::TempDir, #[expect(dead_code, reason = "held")] MutexGuard<'static, ()>);
+
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 impl Place {
     /// A folder with the scene `a.ron`.
@@ -29,7 +34,8 @@ impl Place {
         // Every checkpoint waits for the disk; one in memory does not keep the tests waiting.
         let memory = Path::new("/dev/shm");
         let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
-        let place = Self(folder.unwrap());
+        let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = Self(folder.unwrap(), turn);
         fs::write(place.path("a.ron"), SCENE.replace("STEPS", &steps.to_string())).unwrap();
         place
     }
