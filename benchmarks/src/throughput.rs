@@ -1,7 +1,7 @@
 //! Throughput: points per second and core in every phase, beside what the machine could do.
 //!
 //! Times are processor time of what a load step does with a body in each phase, the least of several calls, at
-//! the end of a load step that has moved the points anywhere in their cells. What a phase has to move and to compute is estimated here from the code ([`Work::of`]), once per datum and operation; the larger of
+//! the end of a load step that has moved the points anywhere in their cells. What a phase has to move and to compute is estimated here from the code (`Work::of`), once per datum and operation; the larger of
 //! the two times that the machine's limits allow for it is the bound, and the quotient of the measured
 //! time and the bound is the distance.
 
