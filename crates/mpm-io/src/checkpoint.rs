@@ -5,7 +5,6 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
 
-use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, H5Type};
 use mpm_solver::linear::StoredOrder;
 use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
@@ -98,36 +97,39 @@ impl Checkpoint {
         let length = check_sum(&path)?;
         let file = File::open(&path)
             .map_err(|error| CheckpointError::Open { path: path.clone(), reason: reason(&error) })?;
-        let malformed = |item: &str, reason: String| CheckpointError::malformed(&path, item, reason);
-        let text = |name: &str| -> Result<String, CheckpointError> {
-            let text = file.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>());
-            let text = text.map_err(|error| malformed(name, reason(&error)))?;
-            String::from_utf8(text.as_bytes().to_vec()).map_err(|_| malformed(name, "is not UTF-8 text".into()))
-        };
-        let number = |name: &str| -> Result<f64, CheckpointError> {
-            let number = file.attr(name).and_then(|attribute| attribute.read_scalar::<f64>());
-            let number = number.map_err(|error| malformed(name, reason(&error)))?;
-            if (0.0..=1e15).contains(&number) {
-                return Ok(number);
-            }
-            Err(malformed(name, format!("is {number}, expected 0 to 1e15")))
-        };
-        let (steps, seconds) = (number("every_steps")?, number("every_seconds")?);
+        let head = CheckpointHead::default();
+        let mut checkpoint = Self { path, file, length, head, progress: Progress::default() };
+        let (steps, seconds) = (checkpoint.setting("every_steps")?, checkpoint.setting("every_seconds")?);
         if steps.fract() != 0.0 || steps > f64::from(u32::MAX) {
-            return Err(malformed(
-                "every_steps",
-                format!("is {steps}, expected a whole number up to {}", u32::MAX),
-            ));
+            let reason = format!("is {steps}, expected a whole number up to {}", u32::MAX);
+            return Err(checkpoint.malformed("every_steps", reason));
         }
-        let interval = CheckpointInterval {
-            steps: (steps > 0.0).then_some(steps as u32),
-            seconds: (seconds > 0.0).then_some(seconds),
+        let folder = checkpoint.path.parent().unwrap_or(Path::new("")).to_path_buf();
+        checkpoint.head = CheckpointHead {
+            scene: checkpoint.text("scene")?,
+            program: checkpoint.text("program")?,
+            results: folder.join(checkpoint.text("results")?),
+            interval: CheckpointInterval {
+                steps: (steps > 0.0).then_some(steps as u32),
+                seconds: (seconds > 0.0).then_some(seconds),
+            },
         };
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let results = folder.join(text("results")?);
-        let head = CheckpointHead { scene: text("scene")?, program: text("program")?, results, interval };
-        let progress = Progress::from_text(&text("progress")?).map_err(|it| malformed("progress", it))?;
-        Ok(Self { path, file, length, head, progress })
+        let progress = Progress::from_text(&checkpoint.text("progress")?);
+        checkpoint.progress = progress.map_err(|it| checkpoint.malformed("progress", it))?;
+        Ok(checkpoint)
+    }
+
+    /// A text, which is a dataset of its bytes: HDF5's own texts lie in a heap that it reads carelessly.
+    fn text(&self, name: &str) -> Result<String, CheckpointError> {
+        let bytes = self.numbers::<u8>(&self.file, name, name, 1, (0, usize::MAX))?;
+        String::from_utf8(bytes).map_err(|_| self.malformed(name, "is not UTF-8 text"))
+    }
+
+    fn setting(&self, name: &str) -> Result<f64, CheckpointError> {
+        match self.numbers::<f64>(&self.file, name, name, 1, (1, 1))?[..] {
+            [number] if (0.0..=1e15).contains(&number) => Ok(number),
+            ref other => Err(self.malformed(name, format!("is {other:?}, expected 0 to 1e15"))),
+        }
     }
 
     /// What it says of its run; the results file with the checkpoint's folder before it.
@@ -165,8 +167,7 @@ impl Checkpoint {
         let path = self.group("path")?;
         let components = layout.nodes.saturating_mul(layout.dimensions);
         let order = self.group("order")?;
-        let fingerprint = order.attr("fingerprint").and_then(|it| it.read_scalar::<u64>());
-        let fingerprint = fingerprint.map_err(|error| self.malformed("order/fingerprint", reason(&error)))?;
+        let fingerprint = self.numbers::<u64>(&order, "fingerprint", "order/fingerprint", 1, (1, 1))?[0];
         let equations = self.indices(&order, "equation", "order/equation", components)?;
         Ok(State {
             progress: self.progress.clone(),
@@ -319,20 +320,17 @@ fn write_all(
     progress: &str,
     state: &State,
 ) -> hdf5::Result<()> {
-    let text = |name: &str, text: &str| -> hdf5::Result<()> {
-        let text = text.parse::<VarLenUnicode>().map_err(|error| error.to_string())?;
-        file.new_attr::<VarLenUnicode>().create(name)?.write_scalar(&text)
-    };
     let CheckpointHead { scene, program, results, interval } = head;
     let beside = results.parent() == path.parent();
     let results =
         if beside { Path::new(results.file_name().unwrap_or_default()).into() } else { absolute(results) };
-    text("scene", scene)?;
-    text("program", program)?;
-    text("results", &results.to_string_lossy())?;
-    text("progress", progress)?;
-    file.new_attr::<f64>().create("every_steps")?.write_scalar(&f64::from(interval.steps.unwrap_or(0)))?;
-    file.new_attr::<f64>().create("every_seconds")?.write_scalar(&interval.seconds.unwrap_or(0.0))?;
+    let results = results.to_string_lossy();
+    let texts = [("scene", &scene[..]), ("program", program), ("results", &results), ("progress", progress)];
+    for (name, text) in texts {
+        write_numbers(file, name, 1, text.as_bytes())?;
+    }
+    write_numbers(file, "every_steps", 1, &[f64::from(interval.steps.unwrap_or(0))])?;
+    write_numbers(file, "every_seconds", 1, &[interval.seconds.unwrap_or(0.0)])?;
 
     let bodies = file.create_group("bodies")?;
     for (k, stored) in state.bodies.iter().enumerate() {
@@ -353,7 +351,7 @@ fn write_all(
     write_numbers(&secant, "increment", 1, &state.secant.increment)?;
     let order = file.create_group("order")?;
     let fingerprint = state.order.as_ref().map_or(0, |order| order.fingerprint);
-    order.new_attr::<u64>().create("fingerprint")?.write_scalar(&fingerprint)?;
+    write_numbers(&order, "fingerprint", 1, &[fingerprint])?;
     let equations = state.order.iter().flat_map(|order| &order.order).map(|&equation| equation as u64);
     write_numbers(&order, "equation", 1, &equations.collect::<Vec<u64>>())
 }
