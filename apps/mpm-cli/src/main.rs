@@ -5,6 +5,7 @@
 mod check;
 mod complaint;
 mod input;
+mod inspect;
 mod keeper;
 mod reference;
 mod report;
@@ -35,6 +36,14 @@ enum Command {
     Check {
         /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
         scene: PathBuf,
+    },
+    /// Say what a results file holds: status, load steps, ranges of columns and fields, time, what was skipped.
+    Inspect {
+        /// The results file, of a finished, failed or killed run.
+        results: PathBuf,
+        /// Print it as JSON for machines.
+        #[arg(long)]
+        json: bool,
     },
     /// Print the language of scenes as a JSON schema.
     Schema {
@@ -102,6 +111,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Resume(arguments) => run::resume(&arguments),
         Command::Check { scene } => check::check(&scene),
+        Command::Inspect { results, json } => inspect::inspect(&results, json).and_then(|text| say(&text)),
         Command::Schema { markdown: true } => say(&reference::markdown()),
         Command::Schema { markdown: false } => say(&reference::json()),
     };
