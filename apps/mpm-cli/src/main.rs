@@ -7,6 +7,7 @@ mod complaint;
 mod input;
 mod inspect;
 mod keeper;
+mod plot;
 mod reference;
 mod report;
 mod run;
@@ -45,6 +46,8 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Draw a results file: the body coloured by a field, reactions, moments, convergence.
+    Plot(plot::PlotArguments),
     /// Print the language of scenes as a JSON schema.
     Schema {
         /// Print it as Markdown for people.
@@ -112,6 +115,7 @@ fn main() -> ExitCode {
         Command::Resume(arguments) => run::resume(&arguments),
         Command::Check { scene } => check::check(&scene),
         Command::Inspect { results, json } => inspect::inspect(&results, json).and_then(|text| say(&text)),
+        Command::Plot(arguments) => plot::plot(&arguments).and_then(|text| say(&text)),
         Command::Schema { markdown: true } => say(&reference::markdown()),
         Command::Schema { markdown: false } => say(&reference::json()),
     };
