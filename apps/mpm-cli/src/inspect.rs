@@ -3,7 +3,7 @@
 use crate::complaint::Complaint;
 use crate::report::{self, Table, count};
 use crate::watch::Row;
-use mpm_io::{Results, ResultsError};
+use mpm_io::{Results, ResultsError, component_name};
 use mpm_solver::observe::Field;
 use mpm_solver::scene::Scene;
 use serde_json::{Map, Value, json};
@@ -145,15 +145,17 @@ impl Inspection {
         let mut table = Table::new(["smallest", "largest", "last", "history"]);
         for (name, ranges) in &self.history {
             for (c, range) in ranges.iter().enumerate() {
-                let name = format!("{name}{}", component(ranges.len(), c));
+                let name = format!("{name}{}", component_name(ranges.len(), c));
                 table.push([number(range.least), number(range.most), number(range.last), name]);
             }
         }
         let _ = write!(text, "\n{table}");
         let mut table = Table::new(["smallest", "largest", "field, over all recorded steps"]);
         for (name, unit, ranges) in &self.fields {
-            for (c, range) in ranges.iter().enumerate() {
-                let name = format!("{name}{} [{unit}]", component(ranges.len(), c));
+            // In the plane much of a tensor is zero.
+            let is_told = |range: &Range| ranges.len() == 1 || range.least != 0.0 || range.most != 0.0;
+            for (c, range) in ranges.iter().enumerate().filter(|(_, range)| is_told(range)) {
+                let name = format!("{name}{} [{unit}]", component_name(ranges.len(), c));
                 table.push([number(range.least), number(range.most), name]);
             }
         }
@@ -227,17 +229,6 @@ fn steps(results: &Results) -> Result<Vec<Row>, ResultsError> {
         })
     })
     .collect()
-}
-
-/// Name of a component of a vector or tensor, with a leading full stop; empty for a number.
-pub fn component(width: usize, c: usize) -> String {
-    match width {
-        1 => String::new(),
-        2 | 3 => format!(".{}", ["x", "y", "z"][c]),
-        9 => format!(".{}{}", ["x", "y", "z"][c / 3], ["x", "y", "z"][c % 3]),
-        8 => format!(".{}{}", ["x", "y"][c % 2], c / 2 + 1),
-        _ => format!("[{c}]"),
-    }
 }
 
 /// Seven digits, as short as they go.

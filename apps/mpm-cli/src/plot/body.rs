@@ -2,9 +2,9 @@
 
 use super::{BodyArguments, Drawn, View, complain};
 use crate::complaint::Complaint;
-use crate::inspect::{component, number};
+use crate::inspect::number;
 use mpm_grid::LoadFraction;
-use mpm_io::Table;
+use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
 use mpm_solver::observe::Field;
 use mpm_solver::scene::Scene;
@@ -299,7 +299,7 @@ impl Component {
 
     /// Components of a field of so many numbers, by name; the first is that of the field's bare name.
     fn all(width: usize, is_gradient: bool) -> Vec<(String, Self)> {
-        let numbers = (0..width).map(|c| (component(width, c), Component::Number(c)));
+        let numbers = (0..width).map(|c| (component_name(width, c), Component::Number(c)));
         let named = |name: &str, it| (format!(".{name}"), it);
         let first = match width {
             1 => Vec::new(),
