@@ -34,6 +34,9 @@ pub fn export(arguments: &ExportArguments) -> Result<String, Complaint> {
         false => results.write_vtu(&folder),
     };
     let written = written.map_err(complain)?;
-    let parts = written.iter().filter(|path| arguments.csv || path.extension().is_some_and(|it| it == "pvd"));
-    Ok(parts.map(|path| format!("{}\n", path.display())).collect())
+    if arguments.csv {
+        return Ok(format!("{}\n", folder.display()));
+    }
+    let series = written.iter().filter(|path| path.extension().is_some_and(|it| it == "pvd"));
+    Ok(series.map(|path| format!("{}\n", path.display())).collect())
 }

@@ -97,13 +97,15 @@ pub fn refused(file: &Path, text: &str, error: SceneError) -> Complaint {
     Complaint::at(file, text, place, Some(error.path), error.reason)
 }
 
-/// As [`refused`]; what stands in a value that was set is told of the setting.
+/// As [`refused`]; what stands in a value that was set, or holds it, is told of the setting.
 fn refused_setting(file: &Path, text: &str, settings: &[String], error: SceneError) -> Complaint {
     let found = place_of(text, &error.path);
     let culprit = settings.iter().rev().find(|setting| {
         let path = setting.split_once('=').map_or("", |(path, _)| path.trim());
         let (Some(found), Some(value)) = (&found, place_of(text, path)) else { return false };
-        value.start <= found.start && found.end <= value.end
+        let holds =
+            |outer: &Range<usize>, inner: &Range<usize>| outer.start <= inner.start && inner.end <= outer.end;
+        holds(&value, found) || holds(found, &value)
     });
     match culprit {
         Some(setting) => {

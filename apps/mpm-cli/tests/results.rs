@@ -94,11 +94,11 @@ fn results_are_inspected() {
 
 #[test]
 fn what_is_no_results_file_is_refused() {
-    for command in ["inspect", "plot"] {
+    for command in ["inspect", "plot", "export --csv"] {
         for (file, part) in
             [("none.h5", "cannot open results file none.h5"), ("a.ron", "cannot open results file a.ron")]
         {
-            let text = complains(results(), &[command, file]);
+            let text = complains(results(), &[command.split(' ').collect(), vec![file]].concat());
             assert!(text.contains(part), "{command} {file}: {text}");
         }
     }
@@ -107,6 +107,36 @@ fn what_is_no_results_file_is_refused() {
 /// The texts of an SVG file.
 fn words(svg: &str) -> Vec<&str> {
     svg.lines().filter(|line| !line.starts_with('<')).collect()
+}
+
+#[test]
+fn results_are_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = results().join("a.h5");
+    let file = file.to_str().unwrap();
+    assert_eq!(says(folder.path(), &["export", file, "--csv", "-o", "tables"]), "tables\n");
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let history = read("tables/history.csv");
+    let lines: Vec<Vec<&str>> = history.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 8);
+    let results = Results::open(results().join("a.h5")).unwrap();
+    let at = lines[0].iter().position(|head| *head == "reaction/base.y").unwrap();
+    let reaction = results.column("reaction/base").unwrap();
+    for (row, line) in lines[1..].iter().enumerate() {
+        assert_eq!(line.len(), lines[0].len());
+        assert_eq!(line[at].parse::<f64>().unwrap().to_bits(), reaction.row(row)[1].to_bits());
+    }
+    let points = read("tables/points_0002.csv");
+    assert_eq!(points.lines().count(), 49);
+    let numbers: Vec<f64> = points.lines().nth(48).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    assert_eq!(numbers[..3], *results.points(2).unwrap().row(47));
+    assert_eq!(numbers[3..12], *results.field("cauchy_stress", 2).unwrap().row(47));
+
+    assert_eq!(says(folder.path(), &["export", file, "--vtu", "-o", "vtu"]), "vtu.pvd\nvtu_domains.pvd\n");
+    assert!(read("vtu.pvd").contains("timestep=\"0.5\" part=\"0\" file=\"vtu/points_0001.vtu\""));
+    let text = complains(folder.path(), &["export", file, "--csv", "-o", "vtu.pvd"]);
+    assert!(text.contains("cannot write the folder to results file vtu.pvd"), "{text}");
+    assert_eq!(mpm(folder.path(), &["export", file]).status.code(), Some(2));
 }
 
 #[test]
