@@ -233,9 +233,9 @@ fn run_all(
     };
     std::thread::scope(|scope| {
         let threads: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
-        let ended = threads.into_iter().map(|thread| thread.join());
+        let ended: Vec<_> = threads.into_iter().map(|thread| thread.join()).collect();
         let broken = || Complaint::unfinished("a thread of the sweep broke off".into());
-        ended.map(|end| end.unwrap_or_else(|_| Err(broken()))).collect()
+        ended.into_iter().try_for_each(|end| end.unwrap_or_else(|_| Err(broken())))
     })
 }
 
@@ -297,7 +297,7 @@ fn numbers(results: &Results) -> Vec<(String, f64)> {
             let values = || (0..table.len()).map(|row| table.row(row)[c]);
             let name = format!("{}{}", column.name, component_name(table.width(), c));
             let peak = values().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
-            numbers.push((format!("{name} last"), values().last().unwrap_or(0.0)));
+            numbers.push((format!("{name} last"), values().next_back().unwrap_or(0.0)));
             numbers.push((format!("{name} peak"), peak));
         }
     }
