@@ -50,16 +50,15 @@ impl<const D: usize> BlockMatrix<D> {
     /// The first row whose block is not positive definite.
     pub(crate) fn invert_diagonal(&mut self) -> Result<(), usize> {
         let Self { block, diagonal, inverse, .. } = self;
-        let failed = inverse
-            .par_iter_mut()
-            .zip(&*diagonal)
-            .enumerate()
-            .filter_map(|(row, (inverse, &place))| match pseudo_inverse(block[place]) {
-                Some(found) => {
-                    *inverse = found;
-                    None
+        let failed =
+            inverse.par_iter_mut().zip(&*diagonal).enumerate().filter_map(|(row, (inverse, &place))| {
+                match pseudo_inverse(block[place]) {
+                    Some(found) => {
+                        *inverse = found;
+                        None
+                    }
+                    None => Some(row),
                 }
-                None => Some(row),
             });
         failed.min().map_or(Ok(()), Err)
     }
@@ -184,8 +183,7 @@ fn pseudo_inverse<const D: usize>(mut block: Block<D>) -> Option<Block<D>> {
     }
     for i in 0..D {
         for j in 0..D {
-            inverse[(i, j)] =
-                if carries[i] && carries[j] { inverse[(i, j)] / block[(i, i)] } else { 0.0 };
+            inverse[(i, j)] = if carries[i] && carries[j] { inverse[(i, j)] / block[(i, i)] } else { 0.0 };
         }
     }
     Some(inverse)

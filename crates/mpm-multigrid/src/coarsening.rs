@@ -131,7 +131,8 @@ impl Lattice {
             .index
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let (mut end, mut entry) = (Vec::with_capacity(chunk.len()), Vec::with_capacity(4 * chunk.len()));
+                let (mut end, mut entry) =
+                    (Vec::with_capacity(chunk.len()), Vec::with_capacity(4 * chunk.len()));
                 for &fine in chunk {
                     for_each_parent(&steps, fine, |parent, weight| entry.push((number[place(parent)], weight)));
                     end.push(entry.len());
@@ -158,7 +159,11 @@ impl Lattice {
                 Some(n) => n % 2 == 0 && n >= 8,
                 None => lines.len() > 2,
             };
-            if can { (lines[lines.len() - 1] - lines[0]).abs() / (lines.len() - 1) as f64 } else { f64::INFINITY }
+            if can {
+                (lines[lines.len() - 1] - lines[0]).abs() / (lines.len() - 1) as f64
+            } else {
+                f64::INFINITY
+            }
         });
         let least = spacing.iter().copied().fold(f64::INFINITY, f64::min);
         spacing.map(|spacing| spacing.is_finite() && spacing <= SIMILAR * least)

@@ -9,7 +9,9 @@ pub(crate) enum Stop {
     Solved(Solved),
     NotConverged(Solved),
     /// A search direction along which the matrix is not positive; the row that it moves most.
-    Indefinite { row: usize },
+    Indefinite {
+        row: usize,
+    },
 }
 
 /// Recomputed residuals that may still be too large before the iteration is given up.

@@ -23,7 +23,8 @@ pub(crate) fn structure<const D: usize>(
                 for row in task * ROWS..((task + 1) * ROWS).min(n_coarse) {
                     let begin = column.len();
                     for &(child, _) in interpolation.children.of(row) {
-                        for &neighbour in &fine.column[fine.start[child as usize]..fine.start[child as usize + 1]]
+                        for &neighbour in
+                            &fine.column[fine.start[child as usize]..fine.start[child as usize + 1]]
                         {
                             for &(parent, _) in interpolation.parents.of(neighbour as usize) {
                                 let found = &mut found_by[parent as usize];

@@ -120,7 +120,8 @@ impl<const D: usize> Multigrid<D> {
         });
         let (column, source) = entry.into_iter().unzip();
 
-        let mut levels = vec![Level { lattice, matrix: BlockMatrix::zeros(start, column), interpolation: None }];
+        let mut levels =
+            vec![Level { lattice, matrix: BlockMatrix::zeros(start, column), interpolation: None }];
         loop {
             let finest = &levels[levels.len() - 1];
             if finest.lattice.index.len() <= COARSEST {
@@ -209,10 +210,8 @@ impl<const D: usize> Multigrid<D> {
     /// Size of the hierarchy.
     pub fn size(&self) -> Size {
         let per_level = |level: &Level<D>| {
-            let interpolation = level
-                .interpolation
-                .as_ref()
-                .map_or(0, |it| it.parents.bytes() + it.children.bytes());
+            let interpolation =
+                level.interpolation.as_ref().map_or(0, |it| it.parents.bytes() + it.children.bytes());
             level.matrix.bytes() + interpolation + level.matrix.n_rows() * (3 * size_of::<Vector<D>>() + 12)
         };
         let own = size_of_val(&self.order[..]) + size_of_val(&self.source[..]) + self.held.len();
@@ -285,16 +284,18 @@ impl<const D: usize> Multigrid<D> {
         matrix.sweep_from_zero(&lattice.strips, b, x);
         matrix.residual_after_sweep(x, r);
         coarser[0].b.par_iter_mut().with_min_len(256).enumerate().for_each(|(node, b)| {
-            *b = children.of(node).iter().fold(Vector::zeros(), |sum, &(child, weight)| {
-                sum + r[child as usize] * weight
-            });
+            *b = children
+                .of(node)
+                .iter()
+                .fold(Vector::zeros(), |sum, &(child, weight)| sum + r[child as usize] * weight);
         });
         self.cycle(level + 1, coarser);
         let correction = &coarser[0].x;
         r.par_iter_mut().with_min_len(1024).enumerate().for_each(|(node, r)| {
-            *r = parents.of(node).iter().fold(Vector::zeros(), |sum, &(parent, weight)| {
-                sum + correction[parent as usize] * weight
-            });
+            *r = parents
+                .of(node)
+                .iter()
+                .fold(Vector::zeros(), |sum, &(parent, weight)| sum + correction[parent as usize] * weight);
         });
         add(x, 1.0, r);
         matrix.sweep_back(&lattice.strips, b, x);
@@ -312,8 +313,7 @@ impl Source {
             });
         }
         let slot = (self.slot & !TRANSPOSED) as usize - 1;
-        let block =
-            Block::from_fn(|i, j| values[pattern.column_start[first + j] + (D - j) + slot * D + i]);
+        let block = Block::from_fn(|i, j| values[pattern.column_start[first + j] + (D - j) + slot * D + i]);
         if self.slot & TRANSPOSED == 0 { block } else { block.transpose() }
     }
 }

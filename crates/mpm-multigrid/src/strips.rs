@@ -15,11 +15,7 @@ pub(crate) struct Strips {
 impl Strips {
     /// Sorts nodes into strips so thick that nodes couple with those of neighbouring strips only;
     /// `reach` is how many lines a coupling spans in each direction. Returns where each node stood.
-    pub(crate) fn sort(
-        index: &[[u32; 3]],
-        reach: [u32; 3],
-        periodic: [Option<u32>; 3],
-    ) -> (Self, Vec<usize>) {
+    pub(crate) fn sort(index: &[[u32; 3]], reach: [u32; 3], periodic: [Option<u32>; 3]) -> (Self, Vec<usize>) {
         let mut extent = [1; 3];
         for index in index {
             for d in 0..3 {
@@ -28,8 +24,11 @@ impl Strips {
         }
         // Strips round a closed direction would meet.
         let along = (0..3).filter(|&d| periodic[d].is_none()).max_by_key(|&d| (extent[d], d)).unwrap_or(0);
-        let thickness =
-            if periodic[along].is_some() { extent[along] } else { reach[along].max(extent[along].div_ceil(MOST)) };
+        let thickness = if periodic[along].is_some() {
+            extent[along]
+        } else {
+            reach[along].max(extent[along].div_ceil(MOST))
+        };
         let strip = |node: usize| index[node][along] / thickness.max(1);
         let key = |node: &usize| {
             let [x, y, z] = index[*node];

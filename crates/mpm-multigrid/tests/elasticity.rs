@@ -32,8 +32,8 @@ fn element(size: [f64; 3], poisson: f64) -> Element {
                 for i in 0..3 {
                     for j in 0..3 {
                         let same = if i == j { ga.dot(gb) } else { 0.0 };
-                        stiffness[(3 * a + i, 3 * b + j)] += volume / 8.0
-                            * (lame * ga[i] * gb[j] + shear * (ga[j] * gb[i] + same));
+                        stiffness[(3 * a + i, 3 * b + j)] +=
+                            volume / 8.0 * (lame * ga[i] * gb[j] + shear * (ga[j] * gb[i] + same));
                     }
                 }
             }
@@ -74,11 +74,17 @@ impl System {
                         continue;
                     }
                     let corners: Vec<[u32; 3]> = (0..8_u32)
-                        .map(|c| [(x + (c & 1)) % nodes[0], (y + (c >> 1 & 1)) % nodes[1], (z + (c >> 2)) % nodes[2]])
+                        .map(|c| {
+                            [(x + (c & 1)) % nodes[0], (y + (c >> 1 & 1)) % nodes[1], (z + (c >> 2)) % nodes[2]]
+                        })
                         .collect();
                     let size = std::array::from_fn(|d| {
                         let at = [x, y, z][d] as usize;
-                        if periodic[d].is_some() { lines[d][1] - lines[d][0] } else { lines[d][at + 1] - lines[d][at] }
+                        if periodic[d].is_some() {
+                            lines[d][1] - lines[d][0]
+                        } else {
+                            lines[d][at + 1] - lines[d][at]
+                        }
                     });
                     corners.iter().for_each(|&corner| number[place(corner)] = 0);
                     filled.push((corners, element(size, poisson) * weight));
@@ -218,7 +224,13 @@ fn cells_cut_to_a_millionth_are_solved_as_well() {
         let faces = system.solve(1e-8).1;
         let ball = |[x, y, z]: [u32; 3]| {
             let r = [x, y, z].map(|i| f64::from(i) + 0.5 - 8.0).iter().map(|r| r * r).sum::<f64>().sqrt();
-            if r > 8.0 { 0.0 } else if r > 7.0 { cut } else { 1.0 }
+            if r > 8.0 {
+                0.0
+            } else if r > 7.0 {
+                cut
+            } else {
+                1.0
+            }
         };
         let system = System::new(lines([n; 3]), [None; 3], 0.3, ball, |[_, _, z], _| z == 7);
         let rim = system.solve(1e-8).1;
@@ -230,12 +242,12 @@ fn cells_cut_to_a_millionth_are_solved_as_well() {
 #[test]
 fn flat_cells_graded_lines_and_rings_are_coarsened_where_lines_are_close() {
     let held = |[_, _, z]: [u32; 3], _: usize| z == 0;
-    let flat: [Vec<f64>; 3] = std::array::from_fn(|d| {
-        (0..=24).map(|i| f64::from(i) * if d == 2 { 0.05 } else { 1.0 }).collect()
-    });
+    let flat: [Vec<f64>; 3] =
+        std::array::from_fn(|d| (0..=24).map(|i| f64::from(i) * if d == 2 { 0.05 } else { 1.0 }).collect());
     let graded: [Vec<f64>; 3] = std::array::from_fn(|_| (0..=20).map(|i| 1.15_f64.powi(i)).collect());
     let beam = lines([64, 4, 4]);
-    let found = [flat, graded, beam].map(|lines| System::new(lines, [None; 3], 0.3, |_| 1.0, held).solve(1e-8).1);
+    let found =
+        [flat, graded, beam].map(|lines| System::new(lines, [None; 3], 0.3, |_| 1.0, held).solve(1e-8).1);
     let mut ring = lines([32, 8, 8]);
     ring[0].truncate(32);
     let ring = System::new(ring, [Some(32), None, None], 0.3, |_| 1.0, held).solve(1e-8).1;
@@ -288,28 +300,5 @@ fn too_few_iterations_are_reported_with_what_they_reached() {
     match multigrid.solve(&mut x, 1e-12, 3) {
         Err(Failure::NotConverged { iterations: 3, residual }) => assert!(residual < 0.5, "{residual}"),
         other => panic!("{other:?}"),
-    }
-}
-
-#[test]
-#[ignore]
-fn tmp_speed() {
-    use std::time::Instant;
-    for nu in [0.3, 0.45, 0.49, 0.499] {
-        println!("nu {nu}: {}", System::cube(16, nu).solve(1e-8).1);
-    }
-    for n in [32, 64] {
-        let system = System::cube(n, 0.3);
-        let t = Instant::now();
-        let mut multigrid = system.multigrid();
-        let analyse = t.elapsed();
-        println!("{:?}", multigrid.size());
-        let t = Instant::now();
-        multigrid.prepare(system.pattern(), &system.values).unwrap();
-        let prepare = t.elapsed();
-        let mut x = system.load();
-        let t = Instant::now();
-        let solved = multigrid.solve(&mut x, 1e-8, 100).unwrap();
-        println!("{n}: analyse {analyse:?} prepare {prepare:?} solve {:?} {solved:?}", t.elapsed());
     }
 }
