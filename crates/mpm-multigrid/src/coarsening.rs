@@ -127,26 +127,24 @@ impl Lattice {
             number[place(index)] = node as u32;
         }
 
-        let rows: Vec<(Vec<usize>, Vec<(u32, f64)>)> = self
+        let rows: Vec<Weights> = self
             .index
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let (mut end, mut entry) =
-                    (Vec::with_capacity(chunk.len()), Vec::with_capacity(4 * chunk.len()));
+                let (mut start, mut entry) = (vec![0], Vec::with_capacity(4 * chunk.len()));
                 for &fine in chunk {
                     for_each_parent(&steps, fine, |parent, weight| entry.push((number[place(parent)], weight)));
-                    end.push(entry.len());
+                    start.push(entry.len());
                 }
-                (end, entry)
+                Weights { start, entry }
             })
             .collect();
-        let (mut start, mut entry) = (vec![0], Vec::new());
-        for (end, part) in rows {
-            let offset = entry.len();
-            start.extend(end.into_iter().map(|end| end + offset));
-            entry.extend(part);
+        let mut parents = Weights { start: vec![0], entry: Vec::new() };
+        for part in rows {
+            let offset = parents.entry.len();
+            parents.start.extend(part.start[1..].iter().map(|end| end + offset));
+            parents.entry.extend(part.entry);
         }
-        let parents = Weights { start, entry };
         let children = parents.transposed(index.len());
         Some((Self { index, lines: coarse, periodic, reach, strips }, Interpolation { parents, children }))
     }
@@ -206,7 +204,7 @@ fn coarse_lines(lines: &[f64], periodic: Option<u32>) -> Vec<f64> {
     let mut coarse: Vec<f64> = lines.iter().copied().step_by(2).collect();
     match periodic {
         Some(n) => coarse.truncate(n as usize / 2),
-        None if lines.len() % 2 == 0 => {
+        None if lines.len().is_multiple_of(2) => {
             let n = lines.len();
             coarse.push(lines[n - 1] + (lines[n - 1] - lines[n - 2]));
         }

@@ -341,10 +341,10 @@ fn reach(n: usize, nodes: &Nodes<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(
     let mut reach = [1; 3];
     for node in 0..n {
         neighbours(node, &mut |other| {
-            for d in 0..3 {
+            for (d, reach) in reach.iter_mut().enumerate() {
                 let apart = nodes.index[node][d].abs_diff(nodes.index[other][d]);
                 let apart = nodes.periodic[d].map_or(apart, |n| apart.min(n - apart.min(n)));
-                reach[d] = reach[d].max(apart);
+                *reach = (*reach).max(apart);
             }
         });
     }
