@@ -30,10 +30,11 @@ fn json(it: &Estimate, scene: &Scene) -> Value {
         "cells": it.cells, "cells_with_material": it.cells_with_material,
         "nodes": it.nodes, "active_nodes": it.active_nodes,
         "equations": it.equations, "prescribed": it.prescribed,
-        "tangent_entries": it.tangent_entries, "factor_entries": it.factor_entries, "load_steps": it.steps,
+        "tangent_entries": it.tangent_entries, "factor_entries": it.factor_entries,
+        "linear_solver": if it.is_iterative { "iterative" } else { "direct" }, "load_steps": it.steps,
         "memory": {
             "total": memory.total(), "points": memory.points, "connectivity": memory.connectivity,
-            "tangent": memory.tangent, "factor": memory.factor,
+            "tangent": memory.tangent, "solver": memory.solver,
         },
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene),
     })
@@ -55,16 +56,27 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
     line("equations", format!("{} ({} more prescribed)", count(it.equations), count(it.prescribed)));
     line("tangent entries", count(it.tangent_entries));
     line("factor entries", count(it.factor_entries));
+    let prediction = &it.prediction;
+    let (direct, iterative) = (
+        format!("direct {:.1e} operations, {}", prediction.factor_operations, bytes(8 * it.factor_entries)),
+        format!(
+            "iterative {:.1e} bytes moved, {}",
+            prediction.iterative_traffic,
+            bytes(prediction.iterative_bytes as usize)
+        ),
+    );
+    let (chosen, other) = if it.is_iterative { (iterative, direct) } else { (direct, iterative) };
+    line("linear solver", format!("{chosen} ({other})"));
     let memory = &it.memory;
     line(
         "memory",
         format!(
-            "about {}: points {}, connectivity {}, tangent {}, factor {}",
+            "about {}: points {}, connectivity {}, tangent {}, solver {}",
             bytes(memory.total()),
             bytes(memory.points),
             bytes(memory.connectivity),
             bytes(memory.tangent),
-            bytes(memory.factor)
+            bytes(memory.solver)
         ),
     );
     line("load steps", count(it.steps));
