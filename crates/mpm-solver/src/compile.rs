@@ -6,15 +6,16 @@ use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support, Tolerance,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
+    Tolerance,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
-    PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SolverInput,
-    StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
+    PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput,
+    SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
 };
 use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;

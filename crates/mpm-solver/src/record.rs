@@ -346,8 +346,7 @@ impl Record {
             let totals = &mut self.summary;
             totals.dissipated += energy.dissipated;
             totals.external_work += energy.work;
-            let (stored, dissipated, work) =
-                (elastic(&model.bodies), totals.dissipated, totals.external_work);
+            let (stored, dissipated, work) = (elastic(&model.bodies), totals.dissipated, totals.external_work);
             row.extend([stored, dissipated, work, work - stored - dissipated].map(|it| Entry::Real(vec![it])));
         }
         row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));

@@ -181,7 +181,8 @@ fn sums_go_on_where_a_run_is_resumed() {
     compiled(&text).run(&mut whole).unwrap();
     let mut rest = Seen::default();
     compiled(&text).resume(&whole.state.take().unwrap(), &mut rest).unwrap();
-    for name in ["energy/dissipated", "energy/external_work", "energy/unbalanced", "probe/corner/displacement"] {
+    for name in ["energy/dissipated", "energy/external_work", "energy/unbalanced", "probe/corner/displacement"]
+    {
         let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
         assert_eq!(bits(rest.last(name)), bits(whole.last(name)), "{name}");
     }
@@ -193,7 +194,9 @@ fn what_is_not_asked_for_is_not_there() {
     let start = text.find("        probes:").unwrap();
     let end = text.find("        schedule:").unwrap();
     let seen = Seen::of(&format!("{}{}", &text[..start], &text[end..]));
-    assert!(seen.columns.iter().all(|column| !column.name.contains("energy") && !column.name.contains("probe")));
+    assert!(
+        seen.columns.iter().all(|column| !column.name.contains("energy") && !column.name.contains("probe"))
+    );
 }
 
 #[test]
@@ -201,7 +204,12 @@ fn wrong_probes_are_refused() {
     let good = pulled(ELASTIC, 1);
     for (from, to, path, reason) in [
         ("\"right\"", "\"corner\"", "probes[1].name", "expected a name of its own"),
-        ("\"right\", body: \"square\"", "\"right\", body: \"ring\"", "probes[1].body", "no body named `ring`; the scene has: square"),
+        (
+            "\"right\", body: \"square\"",
+            "\"right\", body: \"ring\"",
+            "probes[1].body",
+            "no body named `ring`; the scene has: square",
+        ),
         ("from: (1, 0)", "from: (3, 0)", "probes[1].points", "holds no material point of body `square`"),
         ("basis: Smpm", "basis: Cpdi1, domains: (control: Split())", "probes[0]", "points are split"),
     ] {
