@@ -41,7 +41,7 @@ const SCENE: &str = r#"PlaneStrain(
     supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [Y], displace: [(axis: X, by: 1)], moment_about: (0, 0))],
     loads: [BodyForce(acceleration: (0, -1))],
     schedule: (steps: 6),
-    probes: [(name: "top", body: "block", points: Near((2, 3)))],
+    probes: [(name: "top", body: "block", points: Near(2, 3))],
     output: (fields: [CauchyStress, Displacement, Outline, Plastic], every: 3, energies: true),
 )"#;
 
