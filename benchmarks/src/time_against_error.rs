@@ -296,9 +296,9 @@ fn panel(problem: &Problem, rows: &[Row]) -> Panel {
     });
     Panel::Curves(Curves {
         title: problem.name.into(),
-        axes: ["processor seconds, one thread", problem.measure],
+        axes: ["processor seconds, one thread", problem.measure].map(String::from),
         range: [decades(done.iter().map(|row| row.seconds)), decades(done.iter().filter_map(|row| row.error))],
-        logarithmic: true,
+        logarithmic: [true; 2],
         legend: Legend::None,
         curves: curves.filter(|curve| !curve.points.is_empty()).collect(),
     })

@@ -410,6 +410,12 @@ fn bodies<const D: usize, B: FillBody<D>>(
     if scene.bodies.is_empty() {
         return Err(SceneError::new("bodies", "expected at least one body"));
     }
+    if let Some(k) = scene.output.fields.iter().position(|field| *field == Field::Outline).filter(|_| D != 2) {
+        return Err(SceneError::new(
+            format!("output.fields[{k}]"),
+            format!("`Outline` is recorded in the plane only, and the scene has {D} dimensions"),
+        ));
+    }
     let heavy = scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. }));
     let (mut bodies, mut all_faces): BodiesAndFaces<D> = (Vec::new(), Vec::new());
     for (b, input) in scene.bodies.iter().enumerate() {

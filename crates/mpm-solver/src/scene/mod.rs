@@ -6,10 +6,12 @@
 //! reported with its line; what only the whole scene can tell (a region without nodes, say) is
 //! checked when the scene is compiled.
 
+mod edit;
 mod number;
 mod position;
 mod read;
 
+pub use edit::{EditError, Edited, set_value};
 pub use number::{Coordinates, Count, Finite, Fraction, Poisson, Positive};
 pub use position::{Position, position_of};
 pub use read::ReadError;
