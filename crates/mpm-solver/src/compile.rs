@@ -15,7 +15,8 @@ use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput,
-    SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
+    SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, ToleranceInput,
+    TrianglesInput,
 };
 use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
@@ -233,6 +234,14 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
     }
 }
 
+fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
+    let keep_factor_below = input.keep_factor_below.map(|part| part.0);
+    if let Some(part) = keep_factor_below.filter(|part| *part >= 1.0) {
+        return Err(SceneError::new("tolerance.keep_factor_below", format!("is {part}, expected less than 1")));
+    }
+    Ok(Tolerance { residual: input.residual.0, iterations: input.iterations.0, keep_factor_below })
+}
+
 fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
@@ -263,7 +272,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
             SolverInput::Direct => Choice::Direct,
             SolverInput::Iterative => Choice::Iterative,
         },
-        tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
+        tolerance: tolerance(&scene.tolerance)?,
     };
     check_start(&model, &mesh)?;
     Ok(model)
