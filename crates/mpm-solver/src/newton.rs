@@ -36,6 +36,9 @@ const SEARCHES: usize = 5;
 /// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
 const DIVERGED: f64 = 1e8;
 
+/// Iterations of a load step whose residuals have their place beforehand.
+const MOST_RESERVED: u32 = 1000;
+
 /// Everything that stays fixed while one load step is balanced.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<'a, const D: usize> {
@@ -200,8 +203,8 @@ fn iterate<const D: usize>(
     let n = problem.active.len();
     let driven = problem.constraints.is_driven() && !lift.is_empty();
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
-    // All that the iterations write to: they allocate nothing.
-    state.residuals.reserve_exact(problem.tolerance.iterations as usize);
+    // All that the iterations write to: they allocate nothing, unless they are very many.
+    state.residuals.reserve_exact(problem.tolerance.iterations.min(MOST_RESERVED) as usize);
     let (mut free, mut start) = (vec![Vector::zeros(); n], vec![Vector::zeros(); n]);
     let mut out_of_balance = vec![Vector::zeros(); n];
 
