@@ -256,7 +256,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>, room: Room) -> R
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout, room)?;
+    let (bodies, faces) = bodies(scene, &layout, &mesh, room)?;
     let model = Model {
         supports: supports(scene, &layout)?,
         loads: loads(scene, &bodies, faces)?,
@@ -416,6 +416,7 @@ type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f6
 fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
+    start: &Mesh<D>,
     room: Room,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
@@ -466,7 +467,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
         let (shape, shape_mesh) = shape(&input.shape, layout, mesh, room)
             .map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
         let plan = Plan {
-            mesh,
+            start,
             shape,
             shape_mesh: &shape_mesh,
             points_per_cell: input.points_per_cell.0,

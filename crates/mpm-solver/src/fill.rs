@@ -11,7 +11,8 @@ const MOST_POINTS: f64 = 4e9;
 
 /// What a body is to be filled with.
 pub(crate) struct Plan<'a, const D: usize> {
-    pub mesh: &'a Mesh<D>,
+    /// The mesh of the first load step.
+    pub start: &'a Mesh<D>,
     pub shape: Shape<D>,
     /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
     pub shape_mesh: &'a Mesh<D>,
@@ -59,7 +60,7 @@ where
     B: Basis<D> + 'static,
     M: Material + 'static,
 {
-    basis.suits(plan.mesh)?;
+    basis.suits(plan.start)?;
     let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
     let mut points = Points::<D, B, M>::default();
     let mut faces = vec![Vec::new(); plan.faces.len()];
@@ -73,7 +74,15 @@ where
         ));
     }
     plan.room.check(format_args!("{count:e} material points"), count, bytes_of_point::<D, B, M>())?;
+    let mut flat = None;
     for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
+        // Ends can be so close together, or so far apart, that their numbers do not tell how far.
+        if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
+            flat = Some(piece.corners()[0]);
+        }
+        if flat.is_some() {
+            return;
+        }
         let first = points.len();
         basis.seed(piece, &mut |seed| points.push(seed));
         for (face, shares) in plan.faces.iter().zip(&mut faces) {
@@ -86,6 +95,12 @@ where
             }
         }
     })?;
+    if let Some(corner) = flat {
+        let at = corner.as_slice();
+        return Err(format!(
+            "the part of a cell at {at:?} that a point stands for has no volume that can be computed"
+        ));
+    }
     for shares in &mut faces {
         shares.sort_by_key(|&(point, _)| point);
     }

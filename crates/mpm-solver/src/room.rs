@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::fs;
 
 /// Nodes among which the nodes of a scene's supports are sought, in all.
-const MOST_SOUGHT: f64 = 1e8;
+const MOST_SOUGHT: f64 = 2e7;
 
 /// Memory that a scene may take up.
 #[derive(Clone, Copy, Debug)]
