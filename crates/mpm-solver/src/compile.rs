@@ -268,6 +268,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>, room: Room) -> R
         path: path_control(&scene.schedule.control),
         ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
+        condition_history: scene.output.condition,
         tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
     check_start(&model, &mesh, room)?;

@@ -355,7 +355,7 @@ fn balance<const D: usize>(
         round_off,
         tolerance: model.tolerance,
     };
-    let equilibrium = match drive {
+    let mut equilibrium = match drive {
         Drive::Load => newton::solve(&problem, factorization, workspace, timings)?,
         Drive::Stages => newton::solve_in_stages(&problem, factorization, workspace, timings)?,
         Drive::Measured(attempt) => {
@@ -387,6 +387,10 @@ fn balance<const D: usize>(
             equilibrium
         }
     };
+
+    if model.condition_history {
+        equilibrium.accuracy.condition = factorization.condition(&workspace.values);
+    }
 
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh, active, increment: &equilibrium.increment };

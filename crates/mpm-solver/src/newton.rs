@@ -81,6 +81,21 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub unstable_node: Option<NodeId>,
     /// Smallest `det ΔF` of any point.
     pub smallest_determinant: f64,
+    /// How well the linear systems were solved.
+    pub accuracy: Accuracy,
+}
+
+/// How well linear systems were solved, in the worst of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Accuracy {
+    /// Largest backward error of a solution.
+    pub backward_error: f64,
+    /// Steps of iterative refinement, in all.
+    pub refinements: u32,
+    /// Largest ratio of the pivots of a factorisation; the condition number is as large or larger. 0: no pivots.
+    pub pivot_spread: f64,
+    /// Estimate of the condition number of the last tangent, where it is asked for.
+    pub condition: Option<f64>,
 }
 
 impl<const D: usize> Equilibrium<D> {
@@ -95,6 +110,7 @@ impl<const D: usize> Equilibrium<D> {
             stages: 0,
             unstable_node: None,
             smallest_determinant: f64::INFINITY,
+            accuracy: Accuracy::default(),
         }
     }
 }
@@ -512,6 +528,9 @@ fn factorise<const D: usize>(
         .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
     *weakest = report.weakest;
+    if let Some(ratio) = report.pivot_ratio {
+        state.accuracy.pivot_spread = state.accuracy.pivot_spread.max(ratio.recip());
+    }
     if let Some(pivot) = report.not_positive {
         state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);
     }
@@ -549,6 +568,8 @@ fn substitute_into<const D: usize>(
         .time(Phase::Solve, || factorization.solve(values, rhs))
         .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
+    state.accuracy.backward_error = state.accuracy.backward_error.max(report.backward_error);
+    state.accuracy.refinements += report.refinements as u32;
     for (free, x) in free.iter_mut().zip(rhs.chunks_exact(D)) {
         free.copy_from_slice(x);
     }

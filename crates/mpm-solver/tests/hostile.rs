@@ -14,7 +14,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 const ROOM: u64 = 1 << 30;
 
 /// What a refusal may take `[bytes]`.
-const LITTLE: usize = 1 << 20;
+const LITTLE: usize = 4 << 20;
 
 const SCENE: &str = r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4)]),
@@ -50,9 +50,8 @@ const CASES: &[Case] = &[
     ("near: (2, 2)", "near: (NaN, 2)", "finite number"),
     (X_AXIS, "[Uniform(from: -1e308, to: 1e308, cells: 4)", "increase strictly"),
     (X_AXIS, "[Nodes([0, 1, inf])", "finite number"),
-    (X_AXIS, "[Nodes([0, 1, 1e308])", "box"),
     // Cells that rounding closes.
-    (X_AXIS, "[Nodes([0, 0.49999999999999994, 0.5, 4])", "no volume"),
+    (X_AXIS, "[Nodes([0, 0.49999999999999994, 0.5, 2])", "no volume"),
     // Nothing at all.
     (X_AXIS, "[Uniform(from: 0, to: 0, cells: 4)", "increase strictly"),
     (X_AXIS, "[Uniform(from: 0, to: 4, cells: 0)", "from 1 to"),
@@ -77,7 +76,6 @@ const CASES: &[Case] = &[
 const RINGS: &[Case] = &[
     ("sectors: 8", "sectors: 4294967295", "the ring would take at least"),
     ("sectors: 8", "sectors: 1000000000", "the ring would take at least"),
-    ("sectors: 8", "sectors: 10000000", "among"),
     ("cells: 2", "cells: 1000000000", "the ring would take at least"),
     ("from: 1, to: 2", "from: 1e-200, to: 1e-199", "no volume"),
     ("from: 1, to: 2", "from: 1e200, to: 1e201", "no volume"),
