@@ -1,7 +1,7 @@
 //! How well a run was solved: told in its summary and its history; and what is told where it was not.
 
 use mpm_solver::observe::{Column, Entry, LoadStep, Observer, ObserverError, RunStart};
-use mpm_solver::scene::{Coordinates, Scene, ShapeInput};
+use mpm_solver::scene::{Coordinates, MeanDilatationInput, Scene, ShapeInput};
 use mpm_solver::{Summary, compile};
 
 /// A block under its weight whose uppermost and rightmost points reach by `cut` of a cell into the next.
@@ -113,4 +113,23 @@ fn a_cut_of_a_ten_millionth_is_told_by_the_pivots() {
     let spread = |more| run(&scene(1e-7, more)).0.pivot_spread;
     assert!(spread("") > 1e12);
     assert!(spread("stabilisation: Ghost()") < 1e4);
+}
+
+#[test]
+fn ghost_stabilisation_and_mean_dilatation_go_together() {
+    let run = |more: &str, mean: bool| {
+        let mut scene = scene(1e-3, more);
+        if let Scene::PlaneStrain(scene) = &mut scene {
+            scene.bodies[0].mean_dilatation = mean.then_some(MeanDilatationInput::Points);
+        }
+        run(&scene)
+    };
+    let (both, rows) = run("stabilisation: Ghost()", true);
+    assert_eq!((both.steps, both.cuts, both.shortened), (4, 0, 0));
+    assert!(rows.largest("newton_iterations") < 5.0 && rows.largest("ghost_faces") > 0.0, "{both:?}");
+    assert!(both.pivot_spread < 1e4, "{both:?}");
+    // Each does something to the other.
+    for (more, mean) in [("stabilisation: Ghost()", false), ("", true)] {
+        assert_ne!(run(more, mean).0.smallest_determinant, both.smallest_determinant);
+    }
 }
