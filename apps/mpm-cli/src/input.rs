@@ -3,7 +3,12 @@
 use crate::complaint::Complaint;
 use mpm_solver::scene::{Position, Scene, position_of};
 use mpm_solver::{Compiled, SceneError, compile};
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
+
+/// Longest scene that is read: some files never end [bytes].
+const LONGEST: u64 = 64 << 20;
 
 /// A scene that was read and compiled.
 pub struct Input {
@@ -17,8 +22,13 @@ pub struct Input {
 
 /// Reads and compiles the scene in `file`.
 pub fn read(file: &Path) -> Result<Input, Complaint> {
-    let bytes = std::fs::read(file)
-        .map_err(|error| Complaint::input(format!("cannot read scene {}: {error}", file.display())))?;
+    let cannot = |reason: String| Complaint::input(format!("cannot read scene {}: {reason}", file.display()));
+    let mut bytes = Vec::new();
+    let opened = File::open(file).and_then(|it| it.take(LONGEST + 1).read_to_end(&mut bytes));
+    opened.map_err(|error| cannot(error.to_string()))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(cannot(format!("it is longer than {} MiB", LONGEST >> 20)));
+    }
     parse(file, String::from_utf8(bytes).map_err(|error| not_text(file, &error))?)
 }
 
