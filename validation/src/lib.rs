@@ -13,7 +13,6 @@ pub mod analytic;
 mod cases;
 pub mod fuzz;
 pub mod history;
-mod palette;
 pub mod picture;
 pub mod probe;
 pub mod problems;
