@@ -323,3 +323,22 @@ fn the_condition_number_is_estimated_from_below() {
         most / least
     );
 }
+
+#[test]
+fn costs_are_predicted_from_the_box_of_the_nodes() {
+    use mpm_multigrid::{Multigrid, Nodes, Pattern};
+    let lines: [Vec<f64>; 3] = std::array::from_fn(|_| (0..80).map(f64::from).collect());
+    for cells in [[12, 12, 12], [60, 5, 5], [20, 20, 4]] {
+        let problem = elasticity(cells, false);
+        let pattern = problem.pattern();
+        let place = Place { index: &problem.lattice, lines: &lines, periodic: [None; 3] };
+        let prediction = predict::<3>(pattern, place);
+        let entries = predict_factor_entries(pattern, &problem.lattice, [None; 3], 3).unwrap() as f64;
+        let ratio = prediction.factor_entries / entries;
+        assert!((0.5..1.5).contains(&ratio), "{cells:?}: {ratio} of the entries");
+        let nodes = Nodes { index: &problem.lattice, lines: &lines, periodic: [None; 3] };
+        let blocks = Pattern { column_start: pattern.column_start, row: pattern.row };
+        let ratio = prediction.iterative_bytes / Multigrid::<3>::analyse(blocks, nodes).size().bytes as f64;
+        assert!((0.7..1.3).contains(&ratio), "{cells:?}: {ratio} of the bytes");
+    }
+}
