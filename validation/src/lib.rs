@@ -12,6 +12,7 @@
 pub mod analytic;
 mod cases;
 pub mod history;
+mod html;
 pub mod picture;
 pub mod probe;
 pub mod problems;

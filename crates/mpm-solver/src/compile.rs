@@ -6,15 +6,17 @@ use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
+    Tolerance,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
-    PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SolverInput,
-    StabilisationInput, StepControlInput, SupportInput, ToleranceInput, TrianglesInput,
+    PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput,
+    SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, ToleranceInput,
+    TrianglesInput,
 };
 use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
@@ -251,6 +253,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
     let (bodies, faces) = bodies(scene, &layout)?;
+    let probes = probes(scene, &bodies)?;
     let model = Model {
         supports: supports(scene, &layout)?,
         loads: loads(scene, &bodies, faces)?,
@@ -262,6 +265,8 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         path: path_control(&scene.schedule.control),
         ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
+        energies: scene.output.energies,
+        probes,
         solver: match scene.solver {
             SolverInput::Auto => Choice::Auto,
             SolverInput::Direct => Choice::Direct,
@@ -725,6 +730,53 @@ fn loads<const D: usize, B>(
         }
     }
     Ok(loads)
+}
+
+fn probes<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    bodies: &[NamedBody<D>],
+) -> Result<Vec<Probe<D>>, SceneError> {
+    let mut probes: Vec<Probe<D>> = Vec::new();
+    for (k, input) in scene.probes.iter().enumerate() {
+        let path = format!("probes[{k}]");
+        let name = &input.name;
+        let is_taken = probes.iter().any(|other| other.name == *name);
+        if name.is_empty() || name.contains('/') || is_taken {
+            let reason = format!("expected a name of its own, without `/`, got `{name}`");
+            return Err(SceneError::new(format!("{path}.name"), reason));
+        }
+        if let Some(ControlInput::Split { .. }) = scene.domains.control {
+            let reason = "points are split by `domains.control`, and a probe cannot follow their parts";
+            return Err(SceneError::new(path, reason));
+        }
+        let Some(body) = bodies.iter().position(|named| named.name == input.body) else {
+            let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
+            let reason = format!("no body named `{}`; the scene has: {}", input.body, known.join(", "));
+            return Err(SceneError::new(format!("{path}.body"), reason));
+        };
+        let points = &*bodies[body].body;
+        let positions = || (0..points.n_points()).map(|point| points.point(point).position);
+        let chosen: Vec<usize> = match &input.points {
+            ProbePointsInput::All => (0..points.n_points()).collect(),
+            ProbePointsInput::Near(at) => {
+                let found = nearest(points, &Vector::from(at.0), 1);
+                let found = found.map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                found.into_iter().map(|(point, _)| point).collect()
+            }
+            ProbePointsInput::Within { from, to } => {
+                let inside = |x: &Vector<D>| (0..D).all(|d| (from.0[d]..=to.0[d]).contains(&x[d]));
+                positions().enumerate().filter(|(_, x)| inside(x)).map(|(point, _)| point).collect()
+            }
+        };
+        if chosen.is_empty() {
+            let reason = format!("holds no material point of body `{}`", input.body);
+            return Err(SceneError::new(format!("{path}.points"), reason));
+        }
+        let mut probe = Probe { name: name.clone(), body, points: chosen, rest: Vector::zeros() };
+        probe.rest = probe.mean_position(bodies);
+        probes.push(probe);
+    }
+    Ok(probes)
 }
 
 /// The `count` points nearest to `x`, with equal shares.

@@ -47,6 +47,7 @@
 mod compile;
 mod course;
 mod domains;
+mod energy;
 mod error;
 mod estimate;
 mod fill;
@@ -57,6 +58,7 @@ mod newton;
 pub mod observe;
 mod ordering;
 mod path;
+mod probe;
 mod record;
 pub mod scene;
 mod schedule;
@@ -70,7 +72,8 @@ pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
 pub use load_step::{resume, run};
 pub use model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
+    Tolerance,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

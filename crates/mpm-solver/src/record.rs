@@ -1,10 +1,11 @@
 //! The record of a run: history columns, fields of the points, and the summary at its end.
 
 use crate::domains::DomainCounts;
+use crate::energy::{StepEnergy, elastic};
 use crate::error::Error;
 use crate::linear::{Analysis, Choice, Method};
 use crate::load_step::Connected;
-use crate::model::{Model, NamedBody};
+use crate::model::{Model, NamedBody, Probe};
 use crate::newton::Equilibrium;
 use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, Resumed, RunStart, Timing};
 use crate::schedule::Step;
@@ -27,6 +28,8 @@ pub(crate) struct StepResult<const D: usize> {
     /// Faces across which jumps were penalised.
     pub analysis: Analysis,
     pub domains: DomainCounts,
+    /// Where energies are recorded.
+    pub energy: Option<StepEnergy>,
 }
 
 /// A run in a few numbers.
@@ -86,6 +89,11 @@ pub(crate) struct Totals {
     indefinite_steps: u64,
     domains: DomainCounts,
     smallest_determinant: Option<f64>,
+    /// Energy dissipated, and work done from outside `[F L]`.
+    #[serde(default)]
+    dissipated: f64,
+    #[serde(default)]
+    external_work: f64,
 }
 
 impl Record {
@@ -137,6 +145,13 @@ impl Record {
                 real("smallest_volume_ratio".into(), 1),
             ]);
         }
+        if model.energies {
+            columns.extend(
+                ["elastic", "dissipated", "external_work", "unbalanced"]
+                    .map(|name| real(format!("energy/{name}"), 1)),
+            );
+        }
+        columns.extend(model.probes.iter().flat_map(Probe::columns));
         Self {
             columns,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
@@ -186,6 +201,9 @@ impl Record {
         if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
             return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
         }
+        if !(totals.dissipated.is_finite() && totals.external_work.is_finite()) {
+            return Err("has an energy that is not finite".into());
+        }
         let cuts = control.cuts();
         if *cuts_before > cuts || cuts > MOST_COUNTED {
             return Err(format!("has {cuts_before} halvings before the last of {cuts}, expected no more"));
@@ -228,7 +246,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let row: Vec<Entry> = self
+        let mut row: Vec<Entry> = self
             .columns
             .iter()
             .map(|column| match column.kind {
@@ -237,6 +255,9 @@ impl Record {
                 ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
             })
             .collect();
+        let probes: Vec<Entry> = model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)).collect();
+        row.truncate(row.len() - probes.len());
+        row.extend(probes);
         let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
         self.show(model, &mesh, 0.0, &row, &[], observer, timings)
     }
@@ -251,7 +272,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { mesh, connected, equilibrium, equations, analysis, domains } = result;
+        let StepResult { mesh, connected, equilibrium, equations, analysis, domains, energy } = result;
         let active = &connected.active;
         let ghost_faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
         let cuts_here = cuts - self.cuts_before;
@@ -321,6 +342,14 @@ impl Record {
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));
         }
+        if let Some(energy) = energy {
+            let totals = &mut self.summary;
+            totals.dissipated += energy.dissipated;
+            totals.external_work += energy.work;
+            let (stored, dissipated, work) = (elastic(&model.bodies), totals.dissipated, totals.external_work);
+            row.extend([stored, dissipated, work, work - stored - dissipated].map(|it| Entry::Real(vec![it])));
+        }
+        row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
 
         self.at = step.end;
         let totals = &mut self.summary;
