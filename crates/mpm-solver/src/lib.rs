@@ -60,13 +60,14 @@ mod ordering;
 mod path;
 mod probe;
 mod record;
+mod room;
 pub mod scene;
 mod schedule;
 mod state;
 mod timing;
 pub mod vortex;
 
-pub use compile::{Compiled, compile};
+pub use compile::{Compiled, compile, compile_within};
 pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};

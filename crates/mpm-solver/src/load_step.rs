@@ -358,7 +358,7 @@ fn balance<const D: usize>(
     };
     // Where the step ends; along a path, only its solution says.
     let mut reached = step.end;
-    let equilibrium = match drive {
+    let mut equilibrium = match drive {
         Drive::Load => newton::solve(&problem, linear, workspace, timings)?,
         Drive::Stages => newton::solve_in_stages(&problem, linear, workspace, timings)?,
         Drive::Measured(attempt) => {
@@ -399,6 +399,9 @@ fn balance<const D: usize>(
     } else {
         None
     };
+    if model.condition_history {
+        equilibrium.accuracy.condition = linear.condition(&workspace.values);
+    }
 
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh, active, increment: &equilibrium.increment };

@@ -33,6 +33,8 @@ pub struct Model<const D: usize> {
     pub ghost: Option<f64>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
+    /// Whether the history tells the condition number of the tangent.
+    pub condition_history: bool,
     /// Whether the history tells energies.
     pub energies: bool,
     /// What the history follows besides supports, in the order of the scene.

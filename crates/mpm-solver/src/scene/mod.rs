@@ -797,6 +797,9 @@ pub struct OutputInput {
     /// square of the load step, but for forces that a reset mesh lets go of, and for `stabilisation`, whose penalty
     /// is in none of them. Costs a pass over the points per load step.
     pub energies: bool,
+    /// Whether the condition number of every load step's last tangent is estimated (`/history/condition`), by ten
+    /// linear solutions more. Without it the summary has a lower bound, from the pivots.
+    pub condition: bool,
     /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
     pub checkpoint: Option<CheckpointInput>,
 }
@@ -820,6 +823,7 @@ impl Default for OutputInput {
             every: Count(1),
             domain_history: false,
             energies: false,
+            condition: false,
             checkpoint: None,
         }
     }
