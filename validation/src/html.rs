@@ -198,6 +198,41 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::CASES;
+    use crate::picture::Shapes;
+
+    /// Curves are drawn as text, bodies as pixels, both within the page; a failure is told as one.
+    #[test]
+    fn pictures_and_failures_are_in_the_page() {
+        let shapes = Shapes {
+            range: [(0.0, 1.0); 2],
+            domains: vec![(vec![(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], 1.0)],
+            ..Shapes::default()
+        };
+        let picture = |file| Picture {
+            file,
+            caption: "a < b".into(),
+            panels: vec![Panel::Shapes(shapes.clone()), Panel::Shapes(shapes.clone())],
+        };
+        let found = Findings {
+            checks: vec![Check::new("one", 1.0, 2.0), Check::new("two", f64::NAN, 2.0)],
+            tables: Vec::new(),
+            pictures: vec![picture("a.svg"), picture("a.png")],
+        };
+        let time = Duration::from_secs(1);
+        let told = [
+            Told { case: &CASES[0], found: Ok(found), time },
+            Told { case: &CASES[1], found: Err("no <disk>".into()), time },
+        ];
+        let page = page("t", &told, Extent::Full).unwrap();
+        assert_eq!(page.matches("<svg").count(), 2, "a picture per panel");
+        assert_eq!(page.matches("src=\"data:image/png;base64,iVBOR").count(), 2);
+        assert!(page.contains("<figcaption>a &lt; b</figcaption>"));
+        assert!(
+            page.contains("2 of 2 cases fail.") && page.contains("Could not be carried out: no &lt;disk&gt;")
+        );
+        assert!(page.contains(">NaN<") && page.matches("class=\"fail\">fail").count() == 3, "{page}");
+    }
 
     #[test]
     fn code_stands_out_and_nothing_breaks_the_page() {

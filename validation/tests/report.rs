@@ -14,7 +14,7 @@ fn validation(folder: &Path, arguments: &[&str]) -> Output {
 #[test]
 fn the_report_tells_of_every_comparison() {
     let folder = tempfile::tempdir().unwrap();
-    let output = validation(folder.path(), &["--quick", "--report", "r.html", "kite", "Newton's rate"]);
+    let output = validation(folder.path(), &["--quick", "--report", "r.html", "sides free", "Newton's rate"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0), "{table}{}", String::from_utf8_lossy(&output.stderr));
     let page = std::fs::read_to_string(folder.path().join("r.html")).unwrap();
@@ -23,7 +23,7 @@ fn the_report_tells_of_every_comparison() {
         assert!(page.contains(&what.replace('`', "")), "{what}");
     }
     assert!(page.contains("All 2 cases pass.") && page.contains("coarse meshes only"));
-    assert!(page.contains("<svg") && page.contains("name=\"viewport\""));
+    assert!(page.contains("name=\"viewport\""));
     // It needs nothing else: no script, and nothing from anywhere.
     for foreign in ["<script", "src=\"http", "href=\"http", "@import", "url("] {
         assert!(!page.contains(foreign), "{foreign}");
