@@ -1,8 +1,9 @@
 //! From a path to a compiled scene, or to a complaint that points into the file.
 
 use crate::complaint::Complaint;
+use mpm_io::FolderFiles;
 use mpm_solver::scene::{Position, Scene, position_of};
-use mpm_solver::{Compiled, SceneError, compile};
+use mpm_solver::{Compiled, SceneError, compile_with};
 use std::path::Path;
 
 /// A scene that was read and compiled.
@@ -19,16 +20,17 @@ pub struct Input {
 pub fn read(file: &Path) -> Result<Input, Complaint> {
     let bytes = std::fs::read(file)
         .map_err(|error| Complaint::input(format!("cannot read scene {}: {error}", file.display())))?;
-    parse(file, String::from_utf8(bytes).map_err(|error| not_text(file, &error))?)
+    let text = String::from_utf8(bytes).map_err(|error| not_text(file, &error))?;
+    parse(file, text, &FolderFiles::beside(file))
 }
 
-/// Reads and compiles the scene in `text`, which comes from `file`.
-pub fn parse(file: &Path, text: String) -> Result<Input, Complaint> {
+/// Reads and compiles the scene in `text`, which comes from `file`; `files` has what it names.
+pub fn parse(file: &Path, text: String, files: &FolderFiles) -> Result<Input, Complaint> {
     let scene = Scene::from_ron(&text).map_err(|error| {
         let place = error.start.offset(&text)..error.end.offset(&text);
         Complaint::at(file, &text, place, None, error.reason)
     })?;
-    let compiled = compile(&scene).map_err(|error| refused(file, &text, error))?;
+    let compiled = compile_with(&scene, files).map_err(|error| refused(file, &text, error))?;
     Ok(Input { text, scene, compiled })
 }
 

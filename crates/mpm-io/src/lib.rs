@@ -1,7 +1,8 @@
 //! Results of a run on disk: one HDF5 file that h5py, VTK and ParaView open as it is.
 //!
 //! [`ResultsWriter`] observes a run and writes while it goes; [`Results`] reads the file back.
-//! Everything that can go wrong is a [`ResultsError`]. This is the only crate that links HDF5.
+//! Everything that can go wrong is a [`ResultsError`]. [`FolderFiles`] reads what a scene names: surfaces (STL) and
+//! tables of points (CSV, HDF5). This is the only crate that links HDF5.
 //!
 //! The file (`format = "mpm-results"`, `version = 1`):
 //!
@@ -59,6 +60,7 @@ mod error;
 mod options;
 mod reader;
 mod rows;
+mod scene_files;
 mod source;
 mod vtkhdf;
 mod writer;
@@ -68,6 +70,7 @@ pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
 pub use error::{CheckpointError, ResultsError};
 pub use options::{Options, Precision};
 pub use reader::{PhaseTime, Results, Table};
+pub use scene_files::FolderFiles;
 pub use writer::ResultsWriter;
 
 /// Value of the root attribute `format`.

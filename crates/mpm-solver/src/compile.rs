@@ -2,6 +2,7 @@
 
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
+use crate::files::{NoFiles, SceneFiles, Surface};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
@@ -10,12 +11,14 @@ use crate::model::{
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::scene::{
-    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
     StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
 };
 use crate::state::{State, StateLayout};
+use crate::surface::Round;
+use crate::surface::parts::Solid;
 use crate::vortex::Vortex;
 use mpm_assembly::MeanDilatation;
 use mpm_basis::{
@@ -67,14 +70,22 @@ impl Compiled {
     }
 }
 
+/// Makes a model of a scene that names no files, see [`compile_with`].
+///
+/// # Errors
+/// As [`compile_with`].
+pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
+    compile_with(scene, &NoFiles)
+}
+
 /// Makes a model of a scene and checks all that can be checked before the first load step.
 ///
 /// # Errors
-/// The first thing that is wrong with the scene, with its path.
-pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
+/// The first thing that is wrong with the scene, or with a file that it names, with its path.
+pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene)?),
-        Scene::Solid(scene) => Compiled::Solid(model(scene)?),
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene, files)?),
     })
 }
 
@@ -231,7 +242,10 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
     }
 }
 
-fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
+fn model<const D: usize, B: FillBody<D>>(
+    scene: &SceneIn<D, B>,
+    files: &dyn SceneFiles,
+) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
@@ -241,7 +255,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout)?;
+    let (bodies, faces) = bodies(scene, &layout, files)?;
     let model = Model {
         supports: supports(scene, &layout)?,
         loads: loads(scene, &bodies, faces)?,
@@ -391,6 +405,7 @@ type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f6
 fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
+    files: &dyn SceneFiles,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
@@ -437,13 +452,24 @@ fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
+        let refuse = |it| SceneError::new(format!("{path}.shape"), it);
+        let surface = surface::<D>(&input.shape, files).map_err(refuse)?;
         let (shape, shape_mesh) =
-            shape(&input.shape, layout, mesh).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
+            shape(&input.shape, layout, mesh, surface.as_ref(), files).map_err(refuse)?;
+        let points_per_cell = match (&input.points_per_cell, &shape) {
+            (None, Shape::Parts(_)) => 1,
+            (Some(_), Shape::Parts(_)) => {
+                let reason = "points that are given have no number per cell";
+                return Err(SceneError::new(format!("{path}.points_per_cell"), reason));
+            }
+            (Some(count), _) => count.0,
+            (None, _) => return Err(SceneError::new(path, "expected `points_per_cell`")),
+        };
         let plan = Plan {
             mesh,
             shape,
             shape_mesh: &shape_mesh,
-            points_per_cell: input.points_per_cell.0,
+            points_per_cell,
             density: density.filter(|_| heavy).map(|density| density.0),
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
@@ -456,52 +482,142 @@ fn bodies<const D: usize, B: FillBody<D>>(
         let filled = scene
             .basis
             .fill(&scene.domains, law, &plan)
-            .map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
-        bodies.push(NamedBody { name: input.name.clone(), body: filled.body });
+            .map_err(refuse)?;
+        bodies.push(NamedBody {
+            name: input.name.clone(),
+            body: filled.body,
+            shape_volume: filled.shape_volume,
+        });
         all_faces.push(filled.faces);
     }
     Ok((bodies, all_faces))
 }
 
+/// The surface that a shape names, where it should be.
+fn surface<const D: usize>(input: &ShapeInput<D>, files: &dyn SceneFiles) -> Result<Option<Surface>, String> {
+    let ShapeInput::Surface { file, scale, shift } = input else { return Ok(None) };
+    let &[x, y, z] = &shift.0[..] else {
+        return Err("a surface encloses a body in three dimensions only".into());
+    };
+    Ok(Some(files.surface(file)?.placed(scale.0, &[x, y, z])))
+}
+
 /// What is to be filled, and the mesh whose cells it is filled by.
-fn shape<const D: usize>(
+fn shape<'a, const D: usize>(
     input: &ShapeInput<D>,
     layout: &Layout<D>,
     mesh: &Mesh<D>,
-) -> Result<(Shape<D>, Mesh<D>), String> {
-    match (input, layout) {
-        (ShapeInput::Box { from, to }, Layout::Box { .. }) => {
-            Ok((Shape::Box { from: from.0, to: to.0 }, mesh.clone()))
+    surface: Option<&'a Surface>,
+    files: &dyn SceneFiles,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let in_box = |shape| match layout {
+        Layout::Box { .. } => Ok((shape, mesh.clone())),
+        Layout::Ring { .. } => Err("such a body can only be filled in a box mesh".into()),
+    };
+    match input {
+        ShapeInput::Box { from, to } => in_box(Shape::Box { from: from.0, to: to.0 }),
+        ShapeInput::Surface { .. } => match surface {
+            Some(surface) => in_box(Shape::Solid(Solid::Surface(surface))),
+            None => Err("the surface is missing".into()),
+        },
+        ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
+        ShapeInput::Cylinder { axis, centre, radius, extent } => {
+            let radii = (0.0, radius.0);
+            in_box(Shape::Solid(Solid::Round(round(layout, *axis, centre, radii, *extent)?)))
         }
-        (ShapeInput::Box { .. }, _) => Err("a box can only be filled in a box mesh".into()),
-        (ShapeInput::Ring { inner, outer, .. }, _) if inner.0 <= 0.0 || inner.0 >= outer.0 => {
+        ShapeInput::Ring { inner, outer, .. } if inner.0 <= 0.0 || inner.0 >= outer.0 => {
             Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
         }
-        (ShapeInput::Ring { inner, outer, centre }, Layout::Ring { radii, centre: mesh_centre, .. }) => {
-            if plane_point(centre) != *mesh_centre {
-                return Err("a ring in a ring mesh has the mesh's centre".into());
-            }
-            let ring = |radius: f64| {
-                line_at(radii, radius)
-                    .ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
-            };
-            let (mut low, mut high) = ([0; D], layout.lattice().cells());
-            (low[1], high[1]) = (ring(inner.0)?, ring(outer.0)?);
-            Ok((Shape::Cells { low, high }, mesh.clone()))
+        ShapeInput::Tube { inner, outer, .. } if inner.0 >= outer.0 => {
+            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
         }
-        (ShapeInput::Ring { inner, outer, centre }, Layout::Box { axes, .. }) => {
-            let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
-            let pieces = |length: f64| (length / h - 1e-9).ceil().clamp(1.0, 1e6) as u32;
-            let radii =
-                Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)).map_err(|it| it.to_string())?;
-            let sectors = pieces(std::f64::consts::PI * (inner.0 + outer.0)).max(8);
-            let height = axes.get(2).cloned();
-            let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
-            let ring = ring.map_err(|it| it.to_string())?;
-            let cells = ring.lattice().cells();
-            Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+        ShapeInput::Ring { inner, outer, centre } => match layout {
+            Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
+            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0)),
+        },
+        ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
+            Layout::Box { .. } => {
+                let radii = (inner.0, outer.0);
+                in_box(Shape::Solid(Solid::Round(round(layout, *axis, centre, radii, *extent)?)))
+            }
+            Layout::Ring { .. } if *axis != Direction::Z => {
+                Err("a tube in a ring mesh has its axis along `Z`".into())
+            }
+            Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), *extent),
+        },
+    }
+}
+
+/// The cells of a ring mesh between two of its rings of nodes, and between two heights.
+fn ring_cells<'a, const D: usize>(
+    layout: &Layout<D>,
+    mesh: &Mesh<D>,
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    extent: Option<(Finite, Finite)>,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let Layout::Ring { radii, centre: mesh_centre, height, .. } = layout else {
+        return Err("expected a ring mesh".into());
+    };
+    if plane_point(centre) != *mesh_centre {
+        return Err("a ring in a ring mesh has the mesh's centre".into());
+    }
+    let ring = |radius: f64| {
+        line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
+    };
+    let (mut low, mut high) = ([0; D], layout.lattice().cells());
+    (low[1], high[1]) = (ring(inner)?, ring(outer)?);
+    if let Some((from, to)) = extent {
+        let axis = height.as_ref().ok_or("`extent` is for three dimensions")?;
+        let layer =
+            |z: f64| line_at(axis, z).ok_or_else(|| format!("the mesh has no layer of nodes at height {z}"));
+        (low[D - 1], high[D - 1]) = (layer(from.0)?, layer(to.0)?);
+        if from.0 >= to.0 {
+            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
         }
     }
+    Ok((Shape::Cells { low, high }, mesh.clone()))
+}
+
+/// A ring of pieces about as large as the cells of a box mesh.
+fn ring_of_its_own<'a, const D: usize>(
+    axes: &[Axis; D],
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
+    let pieces = |length: f64| (length / h - 1e-9).ceil().clamp(1.0, 1e6) as u32;
+    let radii = Axis::uniform(inner, outer, pieces(outer - inner)).map_err(|it| it.to_string())?;
+    let sectors = pieces(std::f64::consts::PI * (inner + outer)).max(8);
+    let height = axes.get(2).cloned();
+    let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
+    let ring = ring.map_err(|it| it.to_string())?;
+    let cells = ring.lattice().cells();
+    Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+}
+
+/// A cylinder or tube; in the plane of thickness 1.
+fn round<const D: usize>(
+    layout: &Layout<D>,
+    axis: Direction,
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    extent: Option<(Finite, Finite)>,
+) -> Result<Round, String> {
+    let Layout::Box { axes, .. } = layout else {
+        return Err("such a body can only be filled in a box mesh".into());
+    };
+    let ends = match (D, extent) {
+        (2, _) if axis != Direction::Z => return Err("a disc of the plane has its axis along `Z`".into()),
+        (2, Some(_)) => return Err("`extent` is for three dimensions".into()),
+        (2, None) => (0.0, 1.0),
+        (_, Some((from, to))) if from.0 >= to.0 => {
+            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
+        }
+        (_, Some((from, to))) => (from.0, to.0),
+        (_, None) => (axes[axis.index()].first(), axes[axis.index()].last()),
+    };
+    Ok(Round { axis: axis.index(), centre: plane_point(centre), inner, outer, ends })
 }
 
 fn mean_cell(axis: &Axis) -> f64 {

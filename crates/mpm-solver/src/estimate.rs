@@ -9,7 +9,7 @@ use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
 
 /// Size of a model at the start of its first load step.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Dimensions of space.
     pub dimensions: usize,
@@ -33,10 +33,23 @@ pub struct Estimate {
     pub factor_entries: usize,
     /// Nominal load steps.
     pub steps: u32,
+    /// Bodies whose points' volume is found in another way than that of their shape.
+    pub volumes: Vec<BodyVolume>,
     /// Columns of the points that are not stored for any body, because the scene needs them nowhere.
     pub columns_not_stored: Vec<&'static str>,
     /// Where the memory goes.
     pub memory: Memory,
+}
+
+/// Volume of a body, told by its points and by its shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyVolume {
+    /// Name of the body.
+    pub body: String,
+    /// Sum of its points' volumes `[L^D]`.
+    pub points: f64,
+    /// Volume of the shape: of a surface, by the divergence theorem `[L^D]`.
+    pub shape: f64,
 }
 
 /// Bytes held at the peak of a load step, by owner.
@@ -108,6 +121,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         tangent_entries: entries,
         factor_entries,
         steps: model.schedule.steps,
+        volumes: model.bodies.iter().filter_map(volume).collect(),
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
             points: 2 * stored,
@@ -117,6 +131,12 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
             factor: factor_entries * real + entries * (real + size_of::<usize>()),
         },
     })
+}
+
+fn volume<const D: usize>(named: &NamedBody<D>) -> Option<BodyVolume> {
+    let shape = named.shape_volume?;
+    let points = (0..named.body.n_points()).map(|point| named.body.point(point).reference_volume).sum();
+    Some(BodyVolume { body: named.name.clone(), points, shape })
 }
 
 /// Columns of the points that no body stores.

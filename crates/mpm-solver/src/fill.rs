@@ -1,9 +1,11 @@
 //! Filling a shape with material points.
 
+use crate::surface::parts::{Part, Parts, Solid, parts};
 use mpm_assembly::{Body, MaterialBody, MeanDilatation, Points};
 use mpm_basis::{Basis, Piece};
 use mpm_grid::{Axis, Mesh, Vector};
 use mpm_material::Material;
+use std::ops::Range;
 
 /// Points of one body at most; their numbers have 32 bits.
 const MOST_POINTS: f64 = 4e9;
@@ -11,9 +13,10 @@ const MOST_POINTS: f64 = 4e9;
 /// What a body is to be filled with.
 pub(crate) struct Plan<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
-    pub shape: Shape<D>,
+    pub shape: Shape<'a, D>,
     /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
     pub shape_mesh: &'a Mesh<D>,
+    /// Material points per cell and direction; of no use for points that are given.
     pub points_per_cell: u32,
     /// Given where a body force acts `[M/L^D]`.
     pub density: Option<f64>,
@@ -26,11 +29,15 @@ pub(crate) struct Plan<'a, const D: usize> {
 }
 
 /// What is filled.
-pub(crate) enum Shape<const D: usize> {
+pub(crate) enum Shape<'a, const D: usize> {
     /// A box in a rectilinear mesh, by its corners `[L]`.
     Box { from: [f64; D], to: [f64; D] },
     /// Whole cells, from the multi-index `low` up to but without `high`.
     Cells { low: [u32; D], high: [u32; D] },
+    /// What a surface encloses, in a rectilinear mesh.
+    Solid(Solid<'a>),
+    /// Parts that are given.
+    Parts(Parts<D>),
 }
 
 /// A part of a plane across an axis.
@@ -45,9 +52,11 @@ pub(crate) struct Face<const D: usize> {
 pub(crate) struct Filled<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub faces: Vec<Vec<(usize, f64)>>,
+    /// The shape's own volume, where the points' may differ from it `[L^D]`.
+    pub shape_volume: Option<f64>,
 }
 
-/// Fills a box with points of one basis and law.
+/// Fills a shape with points of one basis and law.
 ///
 /// # Errors
 /// A sentence that says what is wrong with the box or the number of points.
@@ -57,22 +66,33 @@ where
     M: Material + 'static,
 {
     basis.suits(plan.mesh)?;
-    let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
     let mut points = Points::<D, B, M>::default();
     let mut faces = vec![Vec::new(); plan.faces.len()];
-    for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
+    let mut shape_volume = None;
+    let pieces_per_cell = || basis.pieces_per_cell(plan.points_per_cell);
+    let mut seed = |piece: &Piece<D>| {
         let first = points.len();
         basis.seed(piece, &mut |seed| points.push(seed));
         for (face, shares) in plan.faces.iter().zip(&mut faces) {
             if let Some((area, centre)) = area_on(face, piece) {
-                let nearest = (first..points.len()).min_by(|&a, &b| {
-                    let distance = |p: usize| (points.position[p] - centre).norm_squared();
-                    distance(a).total_cmp(&distance(b))
-                });
-                shares.push((nearest.expect("a piece has a point"), area));
+                shares.extend(nearest(&points, first..points.len(), &centre).map(|point| (point, area)));
             }
         }
-    })?;
+    };
+    match &plan.shape {
+        Shape::Box { from, to } => for_each_in_box(plan.shape_mesh, (from, to), pieces_per_cell()?, &mut seed)?,
+        Shape::Cells { low, high } => {
+            for_each_in_cells(plan.shape_mesh, (low, high), pieces_per_cell()?, &mut seed)?;
+        }
+        Shape::Solid(solid) => {
+            let axes = plan.mesh.rectilinear().ok_or("such a body can only be filled in a box mesh")?;
+            let bounds: Vec<_> = plan.faces.iter().map(|face| (face.axis, face.at, face.within)).collect();
+            let parts = parts(solid, axes, pieces_per_cell()?, &bounds)?;
+            shape_volume = parts.volume;
+            seed_parts(&basis, &parts, &mut points, &mut faces);
+        }
+        Shape::Parts(parts) => seed_parts(&basis, parts, &mut points, &mut faces),
+    }
     for shares in &mut faces {
         shares.sort_by_key(|&(point, _)| point);
     }
@@ -83,60 +103,106 @@ where
         points.keep_reference_positions();
     }
     let body = MaterialBody::new(basis, law, points).with_mean_dilatation(plan.mean_dilatation);
-    Ok(Filled { body: Box::new(body), faces })
+    Ok(Filled { body: Box::new(body), faces, shape_volume })
 }
 
-/// Cuts a shape into pieces, cell by cell and piece by piece inside a cell: points that share nodes
-/// stay together.
-fn for_each_piece<const D: usize>(
-    mesh: &Mesh<D>,
-    shape: &Shape<D>,
-    pieces_per_cell: u32,
-    mut each: impl FnMut(&Piece<D>),
-) -> Result<(), String> {
-    let refuse = |pieces: f64| {
-        let most = format!("the {MOST_POINTS:e} that a body can have");
-        if pieces > MOST_POINTS {
-            Err(format!("{pieces:e} material points are more than {most}"))
-        } else {
-            Ok(())
-        }
-    };
-    match shape {
-        Shape::Box { from, to } => {
-            let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
-            let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
-            let mut pieces = 1.0;
-            for d in 0..D {
-                let lines = lines(&axes[d], from[d], to[d], pieces_per_cell)?;
-                pieces *= (lines.len() - 1) as f64;
-                rows.push(by_cell(&axes[d], &lines));
-            }
-            refuse(pieces)?;
-            for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
-                let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
-                for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
-                    let low = Vector::from_fn(|d, _| row[d][piece[d]]);
-                    let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
-                    each(&box_piece(&low, &high));
-                });
-            });
-        }
-        Shape::Cells { low, high } => {
-            let extent: [usize; D] = std::array::from_fn(|d| (high[d] - low[d]) as usize);
-            let cells: f64 = extent.iter().map(|&n| n as f64).product();
-            refuse(cells * f64::from(pieces_per_cell).powi(D as i32))?;
-            let local = |k: usize| 2.0 * k as f64 / f64::from(pieces_per_cell) - 1.0;
-            for_each(extent, |offset: [usize; D]| {
-                let cell = std::array::from_fn(|d| low[d] + offset[d] as u32);
-                for_each([pieces_per_cell as usize; D], |piece: [usize; D]| {
-                    let from = Vector::from_fn(|d, _| local(piece[d]));
-                    let to = Vector::from_fn(|d, _| local(piece[d] + 1));
-                    each(&mesh.piece(cell, &from, &to));
-                });
-            });
+/// The one of some points that is nearest to a position.
+fn nearest<const D: usize, B: Basis<D>, M: Material>(
+    points: &Points<D, B, M>,
+    of: Range<usize>,
+    x: &Vector<D>,
+) -> Option<usize> {
+    let distance = |p: usize| (points.position[p] - x).norm_squared();
+    of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Points of given parts, and those that carry faces.
+fn seed_parts<const D: usize, B: Basis<D>, M: Material>(
+    basis: &B,
+    parts: &Parts<D>,
+    points: &mut Points<D, B, M>,
+    faces: &mut [Vec<(usize, f64)>],
+) {
+    // Number of the first point of every part.
+    let mut starts = Vec::with_capacity(parts.parts.len() + 1);
+    for part in &parts.parts {
+        let first = points.len();
+        starts.push(first);
+        basis.seed(&parallelepiped(part), &mut |seed| points.push(seed));
+        // A part may hold more or less than its domain.
+        let seeded: f64 = points.reference_volume[first..].iter().sum();
+        points.reference_volume[first..].iter_mut().for_each(|volume| *volume *= part.volume / seeded);
+    }
+    starts.push(points.len());
+    for (shares, face) in faces.iter_mut().zip(&parts.faces) {
+        for share in face {
+            let point = nearest(points, starts[share.part]..starts[share.part + 1], &share.centre);
+            shares.extend(point.map(|point| (point, share.area)));
         }
     }
+}
+
+fn parallelepiped<const D: usize>(part: &Part<D>) -> Piece<D> {
+    Piece::new(std::array::from_fn(|corner| {
+        let signs = Vector::from_fn(|d, _| if corner >> d & 1 == 1 { 1.0 } else { -1.0 });
+        part.centre + part.half_vectors * signs
+    }))
+}
+
+fn refuse_too_many(pieces: f64) -> Result<(), String> {
+    if pieces > MOST_POINTS {
+        Err(format!("{pieces:e} material points are more than the {MOST_POINTS:e} that a body can have"))
+    } else {
+        Ok(())
+    }
+}
+
+/// Cuts a box into pieces, cell by cell and piece by piece inside a cell: points that share nodes stay together.
+fn for_each_in_box<const D: usize>(
+    mesh: &Mesh<D>,
+    (from, to): (&[f64; D], &[f64; D]),
+    pieces_per_cell: u32,
+    each: &mut dyn FnMut(&Piece<D>),
+) -> Result<(), String> {
+    let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
+    let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
+    let mut pieces = 1.0;
+    for d in 0..D {
+        let lines = lines(&axes[d], from[d], to[d], pieces_per_cell)?;
+        pieces *= (lines.len() - 1) as f64;
+        rows.push(by_cell(&axes[d], &lines));
+    }
+    refuse_too_many(pieces)?;
+    for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
+        let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
+        for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
+            let low = Vector::from_fn(|d, _| row[d][piece[d]]);
+            let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
+            each(&box_piece(&low, &high));
+        });
+    });
+    Ok(())
+}
+
+/// As [`for_each_in_box`], of whole cells.
+fn for_each_in_cells<const D: usize>(
+    mesh: &Mesh<D>,
+    (low, high): (&[u32; D], &[u32; D]),
+    pieces_per_cell: u32,
+    each: &mut dyn FnMut(&Piece<D>),
+) -> Result<(), String> {
+    let extent: [usize; D] = std::array::from_fn(|d| (high[d] - low[d]) as usize);
+    let cells: f64 = extent.iter().map(|&n| n as f64).product();
+    refuse_too_many(cells * f64::from(pieces_per_cell).powi(D as i32))?;
+    let local = |k: usize| 2.0 * k as f64 / f64::from(pieces_per_cell) - 1.0;
+    for_each(extent, |offset: [usize; D]| {
+        let cell = std::array::from_fn(|d| low[d] + offset[d] as u32);
+        for_each([pieces_per_cell as usize; D], |piece: [usize; D]| {
+            let from = Vector::from_fn(|d, _| local(piece[d]));
+            let to = Vector::from_fn(|d, _| local(piece[d] + 1));
+            each(&mesh.piece(cell, &from, &to));
+        });
+    });
     Ok(())
 }
 

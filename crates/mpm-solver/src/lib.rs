@@ -49,6 +49,7 @@ mod course;
 mod domains;
 mod error;
 mod estimate;
+pub mod files;
 mod fill;
 pub mod linear;
 mod load_step;
@@ -61,13 +62,14 @@ mod record;
 pub mod scene;
 mod schedule;
 mod state;
+mod surface;
 mod timing;
 pub mod vortex;
 
-pub use compile::{Compiled, compile};
+pub use compile::{Compiled, compile, compile_with};
 pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
-pub use estimate::{Estimate, Memory};
+pub use estimate::{BodyVolume, Estimate, Memory};
 pub use load_step::{resume, run};
 pub use model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,

@@ -38,6 +38,8 @@ pub struct NamedBody<const D: usize> {
     pub name: String,
     /// Its points, law and basis.
     pub body: Box<dyn Body<D>>,
+    /// Volume of the shape that its points fill, where theirs is found in another way `[L^D]`.
+    pub shape_volume: Option<f64>,
 }
 
 /// Prescribed displacements of a set of nodes.

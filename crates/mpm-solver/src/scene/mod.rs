@@ -278,6 +278,10 @@ pub enum Direction {
 }
 
 impl Direction {
+    fn z() -> Self {
+        Direction::Z
+    }
+
     /// 0, 1 or 2.
     pub fn index(self) -> usize {
         match self {
@@ -344,6 +348,10 @@ pub enum ReindexingInput {
 
 fn zero() -> Finite {
     Finite(0.0)
+}
+
+fn one() -> Positive {
+    Positive(1.0)
 }
 
 /// A point (x, y) of the plane `[L]`; the origin if left out.
@@ -431,8 +439,9 @@ pub struct BodyInput<const D: usize> {
     pub material: String,
     /// What it fills at rest.
     pub shape: ShapeInput<D>,
-    /// Material points per cell and direction, evenly spaced.
-    pub points_per_cell: Count,
+    /// Material points per cell and direction, evenly spaced; of every shape but `Points`, which has its own.
+    #[serde(default)]
+    pub points_per_cell: Option<Count>,
     /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
     /// volume change of their cell in place of their own; left alone if left out.
     #[serde(default)]
@@ -472,6 +481,62 @@ pub enum ShapeInput<const D: usize> {
         inner: Finite,
         /// Outer radius `[L]`.
         outer: Finite,
+    },
+    /// A cylinder along an axis; in the plane, a disc. Box meshes only. Cells that are filled in part have points
+    /// whose volume, centre and extent are those of what fills them.
+    Cylinder {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Radius `[L]`.
+        radius: Positive,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
+    /// A tube; in the plane, an annulus. In a box mesh as `Cylinder`, in a ring mesh along `Z` all cells between two
+    /// of its rings of nodes.
+    Tube {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, as for `Cylinder` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Inner radius `[L]`.
+        inner: Positive,
+        /// Outer radius `[L]`.
+        outer: Positive,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
+    /// What a closed surface encloses; three dimensions and box meshes only. Cells that are filled in part have
+    /// points whose volume, centre and extent are those of what fills them, so that the body's volume is the
+    /// surface's. A surface that is open, crosses itself, or whose facets face different ways is refused.
+    Surface {
+        /// An STL file, binary or text, beside the scene.
+        file: String,
+        /// How many times as large the body is as the file says, about the origin.
+        #[serde(default = "one")]
+        scale: Positive,
+        /// How far it is then moved; not at all if left out `[L]`.
+        #[serde(default)]
+        shift: Coordinates<D>,
+    },
+    /// Material points that are given, one row each. A CSV file has a line of names first: `x`, `y`, in three
+    /// dimensions `z`, `volume`, and, if points have domains, `r1x`, `r1y`, … `r3z`: vectors from the point to the middles of
+    /// its domain's sides, right-handed. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
+    /// points have domains, `domain` (rows by dimensions by dimensions, one vector after the other). Without
+    /// domains they are cubes of the points' volumes.
+    Points {
+        /// The file, beside the scene: HDF5 if it ends in `.h5` or `.hdf5`, else CSV.
+        file: String,
     },
 }
 
@@ -763,7 +828,24 @@ impl Default for OutputInput {
     }
 }
 
+impl<const D: usize, B> SceneIn<D, B> {
+    fn files(&self) -> impl Iterator<Item = &str> {
+        self.bodies.iter().filter_map(|body| match &body.shape {
+            ShapeInput::Surface { file, .. } | ShapeInput::Points { file } => Some(file.as_str()),
+            _ => None,
+        })
+    }
+}
+
 impl Scene {
+    /// Files that it names.
+    pub fn files(&self) -> Vec<&str> {
+        match self {
+            Scene::PlaneStrain(scene) => scene.files().collect(),
+            Scene::Solid(scene) => scene.files().collect(),
+        }
+    }
+
     /// What the scene wants recorded.
     pub fn output(&self) -> &OutputInput {
         match self {
