@@ -9,4 +9,4 @@ if ! target/python/bin/python -c 'import h5py, vtkmodules.vtkIOHDF' 2>/dev/null;
 fi
 MPM_PYTHON="$PWD/target/python/bin/python"
 export MPM_PYTHON
-exec cargo test --release --locked --workspace "$@"
+exec cargo test --profile quick --locked --workspace "$@"

@@ -62,8 +62,9 @@ fn throughput_and_growth() {
     assert_eq!(rows(&results["rows"]).len(), 48);
     for row in rows(&results["rows"]) {
         assert!(row["seconds"].as_f64() > Some(0.0), "{row}");
-        // Nothing is faster than the machine, or the counts are wrong.
-        assert!(row["distance"].as_f64() > Some(1.0), "{row}");
+        // How far from the limit is for large sets to say: a small one stays in the cache.
+        assert!(row["least_seconds"].as_f64() > Some(0.0), "{row}");
+        assert!(row["distance"].as_f64() > Some(0.0), "{row}");
     }
 
     let results = quick("growth", folder.path());

@@ -38,16 +38,27 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
     line("equations", format!("{} ({} more prescribed)", count(it.equations), count(it.prescribed)));
     line("tangent entries", count(it.tangent_entries));
     line("factor entries", count(it.factor_entries));
+    let prediction = &it.prediction;
+    let (direct, iterative) = (
+        format!("direct {:.1e} operations, {}", prediction.factor_operations, bytes(8 * it.factor_entries)),
+        format!(
+            "iterative {:.1e} bytes moved, {}",
+            prediction.iterative_traffic,
+            bytes(prediction.iterative_bytes as usize)
+        ),
+    );
+    let (chosen, other) = if it.is_iterative { (iterative, direct) } else { (direct, iterative) };
+    line("linear solver", format!("{chosen} ({other})"));
     let memory = &it.memory;
     line(
         "memory",
         format!(
-            "about {}: points {}, connectivity {}, tangent {}, factor {}",
+            "about {}: points {}, connectivity {}, tangent {}, solver {}",
             bytes(memory.total()),
             bytes(memory.points),
             bytes(memory.connectivity),
             bytes(memory.tangent),
-            bytes(memory.factor)
+            bytes(memory.solver)
         ),
     );
     line("load steps", count(it.steps));

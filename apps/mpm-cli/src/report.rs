@@ -51,7 +51,8 @@ fn method(code: u64) -> &'static str {
     match code {
         0 => "LLᵀ",
         1 => "LBLᵀ",
-        _ => "LU",
+        2 => "LU",
+        _ => "CG",
     }
 }
 

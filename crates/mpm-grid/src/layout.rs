@@ -179,6 +179,22 @@ impl<const D: usize> Layout<D> {
         }
     }
 
+    /// Where the lattice lines of each direction stand at rest `[L]`: along an axis, or as lengths of the arc
+    /// halfway between the inner and the outer radius.
+    pub fn lines(&self) -> [Vec<f64>; D] {
+        let along = |axis: &Axis| (0..=axis.cells()).map(|i| axis.node(i)).collect();
+        let nodes = self.lattice().nodes();
+        std::array::from_fn(|d| match self {
+            Self::Box { axes } => along(&axes[d]),
+            Self::Ring { radii, .. } if d == 1 => along(radii),
+            Self::Ring { radii, sectors, span, .. } if d == 0 => {
+                let arc = span.step(*sectors) * 0.5 * (radii.first() + radii.last());
+                (0..nodes[0]).map(|i| f64::from(i) * arc).collect()
+            }
+            Self::Ring { height, .. } => height.as_ref().map_or_else(Vec::new, along),
+        })
+    }
+
     /// Sign of the Jacobian determinants of the cells: 1 in a box, -1 in a ring.
     pub fn hand(&self) -> f64 {
         match self {

@@ -4,6 +4,7 @@ use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
 use crate::files::{NoFiles, SceneFiles, Surface};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
+use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
@@ -13,7 +14,7 @@ use crate::record::Summary;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
-    PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis,
+    PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SolverInput,
     StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
 };
 use crate::state::{State, StateLayout};
@@ -267,6 +268,11 @@ fn model<const D: usize, B: FillBody<D>>(
         path: path_control(&scene.schedule.control),
         ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
+        solver: match scene.solver {
+            SolverInput::Auto => Choice::Auto,
+            SolverInput::Direct => Choice::Direct,
+            SolverInput::Iterative => Choice::Iterative,
+        },
         tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
     };
     check_start(&model, &mesh)?;

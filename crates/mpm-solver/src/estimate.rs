@@ -2,9 +2,10 @@
 
 use crate::compile::Compiled;
 use crate::error::{Error, SceneError};
-use crate::linear::{SymmetricPattern, predict_factor_entries};
-use crate::load_step::{Connected, connect, periods};
+use crate::linear::{Place, Prediction, predict, predict_factor_entries};
+use crate::load_step::{Connected, connect, lines, periods};
 use crate::model::{Model, NamedBody};
+use crate::newton::columns;
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
 
@@ -29,8 +30,12 @@ pub struct Estimate {
     pub prescribed: usize,
     /// Stored entries of the tangent, its lower triangle.
     pub tangent_entries: usize,
-    /// Stored entries of its triangular factor.
+    /// Stored entries of its triangular factor; about, where the solver is iterative.
     pub factor_entries: usize,
+    /// Whether linear systems are solved by iteration.
+    pub is_iterative: bool,
+    /// What the two solvers would cost.
+    pub prediction: Prediction,
     /// Nominal load steps.
     pub steps: u32,
     /// Bodies whose points' volume is found in another way than that of their shape.
@@ -61,14 +66,14 @@ pub struct Memory {
     pub connectivity: usize,
     /// The tangent, its pattern, and the pattern that the factorisation keeps.
     pub tangent: usize,
-    /// The factor and its structure.
-    pub factor: usize,
+    /// The factor and its structure, or the multigrid hierarchy.
+    pub solver: usize,
 }
 
 impl Memory {
     /// Their sum.
     pub fn total(&self) -> usize {
-        self.points + self.connectivity + self.tangent + self.factor
+        self.points + self.connectivity + self.tangent + self.solver
     }
 }
 
@@ -101,9 +106,15 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         }
     }
 
-    let columns = SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() };
-    let factor_entries = predict_factor_entries(columns, &active.lattice_indices(), periods(&mesh), D)
-        .map_err(|it| Error::TooLarge(it.to_string()))?;
+    let (columns, lattice, lines) = (columns(&pattern), active.lattice_indices(), lines(&model.layout));
+    let prediction = predict::<D>(columns, Place { index: &lattice, lines: &lines, periodic: periods(&mesh) });
+    let is_iterative = model.solver.is_iterative::<D>(&prediction);
+    let factor_entries = if is_iterative {
+        prediction.factor_entries as usize
+    } else {
+        predict_factor_entries(columns, &lattice, periods(&mesh), D)
+            .map_err(|it| Error::TooLarge(it.to_string()))?
+    };
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
@@ -126,10 +137,20 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         memory: Memory {
             points: 2 * stored,
             connectivity: active.bytes() + connections.iter().map(|it| it.bytes()).sum::<usize>(),
-            tangent: entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>(),
-            // Entries are permuted into the order of elimination before they are eliminated.
-            factor: factor_entries * real + entries * (real + size_of::<usize>()),
+            tangent: if is_iterative {
+                entries * (real + size_of::<usize>()) + (n + 1) * size_of::<usize>()
+            } else {
+                entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>()
+            },
+            solver: if is_iterative {
+                prediction.iterative_bytes as usize
+            } else {
+                // Entries are permuted into the order of elimination before they are eliminated.
+                factor_entries * real + entries * (real + size_of::<usize>())
+            },
         },
+        is_iterative,
+        prediction,
     })
 }
 

@@ -4,7 +4,7 @@ use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
-use crate::linear::{Analysis, Factorization, Method, SymmetricPattern};
+use crate::linear::{Analysis, LinearSolver, Method, Place};
 use crate::model::{Model, NamedBody, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
 use crate::observe::{Moment, Observer, Outcome};
@@ -15,7 +15,7 @@ use crate::state::{State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
+use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, Vector};
 
 /// Runs a model through its load steps.
 ///
@@ -38,7 +38,7 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
         None => Control::Pace(Pace::new(model.schedule)),
         Some(control) => Control::Course(Course::new(control, model.schedule.cuts)),
     };
-    let so_far = SoFar { record, control, factorization: Factorization::new(), timings: Timings::new() };
+    let so_far = SoFar { record, control, linear: LinearSolver::new(model.solver), timings: Timings::new() };
     go_on(model, so_far, observer)
 }
 
@@ -75,17 +75,17 @@ pub fn resume<const D: usize>(
         Control::Course(course) => fraction(course.at()),
     };
     check_covered(model, at)?;
-    let mut factorization = Factorization::new();
-    factorization.recall(state.order.clone());
+    let mut linear = LinearSolver::new(model.solver);
+    linear.recall(state.order.clone());
     record.show_resumed(model, at, observer)?;
-    go_on(model, SoFar { record, control, factorization, timings }, observer)
+    go_on(model, SoFar { record, control, linear, timings }, observer)
 }
 
 /// A run so far, without its model.
 struct SoFar<const D: usize> {
     record: Record,
     control: Control<D>,
-    factorization: Factorization,
+    linear: LinearSolver<D>,
     timings: Timings,
 }
 
@@ -101,12 +101,10 @@ fn go_on<const D: usize>(
     so_far: SoFar<D>,
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
-    let SoFar { mut record, mut control, mut factorization, mut timings } = so_far;
+    let SoFar { mut record, mut control, mut linear, mut timings } = so_far;
     let outcome = match &mut control {
-        Control::Pace(pace) => steps(pace, &mut factorization, model, observer, &mut record, &mut timings),
-        Control::Course(course) => {
-            steps_along(course, &mut factorization, model, observer, &mut record, &mut timings)
-        }
+        Control::Pace(pace) => steps(pace, &mut linear, model, observer, &mut record, &mut timings),
+        Control::Course(course) => steps_along(course, &mut linear, model, observer, &mut record, &mut timings),
     };
     // The state of the last load step, where the points still are and the record has come.
     let outcome = match outcome {
@@ -116,7 +114,7 @@ fn go_on<const D: usize>(
                     Control::Pace(pace) => (pace.store(), StoredSecant::default()),
                     Control::Course(course) => course.store(),
                 };
-                State::of(model, &record, control, &factorization, &timings)
+                State::of(model, &record, control, &linear, &timings)
             };
             observer.keep(Moment::End, &state).map_err(Error::Observer).and(Err(error))
         }
@@ -135,7 +133,7 @@ fn go_on<const D: usize>(
 
 fn steps<const D: usize>(
     pace: &mut Pace,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
     record: &mut Record,
@@ -147,8 +145,8 @@ fn steps<const D: usize>(
     }
 
     while let Some(step) = pace.next() {
-        factorization.settle();
-        let mut attempt = |drive| load_step(model, &step, drive, factorization, &mut workspace, timings);
+        linear.settle();
+        let mut attempt = |drive| load_step(model, &step, drive, linear, &mut workspace, timings);
         let result = attempt(Drive::Load).or_else(|reason| {
             // Where shorter steps are no help, stages may be; else the first reason is the reason.
             let last = !reason.is_at_start() && reason != StepFailure::Cancelled && pace.is_at_floor();
@@ -166,9 +164,9 @@ fn steps<const D: usize>(
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
                 workspace.connected = Some((result.connected, None));
                 controlled?;
-                factorization.settle();
+                linear.settle();
                 let control = || (pace.store(), StoredSecant::default());
-                let state = || State::of(model, record, control(), factorization, timings);
+                let state = || State::of(model, record, control(), linear, timings);
                 observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
             }
             Err(StepFailure::Cancelled) => {
@@ -194,7 +192,7 @@ fn steps<const D: usize>(
 /// As [`steps`], at load fractions that the path decides.
 fn steps_along<const D: usize>(
     course: &mut Course<D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
     record: &mut Record,
@@ -206,7 +204,7 @@ fn steps_along<const D: usize>(
     }
 
     while let Some(next) = course.next() {
-        factorization.settle();
+        linear.settle();
         let taken = record.rows() as u32 - 1;
         if taken == model.schedule.steps {
             return Err(Error::StepLimit { steps: taken, fraction: course.at() });
@@ -221,7 +219,7 @@ fn steps_along<const D: usize>(
             }
             Next::Along => Drive::Path(&mut attempt),
         };
-        let result = load_step(model, &step, drive, factorization, &mut workspace, timings);
+        let result = load_step(model, &step, drive, linear, &mut workspace, timings);
         let Attempt { aim, end, length, origin, .. } = attempt;
         match result {
             Ok(mut result) => {
@@ -241,8 +239,8 @@ fn steps_along<const D: usize>(
                 record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
                 workspace.connected = Some((result.connected, None));
                 controlled?;
-                factorization.settle();
-                let state = || State::of(model, record, course.store(), factorization, timings);
+                linear.settle();
+                let state = || State::of(model, record, course.store(), linear, timings);
                 observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
             }
             Err(StepFailure::Cancelled) => {
@@ -283,7 +281,7 @@ fn load_step<const D: usize>(
     model: &mut Model<D>,
     step: &Step,
     drive: Drive<'_, '_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<StepResult<D>, StepFailure> {
@@ -300,7 +298,7 @@ fn load_step<const D: usize>(
     skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
     skipped.upper_triangle = (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64;
     skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
-    let result = balance(model, &mesh, &connected, step, drive, factorization, workspace, timings);
+    let result = balance(model, &mesh, &connected, step, drive, linear, workspace, timings);
     match result {
         Ok((equilibrium, equations, analysis)) => Ok(StepResult {
             mesh,
@@ -325,7 +323,7 @@ fn balance<const D: usize>(
     connected: &Connected<D>,
     step: &Step,
     drive: Drive<'_, '_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<(Equilibrium<D>, usize, Analysis), StepFailure> {
@@ -335,8 +333,9 @@ fn balance<const D: usize>(
     let round_off = round_off(model, connections, active.len());
 
     let analysis = timings.time(Phase::Analyse, || {
-        let columns = SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() };
-        factorization.analyse(columns, &active.lattice_indices(), periods(mesh), D)
+        let lines = lines(&model.layout);
+        let place = Place { index: &active.lattice_indices(), lines: &lines, periodic: periods(mesh) };
+        linear.analyse(newton::columns(pattern), place)
     });
     let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
     if analysis == Analysis::Reused {
@@ -356,13 +355,13 @@ fn balance<const D: usize>(
         tolerance: model.tolerance,
     };
     let equilibrium = match drive {
-        Drive::Load => newton::solve(&problem, factorization, workspace, timings)?,
-        Drive::Stages => newton::solve_in_stages(&problem, factorization, workspace, timings)?,
+        Drive::Load => newton::solve(&problem, linear, workspace, timings)?,
+        Drive::Stages => newton::solve_in_stages(&problem, linear, workspace, timings)?,
         Drive::Measured(attempt) => {
             attempt.end = step.end.get();
-            let equilibrium = newton::solve(&problem, factorization, workspace, timings)?;
+            let equilibrium = newton::solve(&problem, linear, workspace, timings)?;
             if attempt.measure == Length::Dissipation
-                && equilibrium.method != Method::Llt
+                && equilibrium.method > Method::Llt
                 && step.end.get() < 1.0
             {
                 return Err(StepFailure::Path(PathFailure::LimitPoint));
@@ -376,7 +375,7 @@ fn balance<const D: usize>(
                 let constraints = constrain(model, mesh, active, &step)?;
                 Ok((constraints, external_force(model, connections, active.len(), &step)))
             };
-            let equilibrium = path::solve(&problem, &loading, attempt, factorization, workspace, timings)?;
+            let equilibrium = path::solve(&problem, &loading, attempt, linear, workspace, timings)?;
             if !(0.0..=1.0).contains(&attempt.end) {
                 return Err(StepFailure::Path(PathFailure::Leaves { fraction: attempt.end }));
             }
@@ -536,6 +535,15 @@ fn round_off<const D: usize>(model: &Model<D>, connections: &[Connection<D>], n_
         named.body.stiffness_force(connection.links(), &mut scale);
     }
     2.0 * f64::EPSILON * scale.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Where the lattice lines of each direction stand at rest `[L]`; in directions that do not exist there is one.
+pub(crate) fn lines<const D: usize>(layout: &Layout<D>) -> [Vec<f64>; 3] {
+    let mut lines: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0]);
+    for (padded, lines) in lines.iter_mut().zip(layout.lines()) {
+        *padded = lines;
+    }
+    lines
 }
 
 /// Lattice lines of the directions that close on themselves.

@@ -1,6 +1,7 @@
 //! A compiled scene: nouns with everything resolved, nothing left to look up.
 
 use crate::domains::DomainLimit;
+use crate::linear::Choice;
 use crate::vortex::Vortex;
 use mpm_assembly::{Body, views};
 use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Vector};
@@ -23,6 +24,8 @@ pub struct Model<const D: usize> {
     pub path: Option<PathControl>,
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
+    /// How linear systems are solved.
+    pub solver: Choice,
     /// What is done about domains that have outgrown their cells, if anything.
     pub domain_limit: Option<DomainLimit>,
     /// Stiffness of the jumps of displacement gradient at the edge of the bodies over Young's modulus, where

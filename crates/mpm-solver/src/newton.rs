@@ -1,7 +1,7 @@
 //! Equilibrium of one load step by Newton's method with the consistent tangent.
 
 use crate::error::StepFailure;
-use crate::linear::{Cause, Factorization, Method, Pivot, Singular};
+use crate::linear::{Cause, LinearSolver, Method, Pivot, Singular, SymmetricPattern};
 use crate::load_step::Connected;
 use crate::model::NamedBody;
 use crate::observe::Cancellation;
@@ -29,6 +29,15 @@ const STAGE_RESIDUAL: f64 = 1e-4;
 
 /// Smallest part of what is out of balance at the start of a step that makes a stage.
 const LEAST_STAGE: f64 = 1.0 / 16384.0;
+
+/// Part of the out-of-balance force that an inexact linear solution leaves, at most.
+const MOST_LEFT: f64 = 1e-3;
+
+/// Part that one leaves at least.
+const LEAST_LEFT: f64 = 1e-12;
+
+/// Part that the linear solutions of path control leave.
+const LEFT_ON_PATH: f64 = 1e-9;
 
 /// Evaluations in the search for a shorter correction at most.
 const SEARCHES: usize = 5;
@@ -70,6 +79,8 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub residuals: Vec<f64>,
     /// The most general factorisation that was needed.
     pub method: Method,
+    /// Iterations of conjugate gradients.
+    pub linear_iterations: u64,
     /// Corrections of which only a part was taken.
     pub shortened: u32,
     /// Stages in which the step was balanced; 0 where it was balanced at once.
@@ -81,13 +92,14 @@ pub(crate) struct Equilibrium<const D: usize> {
 }
 
 impl<const D: usize> Equilibrium<D> {
-    /// Nothing has moved.
-    pub(crate) fn start(n: usize) -> Self {
+    /// Nothing has moved, and linear systems will be solved by `method` until it fails.
+    pub(crate) fn start(n: usize, method: Method) -> Self {
         Self {
             increment: vec![Vector::zeros(); n],
             reaction: vec![Vector::zeros(); n],
             residuals: Vec::new(),
-            method: Method::Llt,
+            method,
+            linear_iterations: 0,
             shortened: 0,
             stages: 0,
             unstable_node: None,
@@ -122,13 +134,14 @@ pub(crate) enum Wanted {
 /// exactly from the first iterate on.
 pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
-    let (start, lift) = (Equilibrium::start(problem.active.len()), problem.constraints.increment());
-    let found = iterate(start, lift, problem, factorization, workspace, &mut weakest, timings);
+    let (start, lift) =
+        (Equilibrium::start(problem.active.len(), linear.first_method()), problem.constraints.increment());
+    let found = iterate(start, lift, problem, linear, workspace, &mut weakest, timings);
     found.map_err(|failure| match weakest {
         // A failure after an all but singular tangent is that tangent's.
         Some(pivot) if pivot.relative.abs() < SINGULAR && failure != StepFailure::Cancelled => {
@@ -147,12 +160,12 @@ pub(crate) fn solve<const D: usize>(
 /// smaller with the step. Where these throw Newton's first correction too far, shorter steps are no help.
 pub(crate) fn solve_in_stages<const D: usize>(
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
-    let mut state = Equilibrium::start(problem.active.len());
+    let mut state = Equilibrium::start(problem.active.len(), linear.first_method());
     let imbalance = evaluate(problem, &mut state, Wanted::Force, &mut [], &mut [], timings)?;
     let mut residuals = Vec::new();
     let mut lift = problem.constraints.increment();
@@ -168,7 +181,7 @@ pub(crate) fn solve_in_stages<const D: usize>(
         }
         let stage = Problem { external: &external, tolerance, ..*problem };
         let start = Equilibrium { residuals: Vec::new(), stages: state.stages + 1, ..state.clone() };
-        match iterate(start, lift, &stage, factorization, workspace, &mut weakest, timings) {
+        match iterate(start, lift, &stage, linear, workspace, &mut weakest, timings) {
             Ok(balanced) => {
                 residuals.extend(&balanced.residuals);
                 state = balanced;
@@ -192,7 +205,7 @@ fn iterate<const D: usize>(
     mut state: Equilibrium<D>,
     lift: &[Vector<D>],
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
@@ -224,8 +237,9 @@ fn iterate<const D: usize>(
             let sums = PassSums { values: &mut workspace.values, lift: &mut [] };
             evaluate_into(problem, &mut state, Wanted::ForceAndTangent, sums, &mut out_of_balance, timings)?;
         }
-        factorise(problem, factorization, workspace, &mut state, weakest, timings)?;
-        substitute_into(problem, factorization, workspace, &out_of_balance, &mut free, &mut state, timings)?;
+        factorise(problem, linear, workspace, &mut state, weakest, timings)?;
+        let accuracy = accuracy(&state.residuals, problem.tolerance.residual);
+        substitute_into(problem, linear, workspace, &out_of_balance, accuracy, &mut free, &mut state, timings)?;
         // A tangent is not worth its cost where this iterate should be the last.
         let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
             timings.skipped.tangents += 1;
@@ -282,6 +296,18 @@ impl<const D: usize> Problem<'_, D> {
 
 fn norm<const D: usize>(field: &[Vector<D>]) -> f64 {
     field.iter().map(|x| x.norm_squared()).sum::<f64>().sqrt()
+}
+
+/// Part of the out-of-balance force that conjugate gradients may leave: no more than quadratic convergence
+/// would (S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17, 1996, choice 2), and no less than the
+/// tolerance asks for. A further digit costs less than a pass over the points.
+fn accuracy(residuals: &[f64], tolerance: f64) -> f64 {
+    let foreseen = match residuals {
+        [.., before, last] => 0.1 * (last / before).powi(2),
+        _ => MOST_LEFT,
+    };
+    let needed = residuals.last().map_or(0.0, |last| 0.02 * tolerance / last);
+    foreseen.min(MOST_LEFT).max(needed).max(LEAST_LEFT)
 }
 
 /// Whether quadratic convergence would carry the next residual well below the tolerance.
@@ -481,21 +507,21 @@ pub(crate) fn inverted<const D: usize>(named: &NamedBody<D>, it: InvertedPoint) 
 /// `K⁻¹ f`, zero on prescribed components.
 pub(crate) fn correction<const D: usize>(
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
-    factorise(problem, factorization, workspace, state, weakest, timings)?;
-    substitute(problem, factorization, workspace, force, state, timings)
+    factorise(problem, linear, workspace, state, weakest, timings)?;
+    substitute(problem, linear, workspace, force, state, timings)
 }
 
 /// Factorises the tangent in the workspace.
 fn factorise<const D: usize>(
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &Workspace<D>,
     state: &mut Equilibrium<D>,
     weakest: &mut Option<Pivot>,
@@ -505,7 +531,7 @@ fn factorise<const D: usize>(
         return Err(StepFailure::Cancelled);
     }
     let report = timings
-        .time(Phase::Factorise, || factorization.factorise(&workspace.values, state.method))
+        .time(Phase::Factorise, || linear.factorise(columns(problem.pattern), &workspace.values, state.method))
         .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
     *weakest = report.weakest;
@@ -518,23 +544,25 @@ fn factorise<const D: usize>(
 /// As [`correction`], with the factorisation at hand.
 pub(crate) fn substitute<const D: usize>(
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     force: &[Vector<D>],
     state: &mut Equilibrium<D>,
     timings: &mut Timings,
 ) -> Result<Vec<Vector<D>>, StepFailure> {
     let mut free = vec![Vector::zeros(); force.len()];
-    substitute_into(problem, factorization, workspace, force, &mut free, state, timings)?;
+    substitute_into(problem, linear, workspace, force, LEFT_ON_PATH, &mut free, state, timings)?;
     Ok(free)
 }
 
-/// As [`substitute`], into `free`.
+/// As [`substitute`], into `free`; conjugate gradients may leave `accuracy · |force|`.
+#[expect(clippy::too_many_arguments, reason = "a linear system and where its solution goes")]
 fn substitute_into<const D: usize>(
     problem: &Problem<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     force: &[Vector<D>],
+    accuracy: f64,
     free: &mut [Vector<D>],
     state: &mut Equilibrium<D>,
     timings: &mut Timings,
@@ -543,8 +571,9 @@ fn substitute_into<const D: usize>(
     rhs.clear();
     rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
     let report = timings
-        .time(Phase::Solve, || factorization.solve(values, rhs))
+        .time(Phase::Solve, || linear.solve(columns(problem.pattern), values, rhs, accuracy))
         .map_err(|error| linear_failure(problem, error))?;
+    state.linear_iterations += u64::from(report.iterations);
     state.method = state.method.max(report.method);
     for (free, x) in free.iter_mut().zip(rhs.chunks_exact(D)) {
         free.copy_from_slice(x);
@@ -552,12 +581,19 @@ fn substitute_into<const D: usize>(
     Ok(())
 }
 
+/// The tangent's pattern as the linear solver takes it.
+pub(crate) fn columns<const D: usize>(pattern: &Pattern<D>) -> SymmetricPattern<'_> {
+    SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() }
+}
+
 fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {
     match error.cause {
         Cause::EmptyRow | Cause::NoPivot | Cause::Inaccurate { .. } => {
             singular(problem, error.equation, error.cause.to_string())
         }
-        Cause::MatrixNotFinite | Cause::RightHandSideNotFinite => StepFailure::Linear(error.to_string()),
+        Cause::MatrixNotFinite | Cause::RightHandSideNotFinite | Cause::TooLargeToFactorise { .. } => {
+            StepFailure::Linear(error.to_string())
+        }
     }
 }
 

@@ -15,7 +15,7 @@
 //! One factorisation serves both right-hand sides; K stays symmetric and may be indefinite.
 
 use crate::error::{PathFailure, StepFailure};
-use crate::linear::Factorization;
+use crate::linear::LinearSolver;
 use crate::newton::{Equilibrium, Problem, Wanted, Workspace, correction, evaluate, inverted, substitute};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Constraints;
@@ -88,14 +88,14 @@ pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
     loading: &LoadingAt<'_, D>,
     attempt: &mut Attempt<'_, D>,
-    factorization: &mut Factorization,
+    linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let weights = weights(problem);
     let origin = Vec::new();
-    let mut solver = Solver { problem, loading, weights, origin, factorization, workspace, timings };
-    let mut state = Equilibrium::start(problem.active.len());
+    let mut state = Equilibrium::start(problem.active.len(), linear.first_method());
+    let mut solver = Solver { problem, loading, weights, origin, linear, workspace, timings };
     let mut at = attempt.start;
     solver.guess(attempt, &mut state, &mut at)?;
     let mut trial = solver.evaluate(&mut state, at)?;
@@ -199,7 +199,7 @@ struct Solver<'s, 'p, const D: usize> {
     weights: Vec<f64>,
     /// See [`Attempt::origin`].
     origin: Vec<Vector<D>>,
-    factorization: &'s mut Factorization,
+    linear: &'s mut LinearSolver<D>,
     workspace: &'s mut Workspace<D>,
     timings: &'s mut Timings,
 }
@@ -229,7 +229,7 @@ impl<const D: usize> Solver<'_, '_, D> {
         state: &mut Equilibrium<D>,
     ) -> Result<(Vec<Vector<D>>, Vec<Vector<D>>), StepFailure> {
         let problem = self.problem.under(&trial.loading);
-        let (solver, workspace) = (&mut *self.factorization, &mut *self.workspace);
+        let (solver, workspace) = (&mut *self.linear, &mut *self.workspace);
         let force = &trial.out_of_balance;
         let first = correction(&problem, solver, workspace, force, state, &mut None, self.timings)?;
         let second = substitute(&problem, solver, workspace, &trial.rate, state, self.timings)?;

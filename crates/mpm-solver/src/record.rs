@@ -2,7 +2,7 @@
 
 use crate::domains::DomainCounts;
 use crate::error::Error;
-use crate::linear::{Analysis, Method};
+use crate::linear::{Analysis, Choice, Method};
 use crate::load_step::Connected;
 use crate::model::{Model, NamedBody};
 use crate::newton::Equilibrium;
@@ -122,6 +122,9 @@ impl Record {
         }
         if model.ghost.is_some() {
             columns.push(count("ghost_faces"));
+        }
+        if may_iterate(model) {
+            columns.push(count("linear_iterations"));
         }
         if model.domain_history {
             columns.extend([
@@ -260,6 +263,7 @@ impl Record {
             Method::Llt => 0,
             Method::Lblt => 1,
             Method::Lu => 2,
+            Method::ConjugateGradients => 3,
         };
         let mut row = vec![
             Entry::Real(vec![step.end.get()]),
@@ -311,6 +315,9 @@ impl Record {
         if model.ghost.is_some() {
             row.push(Entry::Count(vec![ghost_faces as u64]));
         }
+        if may_iterate(model) {
+            row.push(Entry::Count(vec![equilibrium.linear_iterations]));
+        }
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));
         }
@@ -323,7 +330,7 @@ impl Record {
         totals.staged_steps += u64::from(equilibrium.stages > 0);
         totals.domains.capped += domains.capped;
         totals.domains.split += domains.split;
-        totals.indefinite_steps += u64::from(equilibrium.method != Method::Llt);
+        totals.indefinite_steps += u64::from(equilibrium.method > Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
         self.show(model, &mesh_after, step.end.get(), &row, &equilibrium.residuals, observer, timings)
@@ -497,4 +504,13 @@ fn rho(tau: &SymmetricTensor) -> f64 {
     let mean = tau.trace() / 3.0;
     let deviator = SymmetricTensor { xx: tau.xx - mean, yy: tau.yy - mean, zz: tau.zz - mean, ..*tau };
     deviator.norm()
+}
+
+/// Whether conjugate gradients may solve a model's linear systems.
+fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
+    match model.solver {
+        Choice::Direct => false,
+        Choice::Iterative => true,
+        Choice::Auto => D == 3,
+    }
 }

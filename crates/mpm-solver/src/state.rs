@@ -2,7 +2,7 @@
 //! files.
 
 use crate::error::Error;
-use crate::linear::{Factorization, StoredOrder};
+use crate::linear::{LinearSolver, StoredOrder};
 use crate::load_step::stencils;
 use crate::model::Model;
 use crate::record::{Record, Totals};
@@ -189,7 +189,7 @@ impl State {
         model: &Model<D>,
         record: &Record,
         (control, secant): (ControlProgress, StoredSecant),
-        factorization: &Factorization,
+        linear: &LinearSolver<D>,
         timings: &Timings,
     ) -> Self {
         let mut progress = Progress { control, spent: timings.store(), ..Progress::default() };
@@ -199,7 +199,7 @@ impl State {
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
             shares: model.loads.point_loads.iter().map(|load| load.shares.clone()).collect(),
             secant,
-            order: factorization.store(),
+            order: linear.store(),
         }
     }
 

@@ -175,6 +175,7 @@ fn under_every_basis() {
         goes_on_bit_for_bit(basis, &SOLID.replace("BASIS", basis));
     }
     let gently = SOLID.replace("(0.4, 0, -1)", "(0.1, 0, -0.3)");
+    goes_on_bit_for_bit("multigrid", &SOLID.replace("BASIS", "Cpdi1, solver: Iterative"));
     let basis = "Cpdi2Hexahedron, domains: (fallback_beyond: 0.001)";
     goes_on_bit_for_bit(basis, &gently.replace("BASIS", basis));
 }

@@ -1,4 +1,7 @@
-//! Direct solution of K x = b for the symmetric sparse tangent K of a load step.
+//! Solution of K x = b for the symmetric sparse tangent K of a load step.
+//!
+//! A [`LinearSolver`] is what a run holds: it predicts what a factorisation would cost ([`predict`]), and
+//! leaves large systems in space to conjugate gradients (`mpm_multigrid`).
 //!
 //! A [`Factorization`] lives as long as a run. [`Factorization::analyse`] orders the equations and
 //! finds the structure of the factor, or keeps both if the pattern is the last one;
@@ -10,7 +13,7 @@
 //! almost no material) and LBLᵀ with Bunch–Kaufman pivots takes over. LU with partial pivoting is
 //! the last resort, and slow in three dimensions.
 //!
-//! Everything is sequential, so the bits of a solution never depend on the number of threads.
+//! Here everything is sequential, so the bits of a solution never depend on the number of threads.
 //!
 //! ```
 //! use mpm_solver::linear::{Factorization, Method, SymmetricPattern};
@@ -35,11 +38,15 @@
 mod cholesky;
 mod lu;
 mod order;
+mod prediction;
 mod report;
 mod residual;
+mod solver;
 
 pub use order::StoredOrder;
+pub use prediction::{Prediction, predict};
 pub use report::{Analysis, Cause, Method, OutOfMemory, Pivot, Report, Singular, SolveReport};
+pub use solver::{Choice, LinearSolver, Place};
 
 use crate::ordering::{BlockGraph, elimination_order};
 use cholesky::Cholesky;
@@ -279,7 +286,7 @@ impl Factorization {
         let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
         let cholesky = self.cholesky.as_mut().expect("analysed before");
         let mut substitute = |x: &mut [f64]| match method {
-            Method::Llt => cholesky.solve_llt(x),
+            Method::ConjugateGradients | Method::Llt => cholesky.solve_llt(x),
             Method::Lblt => cholesky.solve_lblt(x),
             Method::Lu => self.lu.as_mut().expect("factorised before").solve(x),
         };
@@ -300,7 +307,7 @@ impl Factorization {
             }
             backward_error = refined;
         }
-        SolveReport { backward_error, refinements, method }
+        SolveReport { backward_error, refinements, method, iterations: 0 }
     }
 }
 

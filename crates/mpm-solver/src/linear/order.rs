@@ -16,12 +16,12 @@ pub struct StoredOrder {
 
 impl StoredOrder {
     pub(super) fn of(pattern: SymmetricPattern<'_>, order: &[usize]) -> Self {
-        Self { fingerprint: fingerprint(pattern), order: order.to_vec() }
+        Self { fingerprint: fingerprint(pattern, &[]), order: order.to_vec() }
     }
 
     /// Whether it is the order of this pattern.
     pub(super) fn suits(&self, pattern: SymmetricPattern<'_>) -> bool {
-        self.order.len() + 1 == pattern.column_start.len() && self.fingerprint == fingerprint(pattern)
+        self.order.len() + 1 == pattern.column_start.len() && self.fingerprint == fingerprint(pattern, &[])
     }
 
     /// Whether every equation has one place.
@@ -33,9 +33,11 @@ impl StoredOrder {
     }
 }
 
-/// FNV-1a, a number at a time. Two patterns with one fingerprint would share an order that suits both, only
+/// FNV-1a, a number at a time, of a pattern and where its nodes stand. Two patterns with one fingerprint would share an order that suits both, only
 /// one of them well.
-fn fingerprint(pattern: SymmetricPattern<'_>) -> u64 {
+pub(super) fn fingerprint(pattern: SymmetricPattern<'_>, index: &[[u32; 3]]) -> u64 {
+    let join = |hash: u64, number: u64| (hash ^ number).wrapping_mul(0x0100_0000_01b3);
     let numbers = pattern.column_start.iter().chain(pattern.row);
-    numbers.fold(0xcbf2_9ce4_8422_2325, |hash, &number| (hash ^ number as u64).wrapping_mul(0x0100_0000_01b3))
+    let of_pattern = numbers.fold(0xcbf2_9ce4_8422_2325, |hash, &number| join(hash, number as u64));
+    index.iter().flatten().fold(of_pattern, |hash, &number| join(hash, number.into()))
 }

@@ -3,6 +3,8 @@
 /// A way to factorise, from the quick and particular to the slow and general.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Method {
+    /// Conjugate gradients with multigrid; end if K is not positive definite.
+    ConjugateGradients,
     /// K = L Lᵀ; exists if and only if K is positive definite.
     Llt,
     /// K = L B Lᵀ with Bunch–Kaufman pivots (1×1 and 2×2) chosen inside supernodes.
@@ -52,10 +54,12 @@ pub struct Report {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveReport {
     /// Componentwise backward error of the solution: K and b need relative changes of this size,
-    /// entry by entry, to make it exact.
+    /// entry by entry, to make it exact. Of conjugate gradients `|b − K x| / |b|`.
     pub backward_error: f64,
     /// Steps of iterative refinement taken.
     pub refinements: usize,
+    /// Iterations of conjugate gradients, also where they were given up.
+    pub iterations: u32,
     /// The factorisation that solved it: LU if another one was found wanting.
     pub method: Method,
 }
@@ -102,5 +106,15 @@ pub enum Cause {
     Inaccurate {
         /// Backward error of that solution.
         backward_error: f64,
+    },
+    /// Conjugate gradients do not solve it (K is not positive definite, or far from its coarse images),
+    /// and its factor is too large.
+    #[error(
+        "conjugate gradients do not solve the system, as where the tangent is not positive definite or the \
+         material nearly incompressible, and its factor would have about {entries:.0e} entries"
+    )]
+    TooLargeToFactorise {
+        /// Entries of the factor, about.
+        entries: f64,
     },
 }

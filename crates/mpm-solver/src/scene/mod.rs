@@ -64,6 +64,9 @@ pub struct SceneIn<const D: usize, B> {
     /// When a load step counts as solved.
     #[serde(default)]
     pub tolerance: ToleranceInput,
+    /// How linear systems are solved.
+    #[serde(default)]
+    pub solver: SolverInput,
     /// What the results file holds.
     #[serde(default)]
     pub output: OutputInput,
@@ -772,6 +775,20 @@ fn default_path_iterations() -> Count {
 
 fn default_cuts() -> u8 {
     10
+}
+
+/// How linear systems are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SolverInput {
+    /// By the solver that is predicted to be quicker: in the plane and in space up to some ten thousand
+    /// equations the direct one, beyond the iterative one. `mpm check` tells both costs.
+    #[default]
+    Auto,
+    /// By sparse factorisation.
+    Direct,
+    /// By conjugate gradients with geometric multigrid, as accurately as each Newton iteration needs it; what
+    /// they cannot solve is factorised.
+    Iterative,
 }
 
 /// When a load step counts as solved.
