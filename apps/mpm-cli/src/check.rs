@@ -61,6 +61,8 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
             bytes(memory.solver)
         ),
     );
+    let per_point = 1e9 * it.pass_seconds / it.points as f64;
+    line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", it.pass_seconds));
     line("load steps", count(it.steps));
 
     let unused = [

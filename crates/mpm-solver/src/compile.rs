@@ -8,6 +8,7 @@ use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+    Turn,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
@@ -15,7 +16,7 @@ use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SolverInput,
-    StabilisationInput, StepControlInput, SupportInput, TrianglesInput,
+    StabilisationInput, StepControlInput, SupportInput, TrianglesInput, TurnInput,
 };
 use crate::state::{State, StateLayout};
 use crate::surface::Round;
@@ -459,9 +460,9 @@ fn bodies<const D: usize, B: FillBody<D>>(
             _ => None,
         });
         let refuse = |it| SceneError::new(format!("{path}.shape"), it);
-        let surface = surface::<D>(&input.shape, files).map_err(refuse)?;
-        let (shape, shape_mesh) =
-            shape(&input.shape, layout, mesh, surface.as_ref(), files).map_err(refuse)?;
+        let own = WithSurface::of(&input.shape, files).map_err(refuse)?;
+        let cut = cut_out(input, &scene.bodies[..b], files).map_err(refuse)?;
+        let (shape, shape_mesh) = shape(&own, &cut, layout, mesh, files).map_err(refuse)?;
         let points_per_cell = match (&input.points_per_cell, &shape) {
             (None, Shape::Parts(_)) => 1,
             (Some(_), Shape::Parts(_)) => {
@@ -485,10 +486,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
             }),
         };
-        let filled = scene
-            .basis
-            .fill(&scene.domains, law, &plan)
-            .map_err(refuse)?;
+        let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(refuse)?;
         bodies.push(NamedBody {
             name: input.name.clone(),
             body: filled.body,
@@ -499,38 +497,76 @@ fn bodies<const D: usize, B: FillBody<D>>(
     Ok((bodies, all_faces))
 }
 
-/// The surface that a shape names, where it should be.
-fn surface<const D: usize>(input: &ShapeInput<D>, files: &dyn SceneFiles) -> Result<Option<Surface>, String> {
-    let ShapeInput::Surface { file, scale, shift } = input else { return Ok(None) };
-    let &[x, y, z] = &shift.0[..] else {
-        return Err("a surface encloses a body in three dimensions only".into());
+/// A shape with the surface that it names, if it names one.
+struct WithSurface<'a, const D: usize> {
+    shape: &'a ShapeInput<D>,
+    surface: Option<Surface>,
+}
+
+impl<'a, const D: usize> WithSurface<'a, D> {
+    fn of(shape: &'a ShapeInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
+        let ShapeInput::Surface { file, scale, shift } = shape else {
+            return Ok(Self { shape, surface: None });
+        };
+        let &[x, y, z] = &shift.0[..] else {
+            return Err("a surface encloses a body in three dimensions only".into());
+        };
+        Ok(Self { shape, surface: Some(files.surface(file)?.placed(scale.0, &[x, y, z])) })
+    }
+
+    /// What it encloses in a box mesh.
+    fn solid(&self, layout: &Layout<D>) -> Result<Solid<'_>, String> {
+        match (self.shape, &self.surface) {
+            (_, Some(surface)) => Ok(Solid::Surface(surface)),
+            (ShapeInput::Cylinder { axis, centre, radius, extent }, _) => {
+                round(layout, *axis, centre, (0.0, radius.0), *extent).map(Solid::Round)
+            }
+            (ShapeInput::Tube { axis, centre, inner, outer, extent }, _) => {
+                round(layout, *axis, centre, (inner.0, outer.0), *extent).map(Solid::Round)
+            }
+            _ => Err("expected a shape that is `Cylinder`, `Tube` or `Surface`".into()),
+        }
+    }
+}
+
+/// The shapes that are cut out of a body.
+fn cut_out<'a, const D: usize>(
+    body: &BodyInput<D>,
+    before: &'a [BodyInput<D>],
+    files: &dyn SceneFiles,
+) -> Result<Vec<WithSurface<'a, D>>, String> {
+    let ShapeInput::Box { without, .. } = &body.shape else { return Ok(Vec::new()) };
+    let of = |name: &String| {
+        let other = before.iter().find(|other| other.name == *name);
+        let other = other.ok_or_else(|| format!("`without`: no body named `{name}` stands before this one"))?;
+        if other.points_per_cell != body.points_per_cell {
+            return Err(format!("`without`: body `{name}` has another number of points per cell"));
+        }
+        WithSurface::of(&other.shape, files)
     };
-    Ok(Some(files.surface(file)?.placed(scale.0, &[x, y, z])))
+    without.iter().map(of).collect()
 }
 
 /// What is to be filled, and the mesh whose cells it is filled by.
 fn shape<'a, const D: usize>(
-    input: &ShapeInput<D>,
+    own: &'a WithSurface<'_, D>,
+    cut: &'a [WithSurface<'_, D>],
     layout: &Layout<D>,
     mesh: &Mesh<D>,
-    surface: Option<&'a Surface>,
     files: &dyn SceneFiles,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let in_box = |shape| match layout {
         Layout::Box { .. } => Ok((shape, mesh.clone())),
         Layout::Ring { .. } => Err("such a body can only be filled in a box mesh".into()),
     };
-    match input {
-        ShapeInput::Box { from, to } => in_box(Shape::Box { from: from.0, to: to.0 }),
-        ShapeInput::Surface { .. } => match surface {
-            Some(surface) => in_box(Shape::Solid(Solid::Surface(surface))),
-            None => Err("the surface is missing".into()),
-        },
-        ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
-        ShapeInput::Cylinder { axis, centre, radius, extent } => {
-            let radii = (0.0, radius.0);
-            in_box(Shape::Solid(Solid::Round(round(layout, *axis, centre, radii, *extent)?)))
+    match own.shape {
+        ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
+        ShapeInput::Box { from, to, .. } => {
+            let without = cut.iter().map(|it| it.solid(layout)).collect::<Result<_, _>>()?;
+            in_box(Shape::Rest { from: from.0, to: to.0, without })
         }
+        ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
+        ShapeInput::Cylinder { .. } | ShapeInput::Surface { .. } => in_box(Shape::Solid(own.solid(layout)?)),
         ShapeInput::Ring { inner, outer, .. } if inner.0 <= 0.0 || inner.0 >= outer.0 => {
             Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
         }
@@ -542,10 +578,7 @@ fn shape<'a, const D: usize>(
             Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0)),
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
-            Layout::Box { .. } => {
-                let radii = (inner.0, outer.0);
-                in_box(Shape::Solid(Solid::Round(round(layout, *axis, centre, radii, *extent)?)))
-            }
+            Layout::Box { .. } => in_box(Shape::Solid(own.solid(layout)?)),
             Layout::Ring { .. } if *axis != Direction::Z => {
                 Err("a tube in a ring mesh has its axis along `Z`".into())
             }
@@ -635,7 +668,7 @@ fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
         a.1.min(b.1) - a.0.max(b.0) > 1e-9 * (a.1 - a.0).abs().min((b.1 - b.0).abs())
     };
     match (&a.shape, &b.shape) {
-        (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) => {
+        (ShapeInput::Box { from: a0, to: a1, .. }, ShapeInput::Box { from: b0, to: b1, .. }) => {
             (0..D).all(|d| common((a0.0[d], a1.0[d]), (b0.0[d], b1.0[d])))
         }
         (
@@ -720,8 +753,13 @@ fn components<const D: usize>(
         let ramp = ramp(&displace.ramp, displace.by.0, &format!("{path}.displace[{k}].ramp"))?;
         Ok((displace.axis, Prescribed::Driven(ramp)))
     });
+    let turned = input.turn.as_ref().map(|it| turn::<D>(it, &format!("{path}.turn"))).transpose()?;
+    let turned = turned.iter().flat_map(|turn| {
+        let directions = [Direction::X, Direction::Y, Direction::Z];
+        turn.across().map(|axis| Ok((directions[axis], Prescribed::Turned(turn.clone()))))
+    });
     let mut components = [const { None }; D];
-    for entry in held.chain(following).chain(driven) {
+    for entry in held.chain(following).chain(driven).chain(turned) {
         let (axis, prescribed) = entry?;
         let component = component::<D>(axis, path)?;
         if components[component].is_some() {
@@ -732,10 +770,18 @@ fn components<const D: usize>(
     if components.iter().all(Option::is_none) {
         return Err(SceneError::new(
             path,
-            "expected `fix`, `displace` or `follow_mesh` with at least one direction",
+            "expected `fix`, `displace` or `follow_mesh` with at least one direction, or `turn`",
         ));
     }
     Ok(components)
+}
+
+fn turn<const D: usize>(input: &TurnInput, path: &str) -> Result<Turn, SceneError> {
+    if D == 2 && input.axis != Direction::Z {
+        return Err(SceneError::new(format!("{path}.axis"), "in the plane nodes turn about `Z`"));
+    }
+    let angle = ramp(&input.ramp, input.angle.0.to_radians(), &format!("{path}.ramp"))?;
+    Ok(Turn { axis: input.axis.index(), centre: plane_point(&input.centre), angle })
 }
 
 /// Two supports may share nodes only where they prescribe the same.

@@ -66,12 +66,14 @@ impl PointTable {
         }
         let mut parts = Vec::with_capacity(n);
         for k in 0..n {
-            let wrong =
-                |what: String| format!("{}, {} {}: {what}", self.file, self.row_kind, self.row[k]);
+            let wrong = |what: String| format!("{}, {} {}: {what}", self.file, self.row_kind, self.row[k]);
             let centre = Vector::<D>::from_column_slice(&self.position[k * D..(k + 1) * D]);
             let volume = self.volume[k];
             if !centre.iter().all(|x| x.is_finite()) {
-                return Err(wrong(format!("the position is {}, expected finite numbers", listed(centre.as_slice()))));
+                return Err(wrong(format!(
+                    "the position is {}, expected finite numbers",
+                    listed(centre.as_slice())
+                )));
             }
             if !(volume.is_finite() && volume > 0.0) {
                 return Err(wrong(format!("the volume is {volume}, expected a finite number above 0")));
@@ -97,7 +99,8 @@ impl PointTable {
         let determinant = match D {
             2 => numbers[0] * numbers[3] - numbers[1] * numbers[2],
             _ => {
-                let v = |d: usize| nalgebra::Vector3::new(numbers[D * d], numbers[D * d + 1], numbers[D * d + 2]);
+                let v =
+                    |d: usize| nalgebra::Vector3::new(numbers[D * d], numbers[D * d + 1], numbers[D * d + 2]);
                 v(0).dot(&v(1).cross(&v(2)))
             }
         };

@@ -1,6 +1,6 @@
 //! Filling a shape with material points.
 
-use crate::surface::parts::{Part, Parts, Solid, parts};
+use crate::surface::parts::{Part, Parts, Solid, parts, rest};
 use mpm_assembly::{Body, MaterialBody, MeanDilatation, Points};
 use mpm_basis::{Basis, Piece};
 use mpm_grid::{Axis, Mesh, Vector};
@@ -36,6 +36,8 @@ pub(crate) enum Shape<'a, const D: usize> {
     Cells { low: [u32; D], high: [u32; D] },
     /// What a surface encloses, in a rectilinear mesh.
     Solid(Solid<'a>),
+    /// A box with its ends on mesh lines, without what others enclose.
+    Rest { from: [f64; D], to: [f64; D], without: Vec<Solid<'a>> },
     /// Parts that are given.
     Parts(Parts<D>),
 }
@@ -89,6 +91,14 @@ where
             let bounds: Vec<_> = plan.faces.iter().map(|face| (face.axis, face.at, face.within)).collect();
             let parts = parts(solid, axes, pieces_per_cell()?, &bounds)?;
             shape_volume = parts.volume;
+            seed_parts(&basis, &parts, &mut points, &mut faces);
+        }
+        Shape::Rest { from, to, without } => {
+            if !plan.faces.is_empty() {
+                return Err("a box without other bodies can carry no traction".into());
+            }
+            let axes = plan.mesh.rectilinear().ok_or("such a body can only be filled in a box mesh")?;
+            let parts = rest((from, to), without, axes, pieces_per_cell()?)?;
             seed_parts(&basis, &parts, &mut points, &mut faces);
         }
         Shape::Parts(parts) => seed_parts(&basis, parts, &mut points, &mut faces),

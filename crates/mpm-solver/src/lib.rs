@@ -73,6 +73,7 @@ pub use estimate::{BodyVolume, Estimate, Memory};
 pub use load_step::{resume, run};
 pub use model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+    Turn,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

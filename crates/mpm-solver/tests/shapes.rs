@@ -20,7 +20,10 @@ impl SceneFiles for Files {
             file: file.into(),
             row_kind: "row",
             row: vec![0, 1],
-            position: [[1.2, 1.3, 1.4], [2.6, 1.3, 1.4]].iter().flat_map(|x| x[..dimensions].to_vec()).collect(),
+            position: [[1.2, 1.3, 1.4], [2.6, 1.3, 1.4]]
+                .iter()
+                .flat_map(|x| x[..dimensions].to_vec())
+                .collect(),
             volume: vec![0.5, 0.25],
             domain: Vec::new(),
         })
@@ -58,7 +61,10 @@ fn measure(model: &Model<3>) -> (f64, [f64; 3]) {
     let body = &model.bodies[0].body;
     let points: Vec<_> = (0..body.n_points()).map(|p| body.point(p)).collect();
     let volume = points.iter().map(|it| it.reference_volume).sum();
-    (volume, [0, 1, 2].map(|d| points.iter().map(|it| it.reference_volume * it.position[d]).sum::<f64>() / volume))
+    (
+        volume,
+        [0, 1, 2].map(|d| points.iter().map(|it| it.reference_volume * it.position[d]).sum::<f64>() / volume),
+    )
 }
 
 #[test]
@@ -69,7 +75,11 @@ fn every_basis_fills_every_shape_to_its_volume_and_about_its_centre() {
         ("Surface(file: \"a.stl\", scale: 0.5, shift: (1, 0.2, 0))", 4.5 / 8.0, [1.625, 0.825, 0.625]),
         ("Cylinder(centre: (2, 2.1), radius: 1.3, extent: (0.6, 3.1))", pi * 1.69 * 2.5, [2.0, 2.1, 1.85]),
         ("Cylinder(axis: X, centre: (2, 2.1), radius: 1.3)", pi * 1.69 * 4.0, [2.0, 2.0, 2.1]),
-        ("Tube(axis: Y, centre: (2, 2.1), inner: 0.7, outer: 1.7, extent: (0, 3))", pi * 2.4 * 3.0, [2.0, 1.5, 2.1]),
+        (
+            "Tube(axis: Y, centre: (2, 2.1), inner: 0.7, outer: 1.7, extent: (0, 3))",
+            pi * 2.4 * 3.0,
+            [2.0, 1.5, 2.1],
+        ),
         ("Points(file: \"a.h5\")", 0.75, [5.0 / 3.0, 1.3, 1.4]),
     ];
     for basis in BASES {
@@ -91,7 +101,9 @@ fn every_basis_fills_every_shape_to_its_volume_and_about_its_centre() {
 #[test]
 fn they_carry_their_weight() {
     for basis in BASES {
-        for shape in ["Surface(file: \"a.stl\")", "Cylinder(centre: (2, 2), radius: 1.3)", "Points(file: \"a.h5\")"] {
+        for shape in
+            ["Surface(file: \"a.stl\")", "Cylinder(centre: (2, 2), radius: 1.3)", "Points(file: \"a.h5\")"]
+        {
             let count = if shape.starts_with("Points") { "" } else { ", points_per_cell: 2" };
             let scene = Scene::from_ron(&scene(basis, shape, count)).unwrap();
             let summary = compile_with(&scene, &Files).unwrap().run(&mut ()).unwrap();
@@ -119,9 +131,12 @@ fn a_tube_in_a_ring_mesh_is_its_cells() {
     let (volume, _) = measure(&model);
     let expected = 8.0 * (std::f64::consts::PI / 8.0).sin() * (2.5 * 2.5 - 1.5 * 1.5);
     assert!((volume / expected - 1.0).abs() < 1e-12, "{volume} for {expected}");
-    let error = |shape: &str| compile(&Scene::from_ron(&text(shape)).unwrap()).err().expect("refused").to_string();
+    let error =
+        |shape: &str| compile(&Scene::from_ron(&text(shape)).unwrap()).err().expect("refused").to_string();
     assert!(error("Tube(inner: 1.6, outer: 2.5)").contains("no ring of nodes at radius 1.6"));
-    assert!(error("Tube(inner: 1.5, outer: 2.5, extent: (0.3, 2))").contains("no layer of nodes at height 0.3"));
+    assert!(
+        error("Tube(inner: 1.5, outer: 2.5, extent: (0.3, 2))").contains("no layer of nodes at height 0.3")
+    );
     assert!(error("Tube(axis: X, inner: 1.5, outer: 2.5)").contains("along `Z`"));
     assert!(error("Cylinder(radius: 2.5)").contains("box mesh"));
 }
@@ -150,7 +165,8 @@ fn a_disc_fills_the_plane() {
     let pi = std::f64::consts::PI;
     assert!((area("Cylinder(centre: (2, 2), radius: 1.5)") / (2.25 * pi) - 1.0).abs() < 1e-9);
     assert!((area("Tube(centre: (2, 2), inner: 0.5, outer: 1.5)") / (2.0 * pi) - 1.0).abs() < 1e-9);
-    let error = |shape: &str| compile(&Scene::from_ron(&text(shape)).unwrap()).err().expect("refused").to_string();
+    let error =
+        |shape: &str| compile(&Scene::from_ron(&text(shape)).unwrap()).err().expect("refused").to_string();
     assert!(error("Cylinder(centre: (2, 2), radius: 1, extent: (0, 1))").contains("three dimensions"));
     assert!(error("Cylinder(axis: X, centre: (2, 2), radius: 1)").contains("along `Z`"));
     assert!(error("Surface(file: \"a.stl\")").contains("three dimensions only"));
@@ -176,4 +192,99 @@ fn what_is_wrong_with_a_shape_is_told_where_it_stands() {
     // Without files nothing is read.
     let without = Scene::from_ron(&scene("Smpm", "Surface(file: \"a.stl\")", two)).unwrap();
     assert!(compile(&without).err().expect("refused").to_string().contains("compiled without files"));
+}
+
+#[test]
+fn bodies_cut_out_of_a_box_leave_its_rest() {
+    let text = |first: &str, without: &str| {
+        format!(
+            r#"Solid(
+                mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 5), Uniform(from: 0, to: 4, cells: 8)]),
+                basis: Gimp,
+                materials: {{ "clay": Hencky(young: 1e3, poisson: 0.3) }},
+                bodies: [
+                    (name: "inner", material: "clay", shape: {first}, points_per_cell: 2),
+                    (name: "outer", material: "clay", shape: Box(from: (0, 0, 0.5), to: (4, 4, 3), without: [{without}]), points_per_cell: 2),
+                ],
+                schedule: (steps: 1),
+            )"#
+        )
+    };
+    let volumes = |first: &str| match compile_with(&Scene::from_ron(&text(first, "\"inner\"")).unwrap(), &Files)
+    {
+        Ok(Compiled::Solid(model)) => [0, 1].map(|b| {
+            let body = &model.bodies[b].body;
+            (0..body.n_points()).map(|p| body.point(p).reference_volume).sum::<f64>()
+        }),
+        Ok(Compiled::Plane(_)) => panic!("a scene in space"),
+        Err(error) => panic!("{error}"),
+    };
+    // Wholly inside; and through both ends.
+    let [inner, outer] = volumes("Cylinder(axis: X, centre: (2, 2.1), radius: 0.7, extent: (0.3, 3.4))");
+    assert!((inner + outer - 40.0).abs() < 1e-9, "{inner} + {outer}");
+    let [inner, outer] = volumes("Cylinder(centre: (2, 2.1), radius: 1.3)");
+    assert!((inner / 4.0 * 2.5 + outer - 40.0).abs() < 1e-9, "{inner}, {outer}");
+    let [_, outer] = volumes("Surface(file: \"a.stl\", shift: (0, 0, 0.1))");
+    // The tetrahedron from 0.6 to 3.6 loses its tip above 3.
+    assert!((outer - (40.0 - 4.5 + 0.036)).abs() < 1e-9, "{outer}");
+
+    let error = |first: &str, without: &str| {
+        compile_with(&Scene::from_ron(&text(first, without)).unwrap(), &Files)
+            .err()
+            .expect("refused")
+            .to_string()
+    };
+    let cylinder = "Cylinder(centre: (2, 2.1), radius: 1.3)";
+    assert!(error(cylinder, "\"other\"").contains("no body named `other` stands before this one"));
+    assert!(
+        error("Box(from: (0, 0, 3), to: (1, 1, 4))", "\"inner\"").contains("`Cylinder`, `Tube` or `Surface`")
+    );
+    assert!(error(cylinder, "\"inner\", \"inner\"").contains("overlap"));
+}
+
+/// Keeps where the points are.
+#[derive(Default)]
+struct Positions(Vec<Vec<f64>>);
+
+impl mpm_solver::observe::Observer for Positions {
+    fn load_step(
+        &mut self,
+        step: &mpm_solver::observe::LoadStep<'_>,
+    ) -> Result<(), mpm_solver::observe::ObserverError> {
+        self.0.push(step.fields.positions());
+        Ok(())
+    }
+}
+
+#[test]
+fn nodes_that_turn_take_the_body_along() {
+    for (axis, [d, e]) in [("X", [1, 2]), ("Y", [2, 0]), ("Z", [0, 1])] {
+        let text = format!(
+            r#"Solid(
+                mesh: Box(axes: [Uniform(from: -2, to: 2, cells: 4), Uniform(from: -2, to: 2, cells: 4), Uniform(from: -2, to: 2, cells: 4)]),
+                basis: Smpm,
+                materials: {{ "clay": Hencky(young: 1e3, poisson: 0.3) }},
+                bodies: [(name: "body", material: "clay", shape: Box(from: (-1, -1, -1), to: (1, 1, 1)), points_per_cell: 1)],
+                supports: [
+                    (name: "turned", region: Everywhere, turn: (axis: {axis}, centre: (0.2, -0.1), angle: 60), fix: [{axis}]),
+                ],
+                schedule: (steps: 5),
+            )"#
+        );
+        let mut seen = Positions::default();
+        compile(&Scene::from_ron(&text).unwrap()).unwrap().run(&mut seen).unwrap();
+        let centre = if axis == "Y" { [-0.1, 0.2] } else { [0.2, -0.1] };
+        let (sine, cosine) = 60.0_f64.to_radians().sin_cos();
+        for (rest, end) in seen.0[0].chunks_exact(3).zip(seen.0[5].chunks_exact(3)) {
+            let (a, b) = (rest[d] - centre[0], rest[e] - centre[1]);
+            assert!(
+                (end[d] - centre[0] - (cosine * a - sine * b)).abs() < 1e-12,
+                "{axis}: {rest:?} to {end:?}"
+            );
+            assert!(
+                (end[e] - centre[1] - (sine * a + cosine * b)).abs() < 1e-12,
+                "{axis}: {rest:?} to {end:?}"
+            );
+        }
+    }
 }

@@ -61,8 +61,8 @@ fn hexagonal_bar() -> Vec<[Point; 3]> {
 /// A shaft of radius 0.4 from z = 1 to 4 with a rounded thread of pitch 1 that reaches to 0.8, fading out at its ends.
 fn screw() -> Vec<[Point; 3]> {
     let (from, to, pitch) = (1.0, 4.0, 1.0);
-    let heights: Vec<f64> = (0..=72).map(|k| from + (to - from) * f64::from(k) / 72.0).collect();
-    lathed(&heights, 32, |angle, z| {
+    let heights: Vec<f64> = (0..=48).map(|k| from + (to - from) * f64::from(k) / 48.0).collect();
+    lathed(&heights, 24, |angle, z| {
         let thread = (0.5 + 0.5 * (angle - TAU * z / pitch).cos()).powi(2);
         let fade = (PI * (z - from) / (to - from)).sin().powf(0.5);
         0.4 + 0.4 * thread * fade

@@ -38,8 +38,12 @@ fn pulled(extent: Extent) -> Result<Findings, Broken> {
     let exact = 6.0 * 3.0_f64.sqrt();
     let volume = &estimate.volumes[0];
     findings.checks.push(
-        Check::new("volume of the points against that of the surface (relative)", (volume.points / volume.shape - 1.0).abs(), 1e-7)
-            .remark(format!("{:.9}", volume.points)),
+        Check::new(
+            "volume of the points against that of the surface (relative)",
+            (volume.points / volume.shape - 1.0).abs(),
+            1e-7,
+        )
+        .remark(format!("{:.9}", volume.points)),
     );
     findings.checks.push(Check::new(
         "volume of the surface against that of a hexagonal bar (relative)",
@@ -73,10 +77,9 @@ fn pulled(extent: Extent) -> Result<Findings, Broken> {
     findings.tables.push(table);
     if extent == Extent::Full {
         let history = &runs[2].history;
-        let range = [(-2.0, 3.0), (-3.2, 5.2)];
-        let panel = |title: &str, outlines: &[Vec<[f64; 3]>]| {
-            Panel::Shapes(view(title.into(), outlines, &[], range))
-        };
+        let range = [(-4.3, 1.3), (-3.4, 1.3)];
+        let panel =
+            |title: &str, outlines: &[Vec<[f64; 3]>]| Panel::Shapes(view(title.into(), outlines, &[], range));
         findings.pictures.push(Picture {
             file: "bar_of_stl.png",
             caption: "The bar at the end, CPDI1: domains of the points. Those at the sides are as large as what fills their part of a cell.".into(),

@@ -20,8 +20,12 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
     let position: Vec<String> = POSITION[..dimensions].iter().map(|&it| it.into()).collect();
     let vectors = (1..=dimensions).flat_map(|r| POSITION[..dimensions].iter().map(move |d| format!("r{r}{d}")));
     let domain: Vec<String> = vectors.collect();
-    let known: Vec<&str> =
-        position.iter().map(String::as_str).chain(["volume"]).chain(domain.iter().map(String::as_str)).collect();
+    let known: Vec<&str> = position
+        .iter()
+        .map(String::as_str)
+        .chain(["volume"])
+        .chain(domain.iter().map(String::as_str))
+        .collect();
     let expected = known.join(", ");
     for (k, head) in heads.iter().enumerate() {
         if !known.contains(&head) {
@@ -46,7 +50,8 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
         let line = record.position().map_or(0, csv::Position::line);
         let number = |&column: &usize| {
             let text = record.get(column).unwrap_or_default();
-            let refuse = || format!("line {line}, column `{}`: expected a number, got `{text}`", &heads[column]);
+            let refuse =
+                || format!("line {line}, column `{}`: expected a number, got `{text}`", &heads[column]);
             text.parse::<f64>().map_err(|_| refuse())
         };
         table.row.push(line);
@@ -126,7 +131,9 @@ mod tests {
     fn wrong_tables_are_refused_with_line_and_column() {
         let error = |text: &str| of(text, 2).unwrap_err();
         assert_eq!(error("x,y,volume\n1,2,3\n1,two,3\n"), "line 3, column `y`: expected a number, got `two`");
-        assert!(error("x,y\n1,2\n").starts_with("the column `volume` is missing; expected x, y, volume, r1x, "));
+        assert!(
+            error("x,y\n1,2\n").starts_with("the column `volume` is missing; expected x, y, volume, r1x, ")
+        );
         assert!(error("x,y,z,volume\n").starts_with("unknown column `z`; expected "));
         assert!(error("x,y,volume,r1x\n").starts_with("the column `r1y` is missing"));
         assert_eq!(error("x,y,x,volume\n"), "the column `x` is there twice");
@@ -147,7 +154,10 @@ mod tests {
     fn hdf5_is_read_in_either_precision() {
         let table = file(|it| {
             it.new_dataset_builder().with_data(&[1.0_f32, 2.0]).create("volume").unwrap();
-            it.new_dataset_builder().with_data(&ndarray::arr2(&[[0.0, 1.0], [2.0, 3.0]])).create("position").unwrap();
+            it.new_dataset_builder()
+                .with_data(&ndarray::arr2(&[[0.0, 1.0], [2.0, 3.0]]))
+                .create("position")
+                .unwrap();
         });
         let table = table.unwrap();
         assert_eq!(table.position, [0.0, 1.0, 2.0, 3.0]);

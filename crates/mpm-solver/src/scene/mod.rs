@@ -442,7 +442,7 @@ pub struct BodyInput<const D: usize> {
     pub material: String,
     /// What it fills at rest.
     pub shape: ShapeInput<D>,
-    /// Material points per cell and direction, evenly spaced; of every shape but `Points`, which has its own.
+    /// Material points per cell and direction, evenly spaced; needed by every shape but `Points`, which has its own.
     #[serde(default)]
     pub points_per_cell: Option<Count>,
     /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
@@ -473,6 +473,11 @@ pub enum ShapeInput<const D: usize> {
         from: Coordinates<D>,
         /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
+        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube` or `Surface`, that are cut out of the
+        /// box, as far as they reach into it. The box then has its ends on mesh lines, and all have equally many
+        /// points per cell.
+        #[serde(default)]
+        without: Vec<String>,
     },
     /// A ring. In a ring mesh: all cells between two of its rings of nodes, exactly the polygon's volume. In a box
     /// mesh: a polygon of its own, cut into pieces about as large as the mesh's cells.
@@ -614,6 +619,9 @@ pub struct SupportInput<const D: usize> {
     /// Components that move as the mesh does.
     #[serde(default)]
     pub follow_mesh: Vec<Direction>,
+    /// The nodes are turned about an axis, which prescribes both components across it.
+    #[serde(default)]
+    pub turn: Option<TurnInput>,
     /// Point (x, y) about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`;
     /// not recorded if left out `[L]`.
     #[serde(default)]
@@ -629,6 +637,24 @@ pub struct DisplaceInput {
     /// Displacement in all `[L]`.
     pub by: Finite,
     /// Part of it against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A prescribed rotation of nodes. In each load step a node's displacement is that of what stands where the node
+/// does at its start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TurnInput {
+    /// Direction of the axis; `Z` if left out, and in the plane.
+    #[serde(default = "Direction::z")]
+    pub axis: Direction,
+    /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+    #[serde(default)]
+    pub centre: PlanePoint,
+    /// Angle in all, right-handed about the axis `[degrees]`.
+    pub angle: Finite,
+    /// Part of the angle against the load fraction; linear if left out.
     #[serde(default)]
     pub ramp: RampInput,
 }

@@ -44,7 +44,8 @@ pub(super) fn first(surface: &Surface) -> Option<[usize; 2]> {
             continue;
         }
         for (k, &p) in order[one.first..one.last].iter().enumerate() {
-            let others = if a == b { &order[one.first + k + 1..one.last] } else { &order[other.first..other.last] };
+            let others =
+                if a == b { &order[one.first + k + 1..one.last] } else { &order[other.first..other.last] };
             for &q in others {
                 if meet(surface, p, q) {
                     return Some([p.min(q), p.max(q)]);
@@ -100,9 +101,8 @@ fn meet(surface: &Surface, a: usize, b: usize) -> bool {
     let shared = |k: usize| surface.facets[b].iter().position(|v| *v == surface.facets[a][k]);
     let common: Vec<(usize, usize)> = (0..3).filter_map(|k| Some((k, shared(k)?))).collect();
     match common[..] {
-        [] => (0..3).any(|k| {
-            segment_meets(&p[k], &p[(k + 1) % 3], &q) || segment_meets(&q[k], &q[(k + 1) % 3], &p)
-        }),
+        [] => (0..3)
+            .any(|k| segment_meets(&p[k], &p[(k + 1) % 3], &q) || segment_meets(&q[k], &q[(k + 1) % 3], &p)),
         // What they have in common is convex: if it is more than the vertex, it ends on a side opposite.
         [(k, l)] => {
             let opposite = |x: &[Point; 3], k: usize| (x[(k + 1) % 3], x[(k + 2) % 3]);
@@ -155,7 +155,8 @@ fn segment_meets_in_plane(from: &Point, to: &Point, facet: &[Point; 3]) -> bool 
             let across = turn(a, b, from, drop).signum_or_zero() * turn(a, b, to, drop).signum_or_zero() <= 0.0
                 && turn(from, to, a, drop).signum_or_zero() * turn(from, to, b, drop).signum_or_zero() <= 0.0;
             let on_one_line = turn(a, b, from, drop) == 0.0 && turn(a, b, to, drop) == 0.0;
-            across && (!on_one_line || inside(to) || inside(from) || between(a, from, to) || between(b, from, to))
+            across
+                && (!on_one_line || inside(to) || inside(from) || between(a, from, to) || between(b, from, to))
         })
 }
 

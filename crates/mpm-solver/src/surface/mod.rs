@@ -157,7 +157,11 @@ impl Surface {
         let mut corners: Vec<([f64; 3], u32)> =
             triangles.iter().flatten().zip(0..).map(|(x, k)| (x.map(|x| x + 0.0), k)).collect();
         let order = |a: &[f64; 3], b: &[f64; 3]| {
-            a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|it| it.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| a.total_cmp(b))
+                .find(|it| it.is_ne())
+                .unwrap_or(std::cmp::Ordering::Equal)
         };
         corners.sort_unstable_by(|a, b| order(&a.0, &b.0).then(a.1.cmp(&b.1)));
         let mut surface = Self { vertices: Vec::new(), facets: vec![[0; 3]; triangles.len()] };

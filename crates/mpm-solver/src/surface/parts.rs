@@ -6,6 +6,7 @@
 
 use super::moments::{self, Moments};
 use super::{Round, Surface};
+use crate::fill::line_at;
 use mpm_grid::{Axis, Block, Vector};
 use nalgebra::Vector3;
 
@@ -66,6 +67,13 @@ pub(crate) enum Solid<'a> {
 }
 
 impl Solid<'_> {
+    fn volume(&self) -> f64 {
+        match self {
+            Solid::Surface(surface) => surface.volume(),
+            Solid::Round(round) => round.volume(),
+        }
+    }
+
     fn ends(&self, d: usize) -> (f64, f64) {
         match self {
             Solid::Surface(surface) => {
@@ -92,47 +100,71 @@ pub(crate) fn parts<const D: usize>(
     n: u32,
     faces: &[Bounds<D>],
 ) -> Result<Parts<D>, String> {
-    let mut grid = Grid::default();
-    for (d, axis) in axes.iter().enumerate() {
-        grid.span(d, axis, solid.ends(d), n)?;
-    }
-    if D == 2 {
-        grid.lines[2] = vec![0.0, 1.0];
-        grid.cells[2] = vec![0];
-    }
-    let pieces: f64 = grid.lines.iter().map(|lines| (lines.len() - 1) as f64).product();
-    if pieces > MOST_PIECES {
-        return Err(format!("{pieces:e} pieces around the body are more than the {MOST_PIECES:e} there can be"));
-    }
-    let (surface, volume) = match solid {
-        Solid::Surface(surface) => (grid.snapped(surface), surface.volume()),
-        Solid::Round(round) => {
-            let sizes = grid.lines.iter().flat_map(|lines| lines.windows(2)).map(|ends| ends[1] - ends[0]);
-            (round.surface(ROUNDNESS * sizes.fold(f64::INFINITY, f64::min)), round.volume())
-        }
-    };
+    let grid = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n)?;
+    let surface = grid.surface(solid);
     let mut held = grid.held(&surface)?;
     let slivers = grid.merge_slivers(&mut held);
-    if held.is_empty() {
-        return Err("the body is too small for the mesh: no piece of a cell holds any of it".into());
-    }
-    // Points that share nodes stay together.
-    let cell = |piece: &[usize; 3]| [2, 1, 0].map(|d| grid.cells[d][piece[d]]);
-    held.sort_by_key(|held| (cell(&held.piece), [2, 1, 0].map(|d| held.piece[d])));
-    let mut made = Parts { volume: Some(volume), ..Parts::default() };
-    for held in &held {
-        made.parts.push(grid.part(held)?);
-    }
+    let made = grid.parts(&mut held)?;
     let mut place: Vec<([usize; 3], usize)> = held.iter().enumerate().map(|(k, it)| (it.piece, k)).collect();
     place.sort_unstable();
     let taken = slivers.iter().filter_map(|(from, to)| Some((*from, found(&place, to)?)));
     let taken: Vec<_> = taken.collect();
     place.extend(taken);
     place.sort_unstable();
-    for face in faces {
-        made.faces.push(grid.face(&surface, face, &place));
+    let faces = faces.iter().map(|face| grid.face(&surface, face, &place)).collect();
+    Ok(Parts { parts: made, faces, volume: Some(solid.volume()) })
+}
+
+/// As [`parts`], of what is left of a box whose ends lie on mesh lines once others are cut out of it.
+pub(crate) fn rest<const D: usize>(
+    (from, to): (&[f64; D], &[f64; D]),
+    without: &[Solid<'_>],
+    axes: &[Axis; D],
+    n: u32,
+) -> Result<Parts<D>, String> {
+    for d in 0..D {
+        if from[d] >= to[d] {
+            return Err(format!("the box is empty: from {} to {}", from[d], to[d]));
+        }
+        if let Some(end) = [from[d], to[d]].into_iter().find(|&end| line_at(&axes[d], end).is_none()) {
+            return Err(format!("a box without other bodies has its ends on mesh lines, got {end}"));
+        }
     }
-    Ok(made)
+    let grid =
+        Grid::around(axes, std::array::from_fn(|d| if d < D { (from[d], to[d]) } else { (0.0, 1.0) }), n)?;
+    let [nx, ny, nz] = [0, 1, 2].map(|d| grid.lines[d].len() - 1);
+    let mut held = Vec::with_capacity(nx * ny * nz);
+    for piece in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k]))) {
+        let (half, volume) = (grid.half(&piece), grid.volume(&piece));
+        let second = half.component_mul(&half) * (volume / 3.0);
+        held.push(Held { piece, moments: Moments { volume, first: Vector3::zeros(), second }, full: true });
+    }
+    for solid in without {
+        let own = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n)?;
+        // Pieces of one cell are numbered alike in both grids.
+        let offset =
+            [0, 1, 2].map(|d| (i64::from(own.cells[d][0]) - i64::from(grid.cells[d][0])) * i64::from(n));
+        let offset = if D == 2 { [offset[0], offset[1], 0] } else { offset };
+        for cut in own.held(&own.surface(solid))? {
+            let at = [0, 1, 2].map(|d| usize::try_from(cut.piece[d] as i64 + offset[d]).unwrap_or(usize::MAX));
+            if at[0] >= nx || at[1] >= ny || at[2] >= nz {
+                continue;
+            }
+            let left = &mut held[(at[2] * ny + at[1]) * nx + at[0]];
+            left.full = false;
+            left.moments.volume -= cut.moments.volume;
+            left.moments.first -= cut.moments.first;
+            left.moments.second -= cut.moments.second;
+        }
+    }
+    let share = |held: &Held| held.moments.volume / grid.volume(&held.piece);
+    if let Some(twice) = held.iter().find(|it| share(it) < -1e-6) {
+        let x = grid.centre(&twice.piece);
+        return Err(format!("the bodies cut out of the box overlap near ({}, {}, {})", x.x, x.y, x.z));
+    }
+    held.retain(|it| share(it) > ROUNDING);
+    grid.merge_slivers(&mut held);
+    Ok(Parts { parts: grid.parts(&mut held)?, ..Parts::default() })
 }
 
 /// The part that a piece belongs to; `place` ascends.
@@ -158,6 +190,47 @@ struct Held {
 }
 
 impl Grid {
+    /// The pieces of all cells between some ends; in the plane the third direction goes from 0 to 1.
+    fn around<const D: usize>(axes: &[Axis; D], ends: [(f64, f64); 3], n: u32) -> Result<Self, String> {
+        let mut grid = Self::default();
+        for (d, axis) in axes.iter().enumerate() {
+            grid.span(d, axis, ends[d], n)?;
+        }
+        if D == 2 {
+            grid.lines[2] = vec![0.0, 1.0];
+            grid.cells[2] = vec![0];
+        }
+        let pieces: f64 = grid.lines.iter().map(|lines| (lines.len() - 1) as f64).product();
+        if pieces > MOST_PIECES {
+            return Err(format!(
+                "{pieces:e} pieces around the body are more than the {MOST_PIECES:e} there can be"
+            ));
+        }
+        Ok(grid)
+    }
+
+    /// The surface of a body, its coordinates moved onto lines that they all but lie on.
+    fn surface(&self, solid: &Solid<'_>) -> Surface {
+        match solid {
+            Solid::Surface(surface) => self.snapped(surface),
+            Solid::Round(round) => {
+                let sizes = self.lines.iter().flat_map(|lines| lines.windows(2)).map(|ends| ends[1] - ends[0]);
+                round.surface(ROUNDNESS * sizes.fold(f64::INFINITY, f64::min))
+            }
+        }
+    }
+
+    /// What the pieces hold as parts, in the order of their cells, in which `held` then is.
+    fn parts<const D: usize>(&self, held: &mut [Held]) -> Result<Vec<Part<D>>, String> {
+        if held.is_empty() {
+            return Err("the body is too small for the mesh: no piece of a cell holds any of it".into());
+        }
+        // Points that share nodes stay together.
+        let cell = |piece: &[usize; 3]| [2, 1, 0].map(|d| self.cells[d][piece[d]]);
+        held.sort_by_key(|held| (cell(&held.piece), [2, 1, 0].map(|d| held.piece[d])));
+        held.iter().map(|held| self.part(held)).collect()
+    }
+
     /// Lines along one direction, of all cells that the body reaches into.
     fn span(&mut self, d: usize, axis: &Axis, (from, to): (f64, f64), n: u32) -> Result<(), String> {
         let cell = |x: f64| axis.locate(x.clamp(axis.first(), axis.last())).0;
@@ -186,7 +259,6 @@ impl Grid {
         Ok(())
     }
 
-    /// The surface with coordinates moved onto lines that they all but lie on.
     fn snapped(&self, surface: &Surface) -> Surface {
         let mut snapped = surface.clone();
         for x in &mut snapped.vertices {
@@ -257,9 +329,7 @@ impl Grid {
                 [low, high]
             });
             let large = neighbours.filter_map(find).filter(|&k| share(&held[k]) >= SLIVER);
-            let most = large.reduce(|a, b| {
-                if held[b].moments.volume > held[a].moments.volume { b } else { a }
-            });
+            let most = large.reduce(|a, b| if held[b].moments.volume > held[a].moments.volume { b } else { a });
             given.extend(most.map(|to| (k, to)));
         }
         let pieces = given.iter().map(|&(from, to)| (held[from].piece, held[to].piece)).collect();

@@ -6,11 +6,7 @@ use mpm_grid::Axis;
 fn cuboid(from: [f64; 3], to: [f64; 3]) -> Vec<[[f64; 3]; 3]> {
     let corner = |c: usize| std::array::from_fn(|d| if c >> d & 1 == 1 { to[d] } else { from[d] });
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    faces
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-        .map(|facet| facet.map(corner))
-        .collect()
+    faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|facet| facet.map(corner)).collect()
 }
 
 fn unit() -> Vec<[[f64; 3]; 3]> {
@@ -142,10 +138,11 @@ fn a_box_between_the_lines_is_boxes_of_its_own() {
     let surface = Surface::new(&cuboid([0.5, 0.25, 2.5], [2.95, 1.75, 4.25])).unwrap();
     let made = parts(&Solid::Surface(&surface), &axes(4), 1, &[(2, 4.25, None)]).unwrap();
     // 0.95 of a piece is no sliver, and the boxes are those of the parts: cut exactly.
-    let (low, high) = made.parts.iter().fold((Vector3::repeat(9.0), Vector3::repeat(-9.0)), |(low, high), it| {
-        let half = it.half_vectors.diagonal();
-        (low.inf(&(it.centre - half)), high.sup(&(it.centre + half)))
-    });
+    let (low, high) =
+        made.parts.iter().fold((Vector3::repeat(9.0), Vector3::repeat(-9.0)), |(low, high), it| {
+            let half = it.half_vectors.diagonal();
+            (low.inf(&(it.centre - half)), high.sup(&(it.centre + half)))
+        });
     assert!((low - Vector3::new(0.5, 0.25, 2.5)).amax() < 1e-12, "{low}");
     assert!((high - Vector3::new(2.95, 1.75, 4.25)).amax() < 1e-12, "{high}");
     let area: f64 = made.faces[0].iter().map(|it| it.area).sum();
@@ -220,6 +217,11 @@ fn what_cannot_be_filled_is_refused() {
     let surface = Surface::new(&cuboid([0.5, 0.5, 2.5], [4.5, 1.0, 3.0])).unwrap();
     let said = parts(&Solid::Surface(&surface), &axes(8), 2, &[]).unwrap_err();
     assert!(said.contains("along x, outside the mesh from 0 to 4"), "{said}");
-    let said = parts(&Solid::Surface(&Surface::new(&unit()).unwrap().placed(0.5, &[0.5, 0.0, 3.0])), &axes(8), u32::MAX, &[]);
+    let said = parts(
+        &Solid::Surface(&Surface::new(&unit()).unwrap().placed(0.5, &[0.5, 0.0, 3.0])),
+        &axes(8),
+        u32::MAX,
+        &[],
+    );
     assert!(said.unwrap_err().contains("too many"));
 }
