@@ -161,9 +161,9 @@ fn picture(bases: &[&'static str], rows: &[Row]) -> Picture {
         });
         Panel::Curves(Curves {
             title: title.into(),
-            axes: ["points", axis],
+            axes: ["points", axis].map(String::from),
             range: [decades(rows.iter().map(|row| row.points as f64)), decades(rows.iter().map(of))],
-            logarithmic: true,
+            logarithmic: [true; 2],
             legend: Legend::UpperLeft,
             curves: curves.collect(),
         })

@@ -11,6 +11,7 @@ pub mod machine;
 pub mod phases;
 pub mod report;
 pub mod solver;
+pub mod space;
 pub mod throughput;
 pub mod time_against_error;
 

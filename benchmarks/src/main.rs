@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 use mpm_benchmarks::counts::{self, Act};
 use mpm_benchmarks::report::{Settings, print_table};
-use mpm_benchmarks::{Failure, growth, phases, solver, throughput, time_against_error};
+use mpm_benchmarks::{Failure, growth, phases, solver, space, throughput, time_against_error};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -35,6 +35,8 @@ enum Set {
         #[arg(long, default_value_t = usize::MAX)]
         most_equations: usize,
     },
+    /// Cubes in space up to two million points: seconds per phase, memory, iterations.
+    Space,
     /// Instructions of a fixed set of kernels by callgrind, against the file of the repository.
     Counts {
         /// Fails where a kernel needs more instructions than the file allows.
@@ -61,6 +63,9 @@ enum Set {
     /// One kernel, for callgrind.
     #[command(hide = true)]
     Kernel { name: String },
+    /// One cube in a process of its own.
+    #[command(hide = true)]
+    Cube { cells: u32, steps: u32, threads: usize },
     /// One block in a process of its own.
     #[command(hide = true)]
     Block { basis: String, cells: u32 },
@@ -81,7 +86,7 @@ fn main() -> ExitCode {
 fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
     match set {
         None => {
-            println!("sets: error, throughput, growth, solver, counts, phases (`--help` says more)");
+            println!("sets: error, throughput, growth, solver, space, counts, phases (`--help` says more)");
             let settings = Settings { quick: true, ..settings };
             time_against_error::run(&settings)?.publish(&settings)?;
             throughput::run(&settings)?.publish(&settings)
@@ -101,6 +106,8 @@ fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
         }
         Some(Set::Kernel { name }) => counts::one(&name),
         Some(Set::Block { basis, cells }) => print(&growth::block(&basis, cells)?),
+        Some(Set::Space) => space::run(&settings)?.publish(&settings),
+        Some(Set::Cube { cells, steps, threads }) => print(&space::cube(cells, steps, threads)?),
         Some(Set::Error) => time_against_error::run(&settings)?.publish(&settings),
         Some(Set::Phases { scenes }) => phases::run(&scenes, &settings)?.publish(&settings),
         Some(Set::CantileverEnd { factors }) => {

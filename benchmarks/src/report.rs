@@ -54,6 +54,17 @@ impl<R: Serialize> Report<R> {
         for table in &self.tables {
             print_table(table);
         }
+        for file in self.save(settings)? {
+            println!("written: {}", file.display());
+        }
+        Ok(())
+    }
+
+    /// Writes `<set>.json` and the pictures into the folder of the results, and says where.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn save(&self, settings: &Settings) -> Result<Vec<PathBuf>, Failure> {
         std::fs::create_dir_all(&settings.output)
             .map_err(|error| format!("{}: {error}", settings.output.display()))?;
         let seconds = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)?.as_secs();
@@ -67,12 +78,12 @@ impl<R: Serialize> Report<R> {
         };
         let path = settings.output.join(self.set).with_extension("json");
         write(&path, &(serde_json::to_string_pretty(&file)? + "\n"))?;
-        println!("\nwritten: {}", path.display());
+        let mut written = vec![path];
         for (picture, columns) in &self.pictures {
             picture.save_in_columns(&settings.output, *columns)?;
-            println!("written: {}", settings.output.join(picture.file).display());
+            written.push(settings.output.join(picture.file));
         }
-        Ok(())
+        Ok(written)
     }
 }
 

@@ -167,30 +167,46 @@ pub struct Row {
 const REPEAT_FOR: f64 = 0.4;
 const REPEAT: usize = 5;
 
-/// Runs the set.
+/// A basis is not taken to finer meshes once a run has taken so long `[s]`.
+const LONG: f64 = 40.0;
+
+/// Runs the set; what is finished is written after each problem.
 ///
 /// # Errors
-/// A scene cannot be made. A run that ends early is a result.
+/// A scene cannot be made, or a file not be written. A run that ends early is a result.
 pub fn run(settings: &Settings) -> Result<Report<Vec<Row>>, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let mut rows = Vec::new();
-    let (mut tables, mut panels) = (Vec::new(), Vec::new());
-    for problem in &PROBLEMS {
+    let mut rows: Vec<Row> = Vec::new();
+    for (k, problem) in PROBLEMS.iter().enumerate() {
         let meshes = &problem.meshes[..settings.pick(problem.quick, problem.meshes.len())];
-        let mut found = Vec::new();
         for method in problem.methods {
             for &mesh in meshes {
                 let row = pool.install(|| one(problem, method, mesh, settings.quick))?;
                 eprintln!("{}, {}, {}: {:.3} s", row.problem, row.basis, row.cells, row.seconds);
-                found.push(row);
+                let is_long = row.seconds > LONG;
+                rows.push(row);
+                if is_long {
+                    break;
+                }
             }
         }
-        tables.push(table(problem, &found));
-        panels.push(panel(problem, &found));
-        rows.extend(found);
+        if k + 1 < PROBLEMS.len() {
+            report(&rows).save(settings)?;
+        }
     }
-    tables.push(failures(&rows));
-    Ok(Report { set: "time_against_error", tables, pictures: pictures(panels), results: rows })
+    Ok(report(&rows))
+}
+
+/// Tables and pictures of these runs.
+fn report(rows: &[Row]) -> Report<Vec<Row>> {
+    let of = |problem: &Problem| -> Vec<Row> {
+        rows.iter().filter(|row| row.problem == problem.name).cloned().collect()
+    };
+    let done = || PROBLEMS.iter().map(|problem| (problem, of(problem))).filter(|(_, rows)| !rows.is_empty());
+    let mut tables: Vec<Table> = done().map(|(problem, rows)| table(problem, &rows)).collect();
+    tables.push(failures(rows));
+    let panels = done().map(|(problem, rows)| panel(problem, &rows)).collect();
+    Report { set: "time_against_error", tables, pictures: pictures(panels), results: rows.to_vec() }
 }
 
 fn one(problem: &Problem, method: &Method, mesh: u32, once: bool) -> Result<Row, Broken> {
@@ -280,9 +296,9 @@ fn panel(problem: &Problem, rows: &[Row]) -> Panel {
     });
     Panel::Curves(Curves {
         title: problem.name.into(),
-        axes: ["processor seconds, one thread", problem.measure],
+        axes: ["processor seconds, one thread", problem.measure].map(String::from),
         range: [decades(done.iter().map(|row| row.seconds)), decades(done.iter().filter_map(|row| row.error))],
-        logarithmic: true,
+        logarithmic: [true; 2],
         legend: Legend::None,
         curves: curves.filter(|curve| !curve.points.is_empty()).collect(),
     })
@@ -293,13 +309,14 @@ fn pictures(mut panels: Vec<Panel>) -> Vec<(Picture, usize)> {
     if let Some(Panel::Curves(first)) = panels.first_mut() {
         first.legend = Legend::LowerLeft;
     }
-    let mut mild = panels.remove(1);
-    if let Panel::Curves(mild) = &mut mild {
-        mild.legend = Legend::LowerLeft;
-    }
+    let mild = (panels.len() > 1).then(|| panels.remove(1));
     let picture = |file, panels| Picture { file, caption: String::new(), panels };
-    vec![
-        (picture("time_against_error.svg", panels), 2),
-        (picture("time_against_error_column_mild.svg", vec![mild]), 1),
-    ]
+    let mut pictures = vec![(picture("time_against_error.svg", panels), 2)];
+    pictures.extend(mild.map(|mut mild| {
+        if let Panel::Curves(mild) = &mut mild {
+            mild.legend = Legend::LowerLeft;
+        }
+        (picture("time_against_error_column_mild.svg", vec![mild]), 1)
+    }));
+    pictures
 }

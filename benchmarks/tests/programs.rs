@@ -84,6 +84,18 @@ fn our_solver_is_measured_where_there_is_no_other() {
 }
 
 #[test]
+fn cubes_in_space() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let results = quick("space", folder.path());
+    let runs = rows(&results["runs"]);
+    assert_eq!(runs.len(), 4);
+    for run in runs {
+        let (predicted, peak) = (run["predicted_memory"].as_f64(), run["peak_memory"].as_f64());
+        assert!(run["processor"].as_f64() > Some(0.0) && predicted > Some(0.0) && predicted < peak, "{run}");
+    }
+}
+
+#[test]
 fn a_kernel_that_does_not_exist_is_named() {
     let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["kernel", "no such"]).output();
     let output = output.expect("the program starts");

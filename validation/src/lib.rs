@@ -12,7 +12,6 @@
 pub mod analytic;
 mod cases;
 pub mod history;
-mod palette;
 pub mod picture;
 pub mod probe;
 pub mod problems;

@@ -71,7 +71,7 @@ const APPLICATIONS: [&str; 3] = ["mpm-cli", "mpm-validation", "mpm-benchmarks"];
 #[test]
 fn the_manifests_are_read() {
     let manifests = manifests();
-    for name in ["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-solver", "mpm-io"] {
+    for name in ["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-solver", "mpm-io", "mpm-plot"] {
         assert!(manifests[name].dependencies.contains_key("thiserror"), "{name}");
     }
     assert!(APPLICATIONS.iter().all(|name| manifests[*name].dependencies.contains_key("mpm-solver")));
@@ -88,7 +88,8 @@ fn a_table_ends_where_the_next_begins() {
 
 #[test]
 fn workspace_crates_depend_downwards_only() {
-    let below: [(&str, &[&str]); 7] = [
+    let below: [(&str, &[&str]); 8] = [
+        ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
         ("mpm-multigrid", &[]),
@@ -121,6 +122,7 @@ fn foreign_crates_enter_at_one_place() {
     only("stl_io", &["mpm-io"]);
     only("robust", &["mpm-solver"]);
     only("clap", &APPLICATIONS);
+    only("plotters", &["mpm-plot"]);
     only("serde", &["mpm-solver", "mpm-cli", "mpm-validation", "mpm-benchmarks"]);
     only("ron", &["mpm-solver", "mpm-cli", "mpm-validation", "mpm-benchmarks"]);
     // The solver only in its tests, which compare numbers of threads.

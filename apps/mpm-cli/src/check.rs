@@ -3,18 +3,41 @@
 use crate::complaint::Complaint;
 use crate::report::{count, unwritten};
 use crate::{input, say};
+use mpm_solver::scene::Scene;
 use mpm_solver::{Error, Estimate};
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Says how large a scene is.
-pub fn check(file: &Path) -> Result<(), Complaint> {
-    let input = input::read(file)?;
+/// Says how large a scene with these settings is.
+pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
+    let input = input::read(file, settings)?;
     let estimate = input.compiled.estimate().map_err(|error| match error {
         Error::Scene(error) => input::refused(file, &input.text, error),
         error => Complaint::unfinished(error.to_string()),
     })?;
+    if as_json {
+        return say(&format!("{:#}\n", json(&estimate, &input.scene)));
+    }
     say(&sizes(&estimate, input.scene.title(), &unwritten(&input.scene)))
+}
+
+/// Everything that a machine might ask for; memory in bytes.
+fn json(it: &Estimate, scene: &Scene) -> Value {
+    let memory = &it.memory;
+    json!({
+        "title": scene.title(), "dimensions": it.dimensions, "material_points": it.points,
+        "cells": it.cells, "cells_with_material": it.cells_with_material,
+        "nodes": it.nodes, "active_nodes": it.active_nodes,
+        "equations": it.equations, "prescribed": it.prescribed,
+        "tangent_entries": it.tangent_entries, "factor_entries": it.factor_entries,
+        "linear_solver": if it.is_iterative { "iterative" } else { "direct" }, "load_steps": it.steps,
+        "memory": {
+            "total": memory.total(), "points": memory.points, "connectivity": memory.connectivity,
+            "tangent": memory.tangent, "solver": memory.solver,
+        },
+        "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene),
+    })
 }
 
 fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {

@@ -2,8 +2,9 @@
 
 use crate::complaint::Complaint;
 use mpm_io::FolderFiles;
-use mpm_solver::scene::{Position, Scene, position_of};
+use mpm_solver::scene::{EditError, Position, ReadError, Scene, position_of, set_value};
 use mpm_solver::{Compiled, SceneError, compile_with};
+use std::ops::Range;
 use std::path::Path;
 
 /// A scene that was read and compiled.
@@ -16,28 +17,113 @@ pub struct Input {
     pub compiled: Compiled,
 }
 
-/// Reads and compiles the scene in `file`.
-pub fn read(file: &Path) -> Result<Input, Complaint> {
+/// Reads the scene in `file`, sets values in it, each `path=value`, and compiles it.
+pub fn read(file: &Path, settings: &[String]) -> Result<Input, Complaint> {
+    set(file, text(file)?, settings)
+}
+
+/// The text of the scene in `file`.
+pub fn text(file: &Path) -> Result<String, Complaint> {
     let bytes = std::fs::read(file)
         .map_err(|error| Complaint::input(format!("cannot read scene {}: {error}", file.display())))?;
-    let text = String::from_utf8(bytes).map_err(|error| not_text(file, &error))?;
-    parse(file, text, &FolderFiles::beside(file))
+    String::from_utf8(bytes).map_err(|error| not_text(file, &error))
+}
+
+/// Sets values in the scene in `text`, which comes from `file`, and compiles it.
+pub fn set(file: &Path, mut text: String, settings: &[String]) -> Result<Input, Complaint> {
+    let mut scene = read_text(file, &text)?;
+    for setting in settings {
+        (text, scene) = set_one(&text, setting)?;
+    }
+    let files = FolderFiles::beside(file);
+    let compiled =
+        compile_with(&scene, &files).map_err(|error| refused_setting(file, &text, settings, error))?;
+    Ok(Input { text, scene, compiled })
 }
 
 /// Reads and compiles the scene in `text`, which comes from `file`; `files` has what it names.
 pub fn parse(file: &Path, text: String, files: &FolderFiles) -> Result<Input, Complaint> {
-    let scene = Scene::from_ron(&text).map_err(|error| {
-        let place = error.start.offset(&text)..error.end.offset(&text);
-        Complaint::at(file, &text, place, None, error.reason)
-    })?;
+    let scene = read_text(file, &text)?;
     let compiled = compile_with(&scene, files).map_err(|error| refused(file, &text, error))?;
     Ok(Input { text, scene, compiled })
 }
 
+fn read_text(file: &Path, text: &str) -> Result<Scene, Complaint> {
+    Scene::from_ron(text).map_err(|error| Complaint::at(file, text, place(text, &error), None, error.reason))
+}
+
+fn place(text: &str, error: &ReadError) -> Range<usize> {
+    error.start.offset(text)..error.end.offset(text)
+}
+
+/// The text with one value set, `path=value`, and what it then says. What is wrong stands in the setting, not in
+/// the file.
+fn set_one(text: &str, setting: &str) -> Result<(String, Scene), Complaint> {
+    let Some((path, value)) = setting.split_once('=') else {
+        let reason = "expected a path and a value, as in schedule.steps=20".to_string();
+        return Err(in_setting(setting, 0..setting.len(), reason));
+    };
+    let of_path = 0..path.len();
+    let of_value = value_in(setting);
+    let edited = set_value(text, path.trim(), value).map_err(|error| match error {
+        EditError::Path(reason) => in_setting(setting, of_path.clone(), reason),
+        EditError::Value(reason) => in_setting(setting, of_value.clone(), reason),
+    })?;
+    let scene = Scene::from_ron(&edited.text).map_err(|error| {
+        let found = place(&edited.text, &error);
+        let place = if edited.value.contains(&found.start) {
+            let start = of_value.start + (found.start - edited.value.start);
+            start..(start + found.len()).min(of_value.end)
+        } else if edited.new.contains(&found.start) {
+            of_path.clone()
+        } else {
+            of_value.clone()
+        };
+        in_setting(setting, place, error.reason)
+    })?;
+    Ok((edited.text, scene))
+}
+
+/// Where the value of a setting stands.
+fn value_in(setting: &str) -> Range<usize> {
+    let start = setting.find('=').map_or(0, |at| at + 1);
+    let value = &setting[start..];
+    let start = start + value.len() - value.trim_start().len();
+    start..(start + value.trim().len())
+}
+
+fn in_setting(setting: &str, place: Range<usize>, reason: String) -> Complaint {
+    Complaint::at(Path::new("--set"), setting, place, None, reason)
+}
+
 /// What is wrong only in the light of the whole scene.
 pub fn refused(file: &Path, text: &str, error: SceneError) -> Complaint {
-    let (start, end) = position_of(text, &error.path).unwrap_or((Position::of(text, 0), Position::of(text, 0)));
-    Complaint::at(file, text, start.offset(text)..end.offset(text), Some(error.path), error.reason)
+    let place = place_of(text, &error.path).unwrap_or(0..0);
+    Complaint::at(file, text, place, Some(error.path), error.reason)
+}
+
+/// As [`refused`]; what stands in a value that was set, or holds it, is told of the setting.
+fn refused_setting(file: &Path, text: &str, settings: &[String], error: SceneError) -> Complaint {
+    let found = place_of(text, &error.path);
+    let culprit = settings.iter().rev().find(|setting| {
+        let path = setting.split_once('=').map_or("", |(path, _)| path.trim());
+        let (Some(found), Some(value)) = (&found, place_of(text, path)) else { return false };
+        let holds =
+            |outer: &Range<usize>, inner: &Range<usize>| outer.start <= inner.start && inner.end <= outer.end;
+        holds(&value, found) || holds(found, &value)
+    });
+    match culprit {
+        Some(setting) => {
+            let SceneError { path, reason } = error;
+            Complaint::at(Path::new("--set"), setting, value_in(setting), Some(path), reason)
+        }
+        None => refused(file, text, error),
+    }
+}
+
+fn place_of(text: &str, path: &str) -> Option<Range<usize>> {
+    let (start, end): (Position, Position) = position_of(text, path)?;
+    Some(start.offset(text)..end.offset(text))
 }
 
 fn not_text(file: &Path, error: &std::string::FromUtf8Error) -> Complaint {

@@ -1,20 +1,25 @@
-//! The command line: `mpm run`, `mpm resume`, `mpm check` and `mpm schema`.
+//! The command line: scenes in (`new`, `check`, `run`, `resume`, `sweep`), results out (`inspect`, `plot`, `export`).
 //!
 //! Exit codes: 0 done, 1 the simulation could not finish, 2 the scene, a path or an argument is wrong.
 
 mod check;
 mod complaint;
+mod export;
 mod input;
+mod inspect;
 mod keeper;
+mod plot;
 mod reference;
 mod report;
 mod run;
+mod sweep;
+mod templates;
 mod watch;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use complaint::Complaint;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Implicit Material Point Method: finite-strain statics of solids that deform without bound.
@@ -27,6 +32,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Write a scene to begin with, from a template.
+    New(templates::NewArguments),
     /// Run a scene and write its results.
     Run(RunArguments),
     /// Go on with an interrupted run, bit for bit, and with its results file.
@@ -35,19 +42,60 @@ enum Command {
     Check {
         /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
         scene: PathBuf,
+        #[command(flatten)]
+        settings: Settings,
+        /// Print it as JSON for machines.
+        #[arg(long)]
+        json: bool,
     },
+    /// Run a scene over a grid of values, in parallel, and print one table of results.
+    Sweep(sweep::SweepArguments),
+    /// Say what a results file holds: status, load steps, ranges of columns and fields, time, what was skipped.
+    Inspect {
+        /// The results file, of a finished, failed or killed run.
+        results: PathBuf,
+        /// Print it as JSON for machines.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw a results file: the body coloured by a field, reactions, moments, convergence.
+    Plot(plot::PlotArguments),
+    /// Write results as CSV tables or as VTU files.
+    Export(export::ExportArguments),
     /// Print the language of scenes as a JSON schema.
     Schema {
         /// Print it as Markdown for people.
         #[arg(long)]
         markdown: bool,
     },
+    /// Print a script that completes the program's arguments in a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page of the program, or write those of all its commands.
+    Man {
+        /// Folder for the pages, which must be there.
+        #[arg(short, long, value_name = "FOLDER")]
+        output: Option<PathBuf>,
+    },
+}
+
+/// What is set in the scene before it is read.
+#[derive(Args)]
+struct Settings {
+    /// Set a value of the scene, as in `schedule.steps=20` or `bodies[0].points_per_cell=3`; several times, if
+    /// needed. The results keep the scene as it was run.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    set: Vec<String>,
 }
 
 #[derive(Args)]
 struct RunArguments {
     /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
     scene: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// Results file; an .xdmf file is written beside it [default: the scene's name with .h5, in this directory].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -59,6 +107,9 @@ struct RunArguments {
     /// Print nothing unless something is wrong.
     #[arg(short, long)]
     quiet: bool,
+    /// Print what `mpm inspect --json` says of the results, and nothing else.
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
 }
 
 #[derive(Args)]
@@ -101,7 +152,14 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Resume(arguments) => run::resume(&arguments),
-        Command::Check { scene } => check::check(&scene),
+        Command::New(arguments) => templates::new(&arguments).and_then(|text| say(&text)),
+        Command::Check { scene, settings, json } => check::check(&scene, &settings.set, json),
+        Command::Sweep(arguments) => sweep::sweep(&arguments),
+        Command::Inspect { results, json } => inspect::inspect(&results, json).and_then(|text| say(&text)),
+        Command::Plot(arguments) => plot::plot(&arguments).and_then(|text| say(&text)),
+        Command::Export(arguments) => export::export(&arguments).and_then(|text| say(&text)),
+        Command::Completions { shell } => completions(shell),
+        Command::Man { output } => manual(output.as_deref()),
         Command::Schema { markdown: true } => say(&reference::markdown()),
         Command::Schema { markdown: false } => say(&reference::json()),
     };
@@ -109,6 +167,25 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(complaint) => complaint.deliver(),
     }
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<(), Complaint> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "mpm", &mut script);
+    say(&String::from_utf8_lossy(&script))
+}
+
+fn manual(folder: Option<&Path>) -> Result<(), Complaint> {
+    if let Some(folder) = folder {
+        return clap_mangen::generate_to(Cli::command(), folder).map_err(|error| {
+            Complaint::input(format!("cannot write manual pages to {}: {error}", folder.display()))
+        });
+    }
+    let mut page = Vec::new();
+    clap_mangen::Man::new(Cli::command())
+        .render(&mut page)
+        .map_err(|error| Complaint::unfinished(format!("cannot print the manual page: {error}")))?;
+    say(&String::from_utf8_lossy(&page))
 }
 
 /// Prints to standard output; a reader that has gone away ends the program's talk, not its work.

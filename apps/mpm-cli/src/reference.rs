@@ -20,6 +20,12 @@ pub fn field_names() -> Vec<String> {
     variants(schema.as_value()).into_iter().map(|variant| variant.name).collect()
 }
 
+/// The scene that the introduction explains.
+pub fn example() -> &'static str {
+    let after = INTRODUCTION.split_once("```ron\n").map_or("", |(_, after)| after);
+    after.split_once("```").map_or(after, |(example, _)| example)
+}
+
 /// Introduction and reference of the language of scenes.
 pub fn markdown() -> String {
     let schema = schema_for!(mpm_solver::scene::Scene);

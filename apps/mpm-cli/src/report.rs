@@ -47,7 +47,8 @@ fn is_remarkable(row: &Row, before: &Row) -> bool {
     row.cuts > 0 || row.shortened > 0 || row.method != before.method
 }
 
-fn method(code: u64) -> &'static str {
+/// Name of a factorisation.
+pub fn method(code: u64) -> &'static str {
     match code {
         0 => "LLᵀ",
         1 => "LBLᵀ",
@@ -120,7 +121,7 @@ pub fn count(number: impl TryInto<u64>) -> String {
 }
 
 /// Columns aligned to the right, the last one to the left.
-struct Table<const N: usize> {
+pub struct Table<const N: usize> {
     rows: Vec<Line<N>>,
 }
 
@@ -130,11 +131,13 @@ enum Line<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    fn new(head: [&str; N]) -> Self {
+    /// With a head.
+    pub fn new(head: [&str; N]) -> Self {
         Self { rows: vec![Line::Cells(head.map(str::to_string))] }
     }
 
-    fn push(&mut self, cells: [String; N]) {
+    /// Adds a row.
+    pub fn push(&mut self, cells: [String; N]) {
         self.rows.push(Line::Cells(cells));
     }
 

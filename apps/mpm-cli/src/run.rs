@@ -4,7 +4,7 @@ use crate::complaint::Complaint;
 use crate::input::Input;
 use crate::keeper::{self, Keeper};
 use crate::watch::Watch;
-use crate::{ResumeArguments, RunArguments, input, report, say};
+use crate::{ResumeArguments, RunArguments, input, inspect, report, say};
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
 use mpm_solver::scene::Scene;
 use mpm_solver::{Error, State};
@@ -17,7 +17,7 @@ const PROGRAM: &str = concat!("mpm ", env!("CARGO_PKG_VERSION"));
 /// Runs a scene from file to file.
 pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     start_threads(arguments.threads)?;
-    let input = input::read(&arguments.scene)?;
+    let input = input::read(&arguments.scene, &arguments.settings.set)?;
     let path = output(arguments)?;
     let head = CheckpointHead {
         scene: input.text.clone(),
@@ -30,7 +30,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     let writer = ResultsWriter::create(&path, options(&input));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Files { scene: &arguments.scene, results: &path };
-    carry_out(input, None, writer, keeper, &files, arguments.quiet)
+    let outcome = carry_out(input, None, writer, keeper, &files, arguments.quiet || arguments.json);
+    // Results that cannot be read back are no reason to forget why the run ended.
+    let said = if arguments.json { inspect::inspect(&path, true).and_then(|text| say(&text)) } else { Ok(()) };
+    outcome.and(said)
 }
 
 /// Goes on with a run from its checkpoint.

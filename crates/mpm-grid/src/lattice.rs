@@ -129,6 +129,22 @@ impl<const D: usize> Lattice<D> {
         from_fn(|c| corner(&sides, if c < 1 << D { c } else { 0 }))
     }
 
+    /// Every edge between neighbouring nodes once, for drawing.
+    pub fn edges(&self) -> impl Iterator<Item = [NodeId; 2]> + '_ {
+        (0..self.n_nodes).flat_map(move |number| {
+            let node = NodeId::new(number);
+            let index = self.node_index(node);
+            (0..D).filter_map(move |d| {
+                let mut next = index;
+                next[d] += 1;
+                if next[d] == self.nodes[d] {
+                    next[d] = 0;
+                }
+                (next[d] > 0 || self.periodic[d]).then(|| [node, self.node(next)])
+            })
+        })
+    }
+
     /// Share of the lower and upper side of the cell in its corners' node numbers, per direction.
     #[inline]
     pub(crate) fn sides(&self, cell: &[u32; D]) -> [[u32; 2]; D] {
@@ -244,6 +260,19 @@ mod tests {
             let index = lattice.corner_index(&[3, 1], c);
             assert_eq!(lattice.node(index), lattice.corners([3, 1])[c]);
         }
+    }
+
+    #[test]
+    fn edges_are_listed_once() {
+        let lattice = Lattice::new([4, 2], [true, false]).unwrap();
+        let mut edges: Vec<[usize; 2]> = lattice.edges().map(|edge| edge.map(NodeId::index)).collect();
+        // Three rings of four and two times four between them.
+        assert_eq!(edges.len(), 3 * 4 + 2 * 4);
+        assert!(edges.contains(&[3, 0]) && edges.contains(&[7, 11]) && !edges.contains(&[8, 0]));
+        edges.iter_mut().for_each(|edge| edge.sort_unstable());
+        edges.sort_unstable();
+        edges.dedup();
+        assert_eq!(edges.len(), 20);
     }
 
     #[test]

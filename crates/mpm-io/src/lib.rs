@@ -1,8 +1,9 @@
 //! Results of a run on disk: one HDF5 file that h5py, VTK and ParaView open as it is.
 //!
 //! [`ResultsWriter`] observes a run and writes while it goes; [`Results`] reads the file back.
-//! Everything that can go wrong is a [`ResultsError`]. [`FolderFiles`] reads what a scene names: surfaces (STL) and
-//! tables of points (CSV, HDF5). This is the only crate that links HDF5.
+//! [`Results::write_csv`] and [`Results::write_vtu`] hand it on to programs that read neither.
+//! Everything that can go wrong is a [`ResultsError`]. [`FolderFiles`] reads what a scene names: surfaces (STL)
+//! and tables of points (CSV, HDF5). This is the only crate that links HDF5.
 //!
 //! The file (`format = "mpm-results"`, `version = 1`):
 //!
@@ -57,6 +58,7 @@
 mod checkpoint;
 mod earlier;
 mod error;
+mod export;
 mod options;
 mod reader;
 mod rows;
@@ -68,6 +70,7 @@ mod xdmf;
 
 pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
 pub use error::{CheckpointError, ResultsError};
+pub use export::component_name;
 pub use options::{Options, Precision};
 pub use reader::{PhaseTime, Results, Table};
 pub use scene_files::FolderFiles;

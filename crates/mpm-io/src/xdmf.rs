@@ -51,7 +51,8 @@ impl Xdmf {
             let kind = match field.components() {
                 1 => "Scalar",
                 3 => "Vector",
-                _ => "Tensor",
+                9 => "Tensor",
+                _ => "Matrix",
             };
             let path = format!("/VTKHDF/PointData/{name}");
             let values = self.slab(&path, "Float", bytes, placed.point, n, field.components());

@@ -5,8 +5,8 @@ mod fake;
 use std::error::Error;
 use std::process::Command;
 
-use mpm_io::{Options, Precision, ResultsWriter};
-use mpm_solver::observe::{Observer, Outcome};
+use mpm_io::{Options, Precision, Results, ResultsWriter};
+use mpm_solver::observe::{Field, Observer, Outcome};
 
 const NEEDS: &str = "import h5py, vtkmodules.vtkIOHDF, vtkmodules.vtkIOXdmf2";
 
@@ -65,4 +65,63 @@ fn a_changing_number_of_points() -> Result<(), Box<dyn Error + Send + Sync>> {
         })?;
     }
     Ok(())
+}
+
+/// Reads the last file of a series with VTK's own reader and prints its numbers, bit for bit.
+const READ_VTU: &str = r#"
+import sys
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+from vtkmodules.util.numpy_support import vtk_to_numpy
+reader = vtkXMLUnstructuredGridReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+grid = reader.GetOutput()
+assert grid.CheckAttributes() == 0
+data = grid.GetCellData() if grid.GetCellType(0) == 7 else grid.GetPointData()
+print(grid.GetNumberOfCells(), grid.GetCellType(0), grid.GetCell(0).GetNumberOfPoints())
+for name in ["cauchy_stress", "displacement", "volume"]:
+    print(*[float(x).hex() for x in vtk_to_numpy(data.GetArray(name)).ravel()])
+print(*[float(x).hex() for x in vtk_to_numpy(grid.GetPoints().GetData()).ravel()])
+"#;
+
+#[test]
+fn exported_points_and_domains() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("a.h5");
+    let options = Options { fields: [fake::fields(), vec![Field::Outline]].concat(), ..fake::options() };
+    let mut writer = ResultsWriter::create(&path, options)?;
+    fake::start(&mut writer, 7)?;
+    for step in 0..3 {
+        fake::load_step(&mut writer, step, 7)?;
+    }
+    writer.finish(&Outcome::Completed, &fake::timings(2))?;
+    let results = Results::open(&path)?;
+    let folder = directory.path().join("ä & b");
+    let written = results.write_vtu(&folder)?;
+    assert_eq!(written.len(), 2 * (1 + 3));
+    assert!(std::fs::read_to_string(&written[0])?.contains("file=\"ä &amp; b/points_0002.vtu\""));
+    for (file, shape) in [("points_0002.vtu", "7 1 1"), ("domains_0002.vtu", "7 7 4")] {
+        let output = Command::new(python()).args(["-c", READ_VTU]).arg(folder.join(file)).output()?;
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8(output.stdout)?;
+        let lines: Vec<&str> = said.lines().collect();
+        assert_eq!(lines[0], shape);
+        for (line, name) in lines[1..4].iter().zip(["cauchy_stress", "displacement", "volume"]) {
+            let expected: Vec<String> = results.field(name, 2)?.values().iter().map(|x| hex(*x)).collect();
+            assert_eq!(*line, expected.join(" "), "{name}");
+        }
+        if shape.starts_with("7 1") {
+            let expected: Vec<String> = results.points(2)?.values().iter().map(|x| hex(*x)).collect();
+            assert_eq!(lines[4], expected.join(" "));
+        }
+    }
+    Ok(())
+}
+
+/// As Python's `float.hex` of a normal number.
+fn hex(x: f64) -> String {
+    let bits = x.to_bits();
+    let sign = if x < 0.0 { "-" } else { "" };
+    let (exponent, mantissa) = ((bits >> 52 & 0x7ff) as i64 - 1023, bits & ((1 << 52) - 1));
+    if x == 0.0 { format!("{sign}0x0.0p+0") } else { format!("{sign}0x1.{mantissa:013x}p{exponent:+}") }
 }

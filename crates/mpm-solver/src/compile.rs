@@ -16,7 +16,7 @@ use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SolverInput,
-    StabilisationInput, StepControlInput, SupportInput, TrianglesInput, TurnInput,
+    StabilisationInput, StepControlInput, SupportInput, ToleranceInput, TrianglesInput, TurnInput,
 };
 use crate::state::{State, StateLayout};
 use crate::surface::Round;
@@ -244,6 +244,14 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
     }
 }
 
+fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
+    let keep_factor_below = input.keep_factor_below.map(|part| part.0);
+    if let Some(part) = keep_factor_below.filter(|part| *part >= 1.0) {
+        return Err(SceneError::new("tolerance.keep_factor_below", format!("is {part}, expected less than 1")));
+    }
+    Ok(Tolerance { residual: input.residual.0, iterations: input.iterations.0, keep_factor_below })
+}
+
 fn model<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     files: &dyn SceneFiles,
@@ -274,7 +282,7 @@ fn model<const D: usize, B: FillBody<D>>(
             SolverInput::Direct => Choice::Direct,
             SolverInput::Iterative => Choice::Iterative,
         },
-        tolerance: Tolerance { residual: scene.tolerance.residual.0, iterations: scene.tolerance.iterations.0 },
+        tolerance: tolerance(&scene.tolerance)?,
     };
     check_start(&model, &mesh)?;
     Ok(model)
@@ -417,6 +425,12 @@ fn bodies<const D: usize, B: FillBody<D>>(
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
         return Err(SceneError::new("bodies", "expected at least one body"));
+    }
+    if let Some(k) = scene.output.fields.iter().position(|field| *field == Field::Outline).filter(|_| D != 2) {
+        return Err(SceneError::new(
+            format!("output.fields[{k}]"),
+            format!("`Outline` is recorded in the plane only, and the scene has {D} dimensions"),
+        ));
     }
     let heavy = scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. }));
     let (mut bodies, mut all_faces): BodiesAndFaces<D> = (Vec::new(), Vec::new());

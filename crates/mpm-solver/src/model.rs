@@ -209,6 +209,9 @@ pub struct Tolerance {
     pub residual: f64,
     /// Newton iterations before the step is cut.
     pub iterations: u32,
+    /// Part of the out-of-balance force that an iteration may leave for its factorisation to be kept, if it
+    /// may be at all `[-]`.
+    pub keep_factor_below: Option<f64>,
 }
 
 #[cfg(test)]

@@ -231,17 +231,23 @@ fn iterate<const D: usize>(
     problem.constraints.free_part(&mut out_of_balance);
     let mut has_tangent = true;
 
+    let mut is_kept = false;
     for iteration in 1..=problem.tolerance.iterations {
-        if !has_tangent {
+        if !has_tangent && !is_kept {
             timings.skipped.tangents -= 1;
             let sums = PassSums { values: &mut workspace.values, lift: &mut [] };
             evaluate_into(problem, &mut state, Wanted::ForceAndTangent, sums, &mut out_of_balance, timings)?;
         }
-        factorise(problem, linear, workspace, &mut state, weakest, timings)?;
+        if is_kept {
+            timings.skipped.factorisations += 1;
+        } else {
+            factorise(problem, linear, workspace, &mut state, weakest, timings)?;
+        }
         let accuracy = accuracy(&state.residuals, problem.tolerance.residual);
         substitute_into(problem, linear, workspace, &out_of_balance, accuracy, &mut free, &mut state, timings)?;
-        // A tangent is not worth its cost where this iterate should be the last.
-        let wanted = if expects_convergence(&state.residuals, problem.tolerance.residual) {
+        // A tangent is not worth its cost where this iterate should be the last, or its factor is none.
+        let expects_to_keep = problem.tolerance.keep_factor_below.is_some() && (is_kept || iteration == 1);
+        let wanted = if expects_to_keep || expects_convergence(&state.residuals, problem.tolerance.residual) {
             timings.skipped.tangents += 1;
             Wanted::Force
         } else {
@@ -261,6 +267,7 @@ fn iterate<const D: usize>(
         correct(problem, &mut state, &correction, wanted, &mut workspace.values, fields, timings)?;
 
         let residual = problem.relative(&out_of_balance, &state.reaction);
+        is_kept = !has_tangent && problem.keeps_factor(&state, residual);
         state.residuals.push(residual);
         if residual < problem.tolerance.residual || problem.is_balanced(&out_of_balance, &state.reaction) {
             return Ok(state);
@@ -285,6 +292,13 @@ impl<const D: usize> Problem<'_, D> {
         let scale = norm(self.external) + f64::sqrt(supported);
         let force = norm(out_of_balance);
         if force == 0.0 { 0.0 } else { force / scale }
+    }
+
+    /// Whether a correction that has left this residual was good enough for its factorisation to be kept.
+    /// The first one of a step is taken to answer a residual of 1.
+    fn keeps_factor(&self, state: &Equilibrium<D>, residual: f64) -> bool {
+        let before = state.residuals.last().copied().unwrap_or(1.0);
+        self.tolerance.keep_factor_below.is_some_and(|most| residual <= most * before)
     }
 
     /// Whether what is out of balance is small against the forces, or no more than rounding.

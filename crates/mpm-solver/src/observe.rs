@@ -80,9 +80,31 @@ pub enum Field {
     FallenBack,
     /// Number of the body (in the order of the scene) that the point belongs to.
     Body,
+    /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
+    /// the position, four times, for points without one. Plane strain only `[L]`.
+    Outline,
 }
 
 impl Field {
+    /// Every field, in the order in which results hold them.
+    pub const ALL: [Self; 15] = [
+        Self::Displacement,
+        Self::DeformationGradient,
+        Self::CauchyStress,
+        Self::ElasticStrain,
+        Self::Volume,
+        Self::Rho,
+        Self::Plastic,
+        Self::VolumeRatio,
+        Self::DomainMeasure,
+        Self::SmallestCornerWeight,
+        Self::SingleCornerNodes,
+        Self::CornersOutside,
+        Self::FallenBack,
+        Self::Body,
+        Self::Outline,
+    ];
+
     /// Name of the field's dataset.
     pub fn name(self) -> &'static str {
         match self {
@@ -100,6 +122,7 @@ impl Field {
             Field::CornersOutside => "corners_outside",
             Field::FallenBack => "fallen_back",
             Field::Body => "body",
+            Field::Outline => "outline",
         }
     }
 
@@ -108,7 +131,18 @@ impl Field {
         match self {
             Field::Displacement => 3,
             Field::DeformationGradient | Field::CauchyStress | Field::ElasticStrain => 9,
+            Field::Outline => 8,
             _ => 1,
+        }
+    }
+
+    /// Dimension of its numbers in length L, force F and the number D of dimensions; `-` for none.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Field::Displacement | Field::Outline => "L",
+            Field::CauchyStress | Field::Rho => "F/L²",
+            Field::Volume => "L^D",
+            _ => "-",
         }
     }
 }

@@ -428,6 +428,20 @@ impl<const D: usize> BodyFields<'_, D> {
     fn diagnose(&self, value: impl Fn(&DomainReport) -> f64) -> Vec<f64> {
         self.bodies.iter().flat_map(|named| named.body.diagnose(self.mesh)).map(|it| value(&it)).collect()
     }
+
+    /// Four corners of (x, y) per point, see [`Field::Outline`].
+    fn plane_outlines(&self) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.n_points() * Field::Outline.components());
+        for named in self.bodies {
+            for (point, view) in views(&*named.body).iter().enumerate() {
+                let corners = named.body.outline(point);
+                let last = corners.last().copied().unwrap_or(view.position);
+                let corners = corners.into_iter().chain(std::iter::repeat(last)).take(4);
+                values.extend(corners.flat_map(|x| [x[0], x[1]]));
+            }
+        }
+        values
+    }
 }
 
 impl<const D: usize> Fields for BodyFields<'_, D> {
@@ -446,6 +460,7 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
             Field::SingleCornerNodes => self.diagnose(|it| it.single_corner_nodes as f64),
             Field::CornersOutside => self.diagnose(|it| it.corners_outside as f64),
             Field::FallenBack => self.diagnose(|it| f64::from(u8::from(it.fallen_back))),
+            Field::Outline => self.plane_outlines(),
             _ => self.collect(field.components(), |body, view, out| point_field(field, body, view, out)),
         }
     }
@@ -486,7 +501,8 @@ fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, o
         | Field::SmallestCornerWeight
         | Field::SingleCornerNodes
         | Field::CornersOutside
-        | Field::FallenBack => unreachable!("worked out from the domains"),
+        | Field::FallenBack
+        | Field::Outline => unreachable!("worked out from the domains"),
     }
 }
 

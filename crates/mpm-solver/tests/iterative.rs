@@ -120,3 +120,38 @@ fn threads_change_no_bit() {
         assert!(with(threads) == alone, "{threads} threads");
     }
 }
+
+/// Newton's iteration with one factorisation ends where the full one does; where it contracts too little,
+/// tangents are taken again.
+#[test]
+fn a_factorisation_is_kept_while_it_contracts() {
+    let keeping = |law: &str, part: &str| {
+        let tolerance = format!("tolerance: (keep_factor_below: {part}), solver:");
+        block("Smpm", law, "Direct").replace("solver:", &tolerance)
+    };
+    let elastic = "Hencky(young: 1e4, poisson: 0.3, density: 10)";
+    let plastic = "VonMises(young: 1e4, poisson: 0.3, yield_radius: 300, density: 10)";
+    let factorised = |summary: &Summary| {
+        let of = |name| summary.timings.iter().find(|it| it.phase == name).expect("it is timed").count;
+        (
+            of("factorise"),
+            of("solve"),
+            summary.skipped.iter().find(|it| it.0.contains("factorisations")).unwrap().1,
+        )
+    };
+    for (law, part) in [(elastic, "0.2"), (plastic, "0.2"), (plastic, "0.9")] {
+        let (full, expected) = run(&block("Smpm", law, "Direct"));
+        let (kept, summary) = run(&keeping(law, part));
+        let (once, solved, skipped) = factorised(&summary);
+        assert_eq!(once + skipped, solved, "{law}, {part}");
+        assert!(skipped > 0 && once < factorised(&expected).0, "{law}, {part}: {once} of {solved}");
+        if law == elastic {
+            assert_eq!(once, 4, "one a load step");
+        }
+        let apart = full.displacement.iter().zip(&kept.displacement);
+        let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-6, "{law}, {part}: {apart:e}");
+    }
+    let refused = compile(&Scene::from_ron(&keeping(elastic, "1.0")).unwrap()).err().unwrap().to_string();
+    assert!(refused.contains("keep_factor_below") && refused.contains("less than 1"), "{refused}");
+}

@@ -190,9 +190,9 @@ fn picture(jobs: &[Job], bent: &[Bent]) -> Picture {
         caption: "Cantilever, 6² points a cell: deflection v and shortening u of the loaded points over the length, against the load.".into(),
         panels: vec![Panel::Curves(Curves {
             title: "Cantilever".into(),
-            axes: ["load P l²/EI", "v/l (lines), u/l (dashes)"],
+            axes: ["load P l²/EI", "v/l (lines), u/l (dashes)"].map(String::from),
             range: [(0.0, 10.0), (0.0, 1.4)],
-            logarithmic: false,
+            logarithmic: [false; 2],
             legend: Legend::UpperLeft,
             curves,
         })],

@@ -109,8 +109,8 @@ fn picture(run: &Run) -> Result<Picture, Broken> {
         title: format!("{} % of the weight", fixed(100.0 * history.last().fraction, 0)),
         range: [(0.0, 16.0), (0.0, 8.0)],
         domains,
-        points: Vec::new(),
         lines: super::mesh_lines(&Scene::PlaneStrain(scene(2, 2)?), 1.0)?,
+        ..Shapes::default()
     };
     Ok(Picture {
         file: "collapse.png",

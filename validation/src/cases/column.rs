@@ -192,9 +192,9 @@ fn panel(name: &str, load_case: Load, meshes: &[u32], methods: &[Method], errors
     }
     Panel::Curves(Curves {
         title: format!("Self-weight column, {name}"),
-        axes: ["cells", "error of the stress"],
+        axes: ["cells", "error of the stress"].map(String::from),
         range: [(3.0, 700.0), (1e-5, 1.0)],
-        logarithmic: true,
+        logarithmic: [true; 2],
         legend: Legend::LowerLeft,
         curves,
     })

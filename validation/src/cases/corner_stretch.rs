@@ -194,9 +194,9 @@ fn panel(title: &str, methods: &[Method], curves: &[Vec<(f64, f64)>]) -> Panel {
     }
     Panel::Curves(Curves {
         title: title.into(),
-        axes: ["displacement D of the corner", "reaction √2 R_x"],
+        axes: ["displacement D of the corner", "reaction √2 R_x"].map(String::from),
         range: [(0.0, PULL), (0.0, 500.0)],
-        logarithmic: false,
+        logarithmic: [false; 2],
         legend: Legend::UpperRight,
         curves: drawn,
     })

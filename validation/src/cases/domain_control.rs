@@ -110,9 +110,9 @@ fn locking(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
                     .into(),
             panels: vec![Panel::Curves(Curves {
                 title: "Torque of the doughnut at its limit load".into(),
-                axes: ["degrees", "torque over the limit"],
+                axes: ["degrees", "torque over the limit"].map(String::from),
                 range: [(0.0, 180.0), (0.7, 1.4)],
-                logarithmic: false,
+                logarithmic: [false; 2],
                 legend: Legend::UpperLeft,
                 curves,
             })],

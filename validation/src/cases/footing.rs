@@ -135,9 +135,9 @@ fn footing(extent: Extent) -> Result<Findings, Broken> {
             caption: "Rigid footing (GIMP): pressure over the limit against settlement.".into(),
             panels: vec![Panel::Curves(Curves {
                 title: "Rigid footing".into(),
-                axes: ["settlement (thousandths)", "pressure over the limit"],
+                axes: ["settlement (thousandths)", "pressure over the limit"].map(String::from),
                 range: [(0.0, 2.0), (0.0, 2.5)],
-                logarithmic: false,
+                logarithmic: [false; 2],
                 legend: Legend::UpperLeft,
                 curves: curves.collect(),
             })],

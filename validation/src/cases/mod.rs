@@ -122,7 +122,7 @@ fn framed(
         Vec::new()
     };
     let lines = mesh_lines(scene, frame.fraction)?;
-    Ok(Panel::Shapes(Shapes { title, range, domains, points, lines }))
+    Ok(Panel::Shapes(Shapes { title, range, domains, points, lines, ..Shapes::default() }))
 }
 
 /// Edges of the mesh of a scene at a load fraction.
@@ -130,22 +130,11 @@ fn mesh_lines(scene: &Scene, fraction: f64) -> Result<Vec<[(f64, f64); 2]>, Brok
     let model = plane(scene)?;
     let at = LoadFraction::new(fraction)?;
     let mesh = model.motion.mesh_at(&model.layout, at)?;
-    let lattice = mesh.lattice();
     let place = |node| {
         let x = mesh.position(node);
         (x[0], x[1])
     };
-    let mut lines = Vec::new();
-    let [across, up] = lattice.cells();
-    for cell in (0..up).flat_map(|j| (0..across).map(move |i| [i, j])) {
-        let corners = lattice.corners(cell);
-        let edge = |a: usize, b: usize| [place(corners[a]), place(corners[b])];
-        lines.extend([edge(0, 1), edge(0, 2)]);
-        // The last cells have the boundary, too; where the lattice closes on itself it is drawn twice.
-        lines.extend((cell[0] + 1 == across).then(|| edge(1, 3)));
-        lines.extend((cell[1] + 1 == up).then(|| edge(2, 3)));
-    }
-    Ok(lines)
+    Ok(mesh.lattice().edges().map(|edge| edge.map(place)).collect())
 }
 
 #[cfg(test)]

@@ -136,9 +136,9 @@ fn arch(extent: Extent) -> Result<Findings, Broken> {
             caption: "Snap-through of a clamped arch: force at the crown against its deflection.".into(),
             panels: vec![Panel::Curves(Curves {
                 title: "Snap-through of an arch".into(),
-                axes: ["deflection of the crown", "force"],
+                axes: ["deflection of the crown", "force"].map(String::from),
                 range: [(0.0, 3.5), (0.0, 700.0)],
-                logarithmic: false,
+                logarithmic: [false; 2],
                 legend: Legend::LowerRight,
                 curves,
             })],
@@ -206,9 +206,9 @@ fn doughnut(extent: Extent) -> Result<Findings, Broken> {
             caption: "Doughnut twist on 10 × 64 cells, CPDI1: torque against angle with path control and with steps of 1°.".into(),
             panels: vec![Panel::Curves(Curves {
                 title: "Past first yield".into(),
-                axes: ["angle (degrees)", "torque (10⁷)"],
+                axes: ["angle (degrees)", "torque (10⁷)"].map(String::from),
                 range: [(20.0, 40.0), (0.0, 10.0)],
-                logarithmic: false,
+                logarithmic: [false; 2],
                 legend: Legend::UpperRight,
                 curves: vec![
                     curve("steps of dissipation", 1, Stroke::Line, path),

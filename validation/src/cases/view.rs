@@ -28,5 +28,5 @@ pub(super) fn view(
     }
     faces.sort_by(|a, b| a.0.total_cmp(&b.0));
     let domains = faces.into_iter().map(|(_, corners, shade)| (corners, shade)).collect();
-    Shapes { title, range, domains, points: Vec::new(), lines: Vec::new() }
+    Shapes { title, range, domains, ..Shapes::default() }
 }

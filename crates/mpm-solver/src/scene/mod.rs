@@ -6,10 +6,12 @@
 //! reported with its line; what only the whole scene can tell (a region without nodes, say) is
 //! checked when the scene is compiled.
 
+mod edit;
 mod number;
 mod position;
 mod read;
 
+pub use edit::{EditError, Edited, set_value};
 pub use number::{Coordinates, Count, Finite, Fraction, Poisson, Positive};
 pub use position::{Position, position_of};
 pub use read::ReadError;
@@ -825,11 +827,15 @@ pub struct ToleranceInput {
     pub residual: Positive,
     /// Newton iterations per load step before it is cut.
     pub iterations: Count,
+    /// A factorised tangent is kept for further iterations while each of them leaves at most this part of the
+    /// out-of-balance force, below 1; if left out every iteration has its own. Iterations become more and cheaper:
+    /// worth it where factorising takes most of the time and the response is nearly linear `[-]`.
+    pub keep_factor_below: Option<Positive>,
 }
 
 impl Default for ToleranceInput {
     fn default() -> Self {
-        Self { residual: Positive(1e-9), iterations: Count(25) }
+        Self { residual: Positive(1e-9), iterations: Count(25), keep_factor_below: None }
     }
 }
 

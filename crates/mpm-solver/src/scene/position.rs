@@ -50,10 +50,20 @@ pub fn position_of(text: &str, path: &str) -> Option<(Position, Position)> {
     Some((place(text, start), place(text, walk.at)))
 }
 
-#[derive(Clone, Copy)]
-enum Part<'a> {
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Part<'a> {
     Field(&'a str),
     Index(usize),
+}
+
+impl<'a> Part<'a> {
+    /// Its name, if it has one.
+    pub(super) fn name(self) -> Option<&'a str> {
+        match self {
+            Part::Field(name) => Some(name),
+            Part::Index(_) => None,
+        }
+    }
 }
 
 fn parts(path: &str) -> impl Iterator<Item = Part<'_>> {
@@ -69,13 +79,26 @@ fn place(text: &str, at: usize) -> Position {
     Position { line: before.matches('\n').count() + 1, column: before[line_start..].chars().count() + 1 }
 }
 
-struct Walk<'a> {
-    text: &'a str,
-    at: usize,
+pub(super) struct Walk<'a> {
+    pub(super) text: &'a str,
+    pub(super) at: usize,
+}
+
+/// What a value holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Inside {
+    /// Named fields; the first one begins at this byte.
+    Fields(Vec<String>, usize),
+    /// Entries of a map, by name.
+    Entries(Vec<String>),
+    /// So many values in a row.
+    List(usize),
+    /// Nothing that could be told apart.
+    Nothing,
 }
 
 impl Walk<'_> {
-    fn rest(&self) -> &str {
+    pub(super) fn rest(&self) -> &str {
         &self.text[self.at..]
     }
 
@@ -84,7 +107,7 @@ impl Walk<'_> {
     }
 
     /// Skips white space, comments and `#![…]` attributes.
-    fn space(&mut self) {
+    pub(super) fn space(&mut self) {
         loop {
             let rest = self.rest();
             let skipped = if let Some(comment) = rest.strip_prefix("//") {
@@ -165,7 +188,7 @@ impl Walk<'_> {
     }
 
     /// Skips one value and the space after it is left alone.
-    fn skip_value(&mut self) -> Option<()> {
+    pub(super) fn skip_value(&mut self) -> Option<()> {
         if self.string().is_some() {
             return Some(());
         }
@@ -210,8 +233,48 @@ impl Walk<'_> {
         Some(())
     }
 
+    /// What the value at the present place holds; the place is left anywhere inside it.
+    pub(super) fn inside(&mut self) -> Option<Inside> {
+        if !matches!(self.next()?, '(' | '[' | '{' | '"') {
+            self.identifier();
+            self.space();
+        }
+        let Some(open @ ('(' | '[' | '{')) = self.next() else { return Some(Inside::Nothing) };
+        self.token(open)?;
+        let is_list = open == '[' || (open == '(' && self.next() == Some('['));
+        if is_list && open == '(' {
+            self.token('[')?;
+        }
+        let first = self.at;
+        let (mut names, mut values) = (Vec::new(), 0);
+        while !matches!(self.next()?, ')' | ']' | '}') {
+            let start = self.at;
+            let key = match self.string() {
+                Some(key) => key,
+                None => self.identifier(),
+            };
+            self.space();
+            if !is_list && self.token(':').is_some() {
+                names.push(key);
+            } else {
+                self.at = start;
+            }
+            self.skip_value()?;
+            values += 1;
+            self.space();
+            if self.next() == Some(',') {
+                self.token(',')?;
+            }
+        }
+        Some(match open {
+            '{' => Inside::Entries(names),
+            '(' if !is_list && names.len() == values => Inside::Fields(names, first),
+            _ => Inside::List(values),
+        })
+    }
+
     /// Steps into the value at the present place, to its field or entry.
-    fn enter(&mut self, part: Part<'_>) -> Option<()> {
+    pub(super) fn enter(&mut self, part: Part<'_>) -> Option<()> {
         if !matches!(self.next()?, '(' | '[' | '{' | '"') {
             self.identifier();
             self.space();

@@ -55,9 +55,9 @@ fn plastic(extent: Extent) -> Result<Findings, Broken> {
                 .into(),
             panels: vec![Panel::Curves(Curves {
                 title: "Doughnut twist".into(),
-                axes: ["angle of the inner edge (degrees)", "torque / 10⁷"],
+                axes: ["angle of the inner edge (degrees)", "torque / 10⁷"].map(String::from),
                 range: [(0.0, 90.0), (0.0, 20.0)],
-                logarithmic: false,
+                logarithmic: [false; 2],
                 legend: Legend::UpperLeft,
                 curves,
             })],

@@ -310,9 +310,9 @@ fn curves(jobs: &[Job], turned: &[Turned]) -> Picture {
         });
         Panel::Curves(Curves {
             title: title.into(),
-            axes: ["angle of the inner edge (degrees)", "torque / 10⁷"],
+            axes: ["angle of the inner edge (degrees)", "torque / 10⁷"].map(String::from),
             range: [(0.0, 720.0), (0.0, MOST)],
-            logarithmic: false,
+            logarithmic: [false; 2],
             legend: Legend::UpperRight,
             curves,
         })

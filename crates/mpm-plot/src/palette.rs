@@ -1,37 +1,13 @@
-//! PNG files of few colours.
+//! Pictures of few colours.
 
-use crate::Broken;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
 
 /// Steps to which colours are rounded, one after the other, until no more than 256 are left; the last
 /// leaves 6³ at most.
-const STEPS: [u32; 4] = [8, 16, 24, 51];
-
-/// Writes a picture of `width` pixels in a row (red, green, blue each) as a PNG file with a palette.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write(path: &Path, width: u32, pixels: &[u8]) -> Result<(), Broken> {
-    let (palette, indices) = reduced(pixels);
-    let height = indices.len() as u32 / width;
-    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
-    encoder.set_color(png::ColorType::Indexed);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Best);
-    // Filters foretell shades, not numbers of colours.
-    encoder.set_filter(png::FilterType::NoFilter);
-    encoder.set_palette(palette);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&indices)?;
-    writer.finish()?;
-    Ok(())
-}
+const STEPS: [u32; 6] = [8, 16, 24, 32, 40, 51];
 
 /// The colours, three numbers each, and for each pixel the number of its colour.
-fn reduced(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
+pub(crate) fn reduced(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let colours = |step: u32| {
         let round = move |x: u8| ((u32::from(x) + step / 2) / step * step).min(255) as u8;
         pixels.chunks_exact(3).map(move |pixel| [round(pixel[0]), round(pixel[1]), round(pixel[2])])

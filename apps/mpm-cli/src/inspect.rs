@@ -1,0 +1,243 @@
+//! `mpm inspect`: what a results file holds, for people and for machines.
+
+use crate::complaint::Complaint;
+use crate::report::{self, Table, count};
+use crate::watch::Row;
+use mpm_io::{Results, ResultsError, component_name};
+use mpm_solver::observe::Field;
+use mpm_solver::scene::Scene;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Phases of this kind count what was not done.
+const SKIPPED: &str = "skipped: ";
+
+/// What a results file holds.
+pub fn inspect(file: &Path, as_json: bool) -> Result<String, Complaint> {
+    let found = Inspection::of(file).map_err(|error| Complaint::input(error.to_string()))?;
+    Ok(if as_json { format!("{:#}\n", found.json()) } else { found.text() })
+}
+
+/// Smallest and largest number, and the last one.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    least: f64,
+    most: f64,
+    last: f64,
+}
+
+impl Range {
+    fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut range = Self { least: f64::INFINITY, most: f64::NEG_INFINITY, last: f64::NAN };
+        for value in values {
+            range.include(value);
+        }
+        range
+    }
+
+    fn include(&mut self, value: f64) {
+        self.least = self.least.min(value);
+        self.most = self.most.max(value);
+        self.last = value;
+    }
+
+    /// Not a number becomes null.
+    fn json(&self) -> Value {
+        json!({ "smallest": self.least, "largest": self.most })
+    }
+}
+
+struct Inspection {
+    file: String,
+    title: String,
+    status: String,
+    program: String,
+    /// Number of the first row.
+    first_row: usize,
+    rows: usize,
+    points: usize,
+    fractions: Vec<f64>,
+    /// Name and one range per component.
+    history: Vec<(String, Vec<Range>)>,
+    /// Name, unit, and one range per component over all recorded steps.
+    fields: Vec<(String, &'static str, Vec<Range>)>,
+    steps: Vec<Row>,
+    timings: Vec<mpm_io::PhaseTime>,
+}
+
+impl Inspection {
+    fn of(file: &Path) -> Result<Self, ResultsError> {
+        let results = Results::open(file)?;
+        let mut history = Vec::new();
+        for column in results.columns() {
+            let table = results.column(&column.name)?;
+            let component = |c: usize| Range::of((0..table.len()).map(|row| table.row(row)[c]));
+            history.push((column.name.clone(), (0..table.width()).map(component).collect()));
+        }
+        let recorded = results.fractions().len();
+        let mut fields = Vec::new();
+        for name in results.fields()? {
+            let unit = Field::ALL.into_iter().find(|field| field.name() == name).map_or("?", Field::unit);
+            let mut ranges: Vec<Range> = Vec::new();
+            for step in 0..recorded {
+                let table = results.field(&name, step)?;
+                ranges.resize(table.width(), Range::of([]));
+                for point in 0..table.len() {
+                    ranges.iter_mut().zip(table.row(point)).for_each(|(range, value)| range.include(*value));
+                }
+            }
+            fields.push((name, unit, ranges));
+        }
+        let points = if recorded > 0 { results.points(recorded - 1)?.len() } else { 0 };
+        Ok(Self {
+            file: file.display().to_string(),
+            // A scene of another version of the language still has results.
+            title: Scene::from_ron(results.scene()).map_or(String::new(), |scene| scene.title().to_string()),
+            status: results.status().to_string(),
+            program: results.program().to_string(),
+            first_row: results.first_row(),
+            rows: results.rows(),
+            points,
+            fractions: results.fractions().to_vec(),
+            history,
+            fields,
+            steps: steps(&results)?,
+            timings: results.timings()?,
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let mut line = |name: &str, value: String| {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{name:<18}{value}");
+        };
+        if !self.title.is_empty() {
+            line("scene", self.title.clone());
+        }
+        line("status", self.status.clone());
+        line("written by", self.program.clone());
+        line(
+            "load steps",
+            format!("{}, {} halved", count(self.steps.len()), count(self.total(|row| row.cuts))),
+        );
+        if self.first_row > 0 {
+            line("first step here", count(self.first_row));
+        }
+        let iterations = self.total(|row| row.residuals.len() as u64);
+        line(
+            "iterations",
+            format!("{}, {} corrections shortened", count(iterations), count(self.total(|row| row.shortened))),
+        );
+        line("material points", count(self.points));
+        let ends = self.fractions.first().zip(self.fractions.last());
+        let ends = ends.map_or(String::new(), |(a, b)| format!(", load fraction {a} to {b}"));
+        line("recorded", format!("{} steps{ends}", count(self.fractions.len())));
+        let time = self.timings.iter().filter(|it| it.count > 0 && !it.phase.starts_with(SKIPPED));
+        let time: Vec<String> =
+            time.map(|it| format!("{} {:.3} s ({}×)", it.phase, it.seconds, it.count)).collect();
+        line("time", time.join(", "));
+        let skipped: Vec<String> =
+            self.skipped().map(|(name, number)| format!("{} {name}", count(number))).collect();
+        line("skipped", skipped.join("; "));
+
+        let mut table = Table::new(["smallest", "largest", "last", "history"]);
+        for (name, ranges) in &self.history {
+            for (c, range) in ranges.iter().enumerate() {
+                let name = format!("{name}{}", component_name(ranges.len(), c));
+                table.push([number(range.least), number(range.most), number(range.last), name]);
+            }
+        }
+        let _ = write!(text, "\n{table}");
+        let mut table = Table::new(["smallest", "largest", "field, over all recorded steps"]);
+        for (name, unit, ranges) in &self.fields {
+            // In the plane much of a tensor is zero.
+            let is_told = |range: &Range| ranges.len() == 1 || range.least != 0.0 || range.most != 0.0;
+            for (c, range) in ranges.iter().enumerate().filter(|(_, range)| is_told(range)) {
+                let name = format!("{name}{} [{unit}]", component_name(ranges.len(), c));
+                table.push([number(range.least), number(range.most), name]);
+            }
+        }
+        let _ = write!(text, "\n{table}\n{}", report::convergence(&self.steps));
+        text
+    }
+
+    fn json(&self) -> Value {
+        let history = self.history.iter().map(|(name, ranges)| {
+            let of = |value: fn(&Range) -> f64| ranges.iter().map(value).collect::<Vec<_>>();
+            let entry =
+                json!({ "smallest": of(|it| it.least), "largest": of(|it| it.most), "last": of(|it| it.last) });
+            (name.clone(), entry)
+        });
+        let fields = self.fields.iter().map(|(name, unit, ranges)| {
+            let components: Vec<Value> = ranges.iter().map(Range::json).collect();
+            (name.clone(), json!({ "unit": unit, "components": components }))
+        });
+        let newton = self.steps.iter().map(|row| {
+            json!({
+                "step": row.step, "load_fraction": row.fraction, "equations": row.equations,
+                "method": report::method(row.method), "cuts": row.cuts,
+                "shortened_corrections": row.shortened, "residuals": row.residuals,
+            })
+        });
+        let time = self.timings.iter().filter(|it| !it.phase.starts_with(SKIPPED));
+        let time = time.map(|it| (it.phase.clone(), json!({ "seconds": it.seconds, "count": it.count })));
+        json!({
+            "file": self.file, "title": self.title, "status": self.status, "program": self.program,
+            "load_steps": self.steps.len(), "first_row": self.first_row, "rows": self.rows,
+            "iterations": self.total(|row| row.residuals.len() as u64),
+            "cuts": self.total(|row| row.cuts), "material_points": self.points,
+            "recorded_load_fractions": self.fractions,
+            "history": history.collect::<Map<_, _>>(),
+            "fields": fields.collect::<Map<_, _>>(),
+            "newton": newton.collect::<Vec<_>>(),
+            "time": time.collect::<Map<_, _>>(),
+            "skipped": self.skipped().map(|(name, number)| (name.to_string(), json!(number))).collect::<Map<_, _>>(),
+        })
+    }
+
+    fn total(&self, of: impl Fn(&Row) -> u64) -> u64 {
+        self.steps.iter().map(of).sum()
+    }
+
+    fn skipped(&self) -> impl Iterator<Item = (&str, u64)> {
+        let skipped = self.timings.iter().filter_map(|it| Some((it.phase.strip_prefix(SKIPPED)?, it.count)));
+        skipped.filter(|(_, count)| *count > 0)
+    }
+}
+
+/// The load steps of a results file, without the initial state.
+fn steps(results: &Results) -> Result<Vec<Row>, ResultsError> {
+    let counts = |name: &str| results.column(name).map(|table| table.values().to_vec());
+    let fractions = counts("load_fraction")?;
+    // A file need not have these.
+    let [equations, method, cuts, shortened] = ["equations", "factorization", "cuts", "shortened_corrections"]
+        .map(|name| counts(name).unwrap_or_default());
+    let at = |column: &[f64], row: usize| column.get(row).map_or(0, |value| *value as u64);
+    let first = results.first_row();
+    let rows = (0..results.rows()).filter(|row| first + row > 0);
+    rows.map(|row| {
+        Ok(Row {
+            step: first + row,
+            fraction: fractions[row],
+            residuals: results.residuals(row)?,
+            equations: at(&equations, row),
+            method: at(&method, row),
+            cuts: at(&cuts, row),
+            shortened: at(&shortened, row),
+        })
+    })
+    .collect()
+}
+
+/// Seven digits, as short as they go.
+pub fn number(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e7).contains(&x.abs()) {
+        let digits = 6 - x.abs().max(1.0).log10().floor() as usize;
+        let text = format!("{x:.digits$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        return text.to_string();
+    }
+    format!("{x:.4e}")
+}

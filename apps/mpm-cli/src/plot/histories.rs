@@ -1,0 +1,198 @@
+//! Curves of the history.
+
+use super::{Drawn, complain};
+use crate::complaint::Complaint;
+use mpm_grid::{LoadFraction, Ramp};
+use mpm_io::Table;
+use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
+use mpm_solver::scene::{MotionInput, RampInput, Scene};
+
+/// Most curves of Newton's method in a panel.
+const MOST_STEPS: usize = 8;
+/// Displacements below this part of the largest are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Reactions against displacements of supports that move; where none does, against the load fraction.
+pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+    let names = named(file, "reaction/");
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let fractions = column(file, "load_fraction")?;
+    // Reactions all round a ring have a moment and no sum.
+    let mut moment = 0.0_f64;
+    for name in named(file, "reaction_moment/") {
+        moment = column(file, &format!("reaction_moment/{name}"))?
+            .values()
+            .iter()
+            .fold(moment, |a, x| a.max(x.abs()));
+    }
+    let mut driven: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    let mut held = Vec::new();
+    let along =
+        |table: &Table, c: usize| (0..table.len()).map(|row| table.row(row)[c].abs()).fold(0.0, f64::max);
+    let mut moves = Vec::new();
+    for name in &names {
+        let moved = column(file, &format!("displacement/{name}"))?;
+        moves.push((0..moved.width()).map(|c| along(&moved, c)).collect::<Vec<f64>>());
+    }
+    let most = moves.iter().flatten().copied().fold(0.0, f64::max);
+    for (name, moves) in names.iter().zip(&moves) {
+        let reaction = column(file, &format!("reaction/{name}"))?;
+        let moved = column(file, &format!("displacement/{name}"))?;
+        let rows = 0..reaction.len();
+        for (c, _) in moves.iter().enumerate().filter(|(_, moved)| **moved > ROUNDING * most) {
+            let at = |row: usize| (moved.row(row)[c], reaction.row(row)[c]);
+            // A component that moves freely carries nothing.
+            if along(&reaction, c) > 0.0 {
+                driven.push((format!("{name}, {}", ["x", "y", "z"][c.min(2)]), rows.clone().map(at).collect()));
+            }
+        }
+        let size = |row: usize| reaction.row(row).iter().map(|x| x * x).sum::<f64>().sqrt();
+        held.push((name.clone(), rows.map(|row| (fractions.values()[row], size(row))).collect()));
+    }
+    let largest =
+        held.iter().flat_map(|line: &(String, Vec<(f64, f64)>)| &line.1).map(|at| at.1).fold(0.0, f64::max);
+    if largest <= ROUNDING * moment {
+        return Ok(None);
+    }
+    let is_driven = most > 1e-12 && !driven.is_empty();
+    Ok(Some(match is_driven {
+        true => curves("Reactions", ["displacement [L]", "reaction [F]"], driven),
+        false => curves("Reactions", ["load fraction", "size of the reaction [F]"], held),
+    }))
+}
+
+/// Moments of reactions against the angle by which the mesh has turned; else against the load fraction.
+pub fn moments(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+    let names = named(file, "reaction_moment/");
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let fractions = column(file, "load_fraction")?;
+    let angle = angle(&file.scene);
+    let (axis, x): (&str, Vec<f64>) = match angle {
+        Some(angle) => ("angle of the mesh [degrees]", fractions.values().iter().map(|x| angle(*x)).collect()),
+        None => ("load fraction", fractions.values().to_vec()),
+    };
+    let mut lines = Vec::new();
+    for name in names {
+        let moment = column(file, &format!("reaction_moment/{name}"))?;
+        lines.push((name, x.iter().copied().zip(moment.values().iter().copied()).collect()));
+    }
+    Ok(Some(curves("Moments of reactions", [axis, "moment [F L]"], lines)))
+}
+
+/// Energies against the load fraction.
+pub fn energies(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+    let names = named(file, "energy/");
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let fractions = column(file, "load_fraction")?;
+    let mut lines = Vec::new();
+    for name in names {
+        let energy = column(file, &format!("energy/{name}"))?;
+        lines.push((name, fractions.values().iter().copied().zip(energy.values().iter().copied()).collect()));
+    }
+    Ok(Some(curves("Energies", ["load fraction", "energy [F L]"], lines)))
+}
+
+/// Residuals of the iterates of some load steps.
+pub fn convergence(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+    let results = &file.results;
+    let mut steps = Vec::new();
+    for row in 0..results.rows() {
+        let residuals = results.residuals(row).map_err(complain)?;
+        // Nothing is left of some, which has no logarithm.
+        let of = residuals.iter().enumerate().filter(|(_, residual)| **residual > 0.0);
+        let points: Vec<(f64, f64)> = of.map(|(k, residual)| ((k + 1) as f64, *residual)).collect();
+        if !points.is_empty() {
+            steps.push((results.first_row() + row, points));
+        }
+    }
+    let (Some(last), n) = (steps.len().checked_sub(1), steps.len().min(MOST_STEPS)) else { return Ok(None) };
+    let shown = (0..n).map(|k| if n > 1 { k * last / (n - 1) } else { 0 });
+    let lines: Vec<(String, Vec<(f64, f64)>)> =
+        shown.map(|k| (format!("load step {}", steps[k].0), steps[k].1.clone())).collect();
+    let all = || lines.iter().flat_map(|line| &line.1);
+    let most = all().map(|at| at.0).fold(4.0, f64::max);
+    let decade = |x: f64, round: fn(f64) -> f64| 10_f64.powf(round(x.log10()));
+    let low = decade(all().map(|at| at.1).fold(f64::INFINITY, f64::min), f64::floor);
+    let high = decade(all().map(|at| at.1).fold(0.0, f64::max), f64::ceil).max(10.0 * low);
+    Ok(Some(Panel::Curves(Curves {
+        title: "Newton's method".into(),
+        axes: ["iteration", "out-of-balance force, relative"].map(String::from),
+        range: [(1.0, most), (low, high)],
+        logarithmic: [false, true],
+        legend: Legend::UpperRight,
+        curves: lined(lines, Stroke::MarkedLine),
+    })))
+}
+
+fn lined(lines: Vec<(String, Vec<(f64, f64)>)>, stroke: Stroke) -> Vec<Curve> {
+    let lines = lines.into_iter().enumerate();
+    lines.map(|(k, (name, points))| Curve { name, colour: k + 1, stroke, points }).collect()
+}
+
+/// Lines over linear axes that just hold them.
+fn curves(title: &str, axes: [&str; 2], lines: Vec<(String, Vec<(f64, f64)>)>) -> Panel {
+    let ends = |of: fn(&(f64, f64)) -> f64| {
+        let values = lines.iter().flat_map(|line| &line.1).map(of).filter(|x| x.is_finite());
+        let (from, to) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        if from < to {
+            let more = 0.04 * (to - from);
+            (from - more, to + more)
+        } else if from == to {
+            (from - 1.0, to + 1.0)
+        } else {
+            (0.0, 1.0)
+        }
+    };
+    let range = [ends(|at| at.0), ends(|at| at.1)];
+    // Where the curves are rarest at the left, the legend is out of the way.
+    let middle = |(from, to): (f64, f64)| 0.5 * (from + to);
+    let early = lines.iter().flat_map(|line| &line.1).filter(|at| at.0 < middle(range[0]));
+    let (above, below) = early.fold((0, 0), |(above, below), at| match at.1 > middle(range[1]) {
+        true => (above + 1, below),
+        false => (above, below + 1),
+    });
+    Panel::Curves(Curves {
+        title: title.into(),
+        axes: axes.map(String::from),
+        range,
+        logarithmic: [false; 2],
+        legend: if above <= below { Legend::UpperLeft } else { Legend::LowerLeft },
+        curves: lined(lines, Stroke::Line),
+    })
+}
+
+/// Names of the columns with this beginning, without it.
+fn named(file: &Drawn, prefix: &str) -> Vec<String> {
+    file.results
+        .columns()
+        .iter()
+        .filter_map(|column| column.name.strip_prefix(prefix).map(String::from))
+        .collect()
+}
+
+fn column(file: &Drawn, name: &str) -> Result<Table, Complaint> {
+    file.results.column(name).map_err(complain)
+}
+
+/// Angle of the mesh (of its inner edge, where it is twisted) at a load fraction `[degrees]`.
+fn angle(scene: &Scene) -> Option<impl Fn(f64) -> f64 + use<>> {
+    fn turned<const D: usize>(motion: &MotionInput<D>) -> Option<(f64, RampInput)> {
+        match motion {
+            MotionInput::Rotate { angle, ramp, .. } => Some((angle.0, ramp.clone())),
+            MotionInput::Twist { inner, ramp, .. } => Some((inner.0, ramp.clone())),
+            _ => None,
+        }
+    }
+    let (angle, ramp) = match scene {
+        Scene::PlaneStrain(scene) => turned(&scene.motion),
+        Scene::Solid(scene) => turned(&scene.motion),
+    }?;
+    let ramp = Ramp::new(ramp.0.iter().map(|(at, factor)| (at.0, angle * factor.0)).collect()).ok()?;
+    Some(move |fraction: f64| LoadFraction::new(fraction).map_or(f64::NAN, |at| ramp.value(at)))
+}

@@ -1,0 +1,201 @@
+//! What is made of results: `mpm inspect`, `mpm plot`, `mpm export`.
+
+use mpm_io::Results;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+fn mpm(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mpm"))
+        .args(arguments)
+        .current_dir(directory)
+        .output()
+        .expect("the program starts")
+}
+
+/// Standard output of a command that succeeds.
+#[track_caller]
+fn says(directory: &Path, arguments: &[&str]) -> String {
+    let output = mpm(directory, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("output is UTF-8")
+}
+
+/// Exit code 2 and one message on standard error alone.
+#[track_caller]
+fn complains(directory: &Path, arguments: &[&str]) -> String {
+    let output = mpm(directory, arguments);
+    let text = String::from_utf8(output.stderr).expect("messages are UTF-8");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    assert!(output.stdout.is_empty() && !text.contains("panicked"), "{arguments:?}: {text}");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A plastic block, pressed and sheared, with domains.
+const SCENE: &str = r#"PlaneStrain(
+    title: "A block",
+    mesh: Box(axes: [Uniform(from: 0, to: 6, cells: 6), Uniform(from: 0, to: 4, cells: 4)]),
+    basis: Cpdi1,
+    materials: { "clay": VonMises(young: 1e3, poisson: 0.3, yield_radius: 4, density: 2) },
+    bodies: [(name: "block", material: "clay", shape: Box(from: (0, 0), to: (4, 3)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [Y], displace: [(axis: X, by: 1)], moment_about: (0, 0))],
+    loads: [BodyForce(acceleration: (0, -1))],
+    schedule: (steps: 6),
+    output: (fields: [CauchyStress, Displacement, Outline, Plastic], every: 3),
+)"#;
+
+/// A folder with the results `a.h5` of [`SCENE`]; it is only read.
+fn results() -> &'static Path {
+    static RESULTS: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = RESULTS.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.ron"), SCENE).unwrap();
+        says(folder.path(), &["run", "-q", "a.ron"]);
+        folder
+    });
+    folder.path()
+}
+
+#[test]
+fn results_are_inspected() {
+    let text = says(results(), &["inspect", "a.h5"]);
+    for part in [
+        "A block",
+        "completed",
+        "load steps        6, 0 halved",
+        "recorded          3 steps, load fraction 0 to 1",
+    ] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    for line in ["reaction/base.y", "cauchy_stress.xy [F/L²]", "outline.x1 [L]", "  step  fraction"] {
+        assert!(text.contains(line.trim()), "{line} in\n{text}");
+    }
+
+    let json: serde_json::Value =
+        serde_json::from_str(&says(results(), &["inspect", "--json", "a.h5"])).unwrap();
+    assert_eq!((&json["status"], &json["load_steps"]), (&"completed".into(), &6.into()));
+    assert_eq!(json["recorded_load_fractions"], serde_json::json!([0.0, 0.5, 1.0]));
+    let file = Results::open(results().join("a.h5")).unwrap();
+    let reaction = file.column("reaction/base").unwrap();
+    assert_eq!(json["history"]["reaction/base"]["last"], serde_json::json!(reaction.row(6)));
+    let weights: Vec<f64> = (0..7).map(|row| reaction.row(row)[1]).collect();
+    let largest = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    assert_eq!(json["history"]["reaction/base"]["largest"][1], largest);
+    let u: Vec<f64> = (0..3).flat_map(|k| file.field("displacement", k).unwrap().values().to_vec()).collect();
+    let largest = u.chunks(3).map(|u| u[0]).fold(f64::NEG_INFINITY, f64::max);
+    assert_eq!(json["fields"]["displacement"]["components"][0]["largest"], largest);
+    assert_eq!(json["fields"]["displacement"]["unit"], "L");
+    let iterations = file.column("newton_iterations").unwrap().values().iter().sum::<f64>();
+    assert_eq!(json["iterations"], iterations as u64);
+    assert_eq!(json["newton"][5]["residuals"], serde_json::json!(file.residuals(6).unwrap()));
+    // The base carries the weight, 2 · 12: the block is 4 by 3 of density 2.
+    assert!((json["history"]["reaction/base"]["last"][1].as_f64().unwrap() - 24.0).abs() < 1e-6);
+}
+
+#[test]
+fn what_is_no_results_file_is_refused() {
+    for command in ["inspect", "plot", "export --csv"] {
+        for (file, part) in
+            [("none.h5", "cannot open results file none.h5"), ("a.ron", "cannot open results file a.ron")]
+        {
+            let text = complains(results(), &[command.split(' ').collect(), vec![file]].concat());
+            assert!(text.contains(part), "{command} {file}: {text}");
+        }
+    }
+}
+
+/// The texts of an SVG file.
+fn words(svg: &str) -> Vec<&str> {
+    svg.lines().filter(|line| !line.starts_with('<')).collect()
+}
+
+#[test]
+fn results_are_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = results().join("a.h5");
+    let file = file.to_str().unwrap();
+    assert_eq!(says(folder.path(), &["export", file, "--csv", "-o", "tables"]), "tables\n");
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let history = read("tables/history.csv");
+    let lines: Vec<Vec<&str>> = history.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 8);
+    let results = Results::open(results().join("a.h5")).unwrap();
+    let at = lines[0].iter().position(|head| *head == "reaction/base.y").unwrap();
+    let reaction = results.column("reaction/base").unwrap();
+    for (row, line) in lines[1..].iter().enumerate() {
+        assert_eq!(line.len(), lines[0].len());
+        assert_eq!(line[at].parse::<f64>().unwrap().to_bits(), reaction.row(row)[1].to_bits());
+    }
+    let points = read("tables/points_0002.csv");
+    assert_eq!(points.lines().count(), 49);
+    let numbers: Vec<f64> = points.lines().nth(48).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    assert_eq!(numbers[..3], *results.points(2).unwrap().row(47));
+    assert_eq!(numbers[3..12], *results.field("cauchy_stress", 2).unwrap().row(47));
+
+    assert_eq!(says(folder.path(), &["export", file, "--vtu", "-o", "vtu"]), "vtu.pvd\nvtu_domains.pvd\n");
+    assert!(read("vtu.pvd").contains("timestep=\"0.5\" part=\"0\" file=\"vtu/points_0001.vtu\""));
+    let text = complains(folder.path(), &["export", file, "--csv", "-o", "vtu.pvd"]);
+    assert!(text.contains("cannot write the folder to results file vtu.pvd"), "{text}");
+    assert_eq!(mpm(folder.path(), &["export", file]).status.code(), Some(2));
+}
+
+#[test]
+fn results_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = results().join("a.h5");
+    let (file, inside) = (file.to_str().unwrap(), |name: &str| folder.path().join(name));
+    assert_eq!(says(folder.path(), &["plot", file, "-o", "all.png"]), "all.png\n");
+    assert!(std::fs::read(inside("all.png")).unwrap().starts_with(b"\x89PNG"));
+
+    says(folder.path(), &["plot", file, "-o", "body.svg", "--show", "body", "--field", "cauchy_stress.xy"]);
+    let svg = std::fs::read_to_string(inside("body.svg")).unwrap();
+    // A domain per point, and the edges of the mesh.
+    assert_eq!(svg.matches("<polygon").count(), 48, "4 by 3 cells of 2² points");
+    assert!(svg.matches("#C81E1E").count() >= 24);
+    for text in ["A block, load fraction 1", "cauchy_stress.xy [F/L²]"] {
+        assert!(svg.contains(text), "{text} in {:?}", words(&svg));
+    }
+    // The ends of the bar are those of the field.
+    let results = Results::open(results().join("a.h5")).unwrap();
+    let stress = results.field("cauchy_stress", 2).unwrap();
+    let most = (0..48).map(|point| stress.row(point)[1]).fold(f64::NEG_INFINITY, f64::max);
+    assert!(
+        svg.contains(&format!("\n{}\n", format!("{most:.3}").trim_end_matches('0'))),
+        "{most} in {:?}",
+        words(&svg)
+    );
+
+    says(folder.path(), &["plot", file, "-o", "curves.svg", "--show", "reaction,moment,convergence"]);
+    let svg = std::fs::read_to_string(inside("curves.svg")).unwrap();
+    for text in ["base, x", "displacement [L]", "moment [F L]", "load step 6", "10⁻⁶"] {
+        assert!(svg.contains(text), "{text} in {:?}", words(&svg));
+    }
+
+    says(folder.path(), &["plot", file, "--frames", "-o", "frames", "--rate", "5"]);
+    let frames = std::fs::read_dir(inside("frames")).unwrap().count();
+    assert_eq!(frames, 3, "as many as there are recorded steps");
+    assert!(std::fs::read(inside("frames.gif")).unwrap().starts_with(b"GIF89a"));
+}
+
+#[test]
+fn wrong_wishes_of_plots_are_told_with_what_there_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = results().join("a.h5");
+    let cases: &[(&[&str], &str)] = &[
+        (&["--field", "rho"], "no field `rho` is recorded; there are cauchy_stress, displacement, plastic"),
+        (&["--field", "displacement.xx"], "no component `.xx`; there are .norm, .x, .y, .z"),
+        (&["--step", "3"], "--step: expected a recorded step from 0 to 2, got 3"),
+        (&["--range", "1", "1"], "--range: expected two numbers that rise, got 1 1"),
+        (&["--slice", "z=0"], "--slice is for results in three dimensions"),
+        (&["--slice", "w=0"], "expected an axis and a coordinate as in z=0.5, got w=0"),
+        (&["--show", "energy"], "holds nothing to show as energy"),
+        (&["-o", "a.bmp"], "a.bmp: expected a name that ends in .svg or .png"),
+        (&["-o", "none/a.png"], "cannot write picture none/a.png: No such file"),
+    ];
+    for (arguments, part) in cases {
+        let all = [&["plot", file.to_str().unwrap()], *arguments].concat();
+        let text = complains(folder.path(), &all);
+        assert!(text.contains(part), "{arguments:?}: {text}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+}

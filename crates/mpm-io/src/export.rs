@@ -1,0 +1,218 @@
+//! Results for other programs: tables as CSV, points as VTU files of ParaView and VTK.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use mpm_solver::observe::Field;
+
+use crate::{Results, ResultsError, Table};
+
+/// Name of a component of `width` numbers, with what parts it from the name of the whole; empty for a single number.
+pub fn component_name(width: usize, c: usize) -> String {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    match width {
+        1 => String::new(),
+        2 | 3 => format!(".{}", AXES[c % 3]),
+        9 => format!(".{}{}", AXES[c / 3 % 3], AXES[c % 3]),
+        8 => format!(".{}{}", AXES[c % 2], c / 2 + 1),
+        _ => format!("[{c}]"),
+    }
+}
+
+impl Results {
+    /// Writes `history.csv`, with a line per load step, and `points_0000.csv` and so on, with a line per material
+    /// point of every recorded step, into a folder. Numbers are as many digits long as it takes to read them back
+    /// bit for bit.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`], or what [`Results::column`] and [`Results::field`] return.
+    pub fn write_csv(&self, folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
+        fs::create_dir_all(folder).map_err(|error| ResultsError::write(folder, "the folder", error))?;
+        let mut heads = vec!["load_step".to_string()];
+        let mut tables = Vec::new();
+        for column in self.columns() {
+            heads.extend(
+                (0..column.width).map(|c| format!("{}{}", column.name, component_name(column.width, c))),
+            );
+            tables.push(self.column(&column.name)?);
+        }
+        let steps: Vec<f64> = (0..self.rows()).map(|row| (self.first_row() + row) as f64).collect();
+        let mut columns: Vec<Vec<&[f64]>> = vec![steps.chunks(1).collect()];
+        columns.extend(tables.iter().map(|table| (0..table.len()).map(|row| table.row(row)).collect()));
+        let mut written = vec![folder.join("history.csv")];
+        write(&written[0], &csv(&heads, &columns))?;
+
+        for step in 0..self.fractions().len() {
+            let positions = self.points(step)?;
+            let mut heads = ["x", "y", "z"].map(String::from).to_vec();
+            let mut tables = vec![positions];
+            for field in self.fields()? {
+                let table = self.field(&field, step)?;
+                heads
+                    .extend((0..table.width()).map(|c| format!("{field}{}", component_name(table.width(), c))));
+                tables.push(table);
+            }
+            let columns: Vec<Vec<&[f64]>> =
+                tables.iter().map(|table| (0..table.len()).map(|point| table.row(point)).collect()).collect();
+            let path = folder.join(format!("points_{step:04}.csv"));
+            write(&path, &csv(&heads, &columns))?;
+            written.push(path);
+        }
+        Ok(written)
+    }
+
+    /// Writes `points_0000.vtu` and so on into a folder, a file of vertices per recorded step, and beside the folder
+    /// a series, `<folder>.pvd`, with the load fraction as its time; where outlines of domains are recorded, files
+    /// and a series of the domains as well (`domains_0000.vtu`, `<folder>_domains.pvd`).
+    ///
+    /// # Errors
+    /// As [`Self::write_csv`].
+    pub fn write_vtu(&self, folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
+        fs::create_dir_all(folder).map_err(|error| ResultsError::write(folder, "the folder", error))?;
+        let mut names = self.fields()?;
+        let has_outlines = names.iter().any(|name| name == Field::Outline.name());
+        names.retain(|name| name != Field::Outline.name());
+        let (mut points, mut domains) = (Vec::new(), Vec::new());
+        for step in 0..self.fractions().len() {
+            let positions = self.points(step)?;
+            let fields: Vec<(&str, Table)> = names
+                .iter()
+                .map(|name| Ok((name.as_str(), self.field(name, step)?)))
+                .collect::<Result<_, _>>()?;
+            let path = folder.join(format!("points_{step:04}.vtu"));
+            write(&path, &vtu(&Cells::vertices(&positions), &fields))?;
+            points.push(path);
+            if has_outlines {
+                let path = folder.join(format!("domains_{step:04}.vtu"));
+                let outlines = self.field(Field::Outline.name(), step)?;
+                write(&path, &vtu(&Cells::polygons(&outlines), &fields))?;
+                domains.push(path);
+            }
+        }
+        let mut written = Vec::new();
+        for (ending, files) in [("", points), ("_domains", domains)] {
+            if files.is_empty() {
+                continue;
+            }
+            let mut name = folder.file_name().unwrap_or_default().to_os_string();
+            name.push(format!("{ending}.pvd"));
+            let path = folder.with_file_name(name);
+            write(&path, &self.series(folder, &files))?;
+            written.push(path);
+            written.extend(files);
+        }
+        Ok(written)
+    }
+
+    fn series(&self, folder: &Path, files: &[PathBuf]) -> String {
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+        );
+        let folder = folder.file_name().unwrap_or_default().to_string_lossy();
+        for (fraction, file) in self.fractions().iter().zip(files) {
+            let file = file.file_name().unwrap_or_default().to_string_lossy();
+            let file = escaped(&format!("{folder}/{file}"));
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "<DataSet timestep=\"{fraction:?}\" part=\"0\" file=\"{file}\"/>");
+        }
+        text + "</Collection>\n</VTKFile>\n"
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), ResultsError> {
+    fs::write(path, text).map_err(|error| ResultsError::write(path, "the file", error))
+}
+
+/// A table of columns that are some numbers wide each, by RFC 4180.
+fn csv(heads: &[String], columns: &[Vec<&[f64]>]) -> String {
+    let quoted = |head: &String| match head.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", head.replace('"', "\"\"")),
+        false => head.clone(),
+    };
+    let mut text = heads.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
+    let rows = columns.iter().map(Vec::len).min().unwrap_or(0);
+    for row in 0..rows {
+        let numbers = columns.iter().flat_map(|column| column[row]);
+        for (k, number) in numbers.enumerate() {
+            let _ = write!(text, "{}{number}", if k > 0 { "," } else { "" });
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Cells of an unstructured grid, each with points of its own.
+struct Cells {
+    /// Three coordinates per point `[L]`.
+    points: Vec<f64>,
+    /// Points of each cell.
+    sizes: Vec<usize>,
+    /// VTK's number of the kind of every cell.
+    kind: u8,
+    /// Whether values belong to cells instead of points.
+    by_cell: bool,
+}
+
+impl Cells {
+    fn vertices(positions: &Table) -> Self {
+        const VERTEX: u8 = 1;
+        let points = (0..positions.len()).flat_map(|point| positions.row(point).iter().copied()).collect();
+        Self { points, sizes: vec![1; positions.len()], kind: VERTEX, by_cell: false }
+    }
+
+    fn polygons(outlines: &Table) -> Self {
+        const POLYGON: u8 = 7;
+        let (mut points, mut sizes) = (Vec::new(), Vec::new());
+        for point in 0..outlines.len() {
+            let mut corners: Vec<&[f64]> = outlines.row(point).chunks_exact(2).collect();
+            corners.dedup();
+            points.extend(corners.iter().flat_map(|corner| [corner[0], corner[1], 0.0]));
+            sizes.push(corners.len());
+        }
+        Self { points, sizes, kind: POLYGON, by_cell: true }
+    }
+}
+
+/// VTK File Formats, "XML": an unstructured grid, numbers as base64 of their bytes after their number (8 bytes).
+fn vtu(cells: &Cells, fields: &[(&str, Table)]) -> String {
+    let (n_points, n_cells) = (cells.points.len() / 3, cells.sizes.len());
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n"
+    );
+    let section = if cells.by_cell { "CellData" } else { "PointData" };
+    text += &format!("<{section}>\n");
+    for (name, table) in fields {
+        text += &array("Float64", name, table.width(), table.values().iter().flat_map(|x| x.to_le_bytes()));
+    }
+    let offsets = cells.sizes.iter().scan(0, |end, size| {
+        *end += size;
+        Some(*end as i64)
+    });
+    text += &format!("</{section}>\n<Points>\n");
+    text += &array("Float64", "Points", 3, cells.points.iter().flat_map(|x| x.to_le_bytes()));
+    text += "</Points>\n<Cells>\n";
+    text += &array("Int64", "connectivity", 1, (0..n_points as i64).flat_map(i64::to_le_bytes));
+    text += &array("Int64", "offsets", 1, offsets.flat_map(i64::to_le_bytes));
+    text += &array("UInt8", "types", 1, std::iter::repeat_n(cells.kind, n_cells));
+    text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
+}
+
+fn array(kind: &str, name: &str, width: usize, bytes: impl Iterator<Item = u8>) -> String {
+    let mut data = vec![0; 8];
+    data.extend(bytes);
+    let length = (data.len() - 8) as u64;
+    data[..8].copy_from_slice(&length.to_le_bytes());
+    format!(
+        "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{width}\" format=\"binary\">{}</DataArray>\n",
+        escaped(name),
+        STANDARD.encode(data)
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}

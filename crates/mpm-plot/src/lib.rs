@@ -1,0 +1,66 @@
+//! Pictures of results: curves over two axes, and bodies with their domains, to scale; as SVG, PNG or an
+//! animated GIF. Everything drawn is plain numbers.
+//!
+//! ```
+//! use mpm_plot::{Curve, Curves, Figure, Legend, Panel, Stroke};
+//!
+//! let curve = Curve { name: "force".into(), colour: 1, stroke: Stroke::Line, points: vec![(0.0, 0.0), (1.0, 2.0)] };
+//! let panel = Panel::Curves(Curves {
+//!     title: "A spring".into(),
+//!     axes: ["displacement".into(), "force".into()],
+//!     range: [(0.0, 1.0), (0.0, 2.0)],
+//!     logarithmic: [false, false],
+//!     legend: Legend::UpperLeft,
+//!     curves: vec![curve],
+//! });
+//! let svg = Figure::new(&[panel]).svg()?;
+//! assert!(svg.starts_with("<svg") && svg.contains("A spring"));
+//! # Ok::<(), mpm_plot::PlotError>(())
+//! ```
+
+mod animation;
+mod colours;
+mod curves;
+mod figure;
+mod palette;
+mod shapes;
+
+pub use animation::Animation;
+pub use curves::{Curve, Curves, Legend, Stroke};
+pub use figure::{Figure, Image, Panel};
+pub use shapes::{ColourBar, Shapes};
+
+use std::path::{Path, PathBuf};
+
+/// Why a picture could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlotError {
+    /// The picture cannot be drawn.
+    #[error("cannot draw the picture: {0}")]
+    Draw(String),
+    /// The file cannot be written.
+    #[error("cannot write picture {}: {reason}", path.display())]
+    Write {
+        /// Path of the file.
+        path: PathBuf,
+        /// What the operating system or the encoder says.
+        reason: String,
+    },
+    /// The file's ending is that of no format.
+    #[error("cannot write picture {}: expected a name that ends in .svg or .png", path.display())]
+    Format {
+        /// Path of the file.
+        path: PathBuf,
+    },
+}
+
+impl PlotError {
+    fn draw(reason: impl ToString) -> Self {
+        Self::Draw(reason.to_string())
+    }
+
+    fn write(path: &Path, reason: impl ToString) -> Self {
+        Self::Write { path: path.into(), reason: reason.to_string() }
+    }
+}
