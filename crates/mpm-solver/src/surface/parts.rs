@@ -292,7 +292,7 @@ impl Grid {
         let mut wrong = None;
         moments::for_each(surface, &self.lines, |piece, moments| {
             let share = moments.volume / self.volume(&piece);
-            if (share < -1e-6 || share > 1.0 + 1e-6) && wrong.is_none() {
+            if !(-1e-6..=1.0 + 1e-6).contains(&share) && wrong.is_none() {
                 wrong = Some((piece, share));
             } else if share > ROUNDING {
                 held.push(Held { piece, moments: *moments, full: share > 1.0 - ROUNDING });
