@@ -11,6 +11,7 @@
 
 pub mod analytic;
 mod cases;
+pub mod fuzz;
 pub mod history;
 pub mod picture;
 pub mod probe;

@@ -50,7 +50,8 @@ pub(crate) fn structure<const D: usize>(
     BlockMatrix::zeros(start, column)
 }
 
-/// Values of the coarse matrix. `holds` says which components of a fine node are free.
+/// Values of the coarse matrix; bit i of a fine node's `held` is set where its component i couples with
+/// nothing, and is left out.
 pub(crate) fn fill<const D: usize>(
     fine: &BlockMatrix<D>,
     held: &[u8],

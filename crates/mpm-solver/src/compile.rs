@@ -12,6 +12,7 @@ use crate::model::{
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
+use crate::room::Room;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
@@ -82,12 +83,26 @@ pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
 
 /// Makes a model of a scene and checks all that can be checked before the first load step.
 ///
+/// What would not fit into the memory that this machine has left is refused before any of it is asked for.
+///
 /// # Errors
 /// The first thing that is wrong with the scene, or with a file that it names, with its path.
 pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
+    made(scene, files, Room::of_machine())
+}
+
+/// As [`compile`], with so many bytes of memory in place of the machine's.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_within(scene: &Scene, bytes: u64) -> Result<Compiled, SceneError> {
+    made(scene, &NoFiles, Room { bytes })
+}
+
+fn made(scene: &Scene, files: &dyn SceneFiles, room: Room) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files)?),
-        Scene::Solid(scene) => Compiled::Solid(model(scene, files)?),
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files, room)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene, files, room)?),
     })
 }
 
@@ -255,17 +270,18 @@ fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
 fn model<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     files: &dyn SceneFiles,
+    room: Room,
 ) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
     }
-    let layout = layout(&scene.mesh)?;
+    let layout = layout(&scene.mesh, room)?;
     let motion = motion(&scene.motion, &layout)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout, files)?;
+    let (bodies, faces) = bodies(scene, &layout, &mesh, files, room)?;
     let model = Model {
         supports: supports(scene, &layout)?,
         loads: loads(scene, &bodies, faces)?,
@@ -277,6 +293,7 @@ fn model<const D: usize, B: FillBody<D>>(
         path: path_control(&scene.schedule.control),
         ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
+        condition_history: scene.output.condition,
         solver: match scene.solver {
             SolverInput::Auto => Choice::Auto,
             SolverInput::Direct => Choice::Direct,
@@ -284,21 +301,22 @@ fn model<const D: usize, B: FillBody<D>>(
         },
         tolerance: tolerance(&scene.tolerance)?,
     };
-    check_start(&model, &mesh)?;
+    check_start(&model, &mesh, room)?;
     Ok(model)
 }
 
-fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
+fn layout<const D: usize>(mesh: &MeshInput, room: Room) -> Result<Layout<D>, SceneError> {
     let axes = match mesh {
         MeshInput::Box { axes } => axes,
         MeshInput::Ring { centre, radii, sectors, angles, height } => {
-            let radii = axis(radii).map_err(|it| SceneError::new("mesh.radii", it))?;
-            let height = height.as_ref().map(axis).transpose();
+            let radii = axis(radii, room).map_err(|it| SceneError::new("mesh.radii", it))?;
+            let height = height.as_ref().map(|it| axis(it, room)).transpose();
             let height = height.map_err(|it| SceneError::new("mesh.height", it))?;
             let span = angles.map_or(Span::Full, |(from, to)| Span::Sector {
                 from: from.0.to_radians(),
                 to: to.0.to_radians(),
             });
+            check_ring(&radii, sectors.0, room).map_err(|it| SceneError::new("mesh", it))?;
             let ring = Layout::ring(plane_point(centre), radii, sectors.0, span, height);
             return ring.map_err(|it| SceneError::new("mesh", it));
         }
@@ -306,7 +324,7 @@ fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
     let made: Vec<Axis> = axes
         .iter()
         .enumerate()
-        .map(|(d, input)| axis(input).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
+        .map(|(d, input)| axis(input, room).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
         .collect::<Result<_, _>>()?;
     let made: [Axis; D] = made.try_into().map_err(|made: Vec<Axis>| {
         SceneError::new("mesh.axes", format!("expected {D} axes, one per dimension, got {}", made.len()))
@@ -314,12 +332,21 @@ fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
     Layout::on_axes(made).map_err(|it| SceneError::new("mesh", it))
 }
 
-fn axis(input: &AxisInput) -> Result<Axis, mpm_grid::AxisError> {
+fn axis(input: &AxisInput, room: Room) -> Result<Axis, String> {
     match input {
         AxisInput::Uniform { from, to, cells } => Axis::uniform(from.0, to.0, cells.0),
-        AxisInput::Graded { from, to, cells, ratio } => Axis::geometric(from.0, to.0, cells.0, ratio.0),
+        AxisInput::Graded { from, to, cells, ratio } => {
+            room.check("the axis", f64::from(cells.0) + 1.0, size_of::<f64>())?;
+            Axis::geometric(from.0, to.0, cells.0, ratio.0)
+        }
         AxisInput::Nodes(nodes) => Axis::graded(nodes.iter().map(|x| x.0).collect()),
     }
+    .map_err(|it| it.to_string())
+}
+
+/// A ring mesh has tables of its angles.
+fn check_ring(radii: &Axis, sectors: u32, room: Room) -> Result<(), String> {
+    room.check("the ring", f64::from(sectors) + f64::from(radii.cells()), 3 * size_of::<f64>())
 }
 
 fn plane_point(point: &PlanePoint) -> [f64; 2] {
@@ -420,7 +447,9 @@ type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f6
 fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
+    start: &Mesh<D>,
     files: &dyn SceneFiles,
+    room: Room,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
@@ -476,7 +505,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
         let refuse = |it| SceneError::new(format!("{path}.shape"), it);
         let own = WithSurface::of(&input.shape, files).map_err(refuse)?;
         let cut = cut_out(input, &scene.bodies[..b], files).map_err(refuse)?;
-        let (shape, shape_mesh) = shape(&own, &cut, layout, mesh, files).map_err(refuse)?;
+        let (shape, shape_mesh) = shape(&own, &cut, layout, mesh, files, room).map_err(refuse)?;
         let points_per_cell = match (&input.points_per_cell, &shape) {
             (None, Shape::Parts(_)) => 1,
             (Some(_), Shape::Parts(_)) => {
@@ -487,7 +516,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
             (None, _) => return Err(SceneError::new(path, "expected `points_per_cell`")),
         };
         let plan = Plan {
-            mesh,
+            start,
             shape,
             shape_mesh: &shape_mesh,
             points_per_cell,
@@ -495,6 +524,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
+            room,
             mean_dilatation: input.mean_dilatation.map(|mean| match mean {
                 MeanDilatationInput::Points => MeanDilatation::Points,
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
@@ -568,6 +598,7 @@ fn shape<'a, const D: usize>(
     layout: &Layout<D>,
     mesh: &Mesh<D>,
     files: &dyn SceneFiles,
+    room: Room,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let in_box = |shape| match layout {
         Layout::Box { .. } => Ok((shape, mesh.clone())),
@@ -589,7 +620,7 @@ fn shape<'a, const D: usize>(
         }
         ShapeInput::Ring { inner, outer, centre } => match layout {
             Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
-            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0)),
+            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), room),
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
             Layout::Box { .. } => in_box(Shape::Solid(own.solid(layout)?)),
@@ -637,11 +668,16 @@ fn ring_of_its_own<'a, const D: usize>(
     axes: &[Axis; D],
     centre: &PlanePoint,
     (inner, outer): (f64, f64),
+    room: Room,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
-    let pieces = |length: f64| (length / h - 1e-9).ceil().clamp(1.0, 1e6) as u32;
-    let radii = Axis::uniform(inner, outer, pieces(outer - inner)).map_err(|it| it.to_string())?;
-    let sectors = pieces(std::f64::consts::PI * (inner + outer)).max(8);
+    let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
+        pieces if pieces < f64::from(u32::MAX) => Ok(pieces as u32),
+        pieces => Err(format!("the ring would have {pieces:e} cells along one direction")),
+    };
+    let radii = Axis::uniform(inner, outer, pieces(outer - inner)?).map_err(|it| it.to_string())?;
+    let sectors = pieces(std::f64::consts::PI * (inner + outer))?.max(8);
+    check_ring(&radii, sectors, room)?;
     let height = axes.get(2).cloned();
     let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
     let ring = ring.map_err(|it| it.to_string())?;
@@ -733,6 +769,7 @@ fn supports<const D: usize, B>(
     layout: &Layout<D>,
 ) -> Result<Vec<Support<D>>, SceneError> {
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
+    let mut sought = 0.0;
     for (k, input) in scene.supports.iter().enumerate() {
         let path = format!("supports[{k}]");
         if input.name.is_empty() || input.name.contains('/') || supports.iter().any(|it| it.name == input.name)
@@ -742,7 +779,10 @@ fn supports<const D: usize, B>(
                 format!("expected a name of its own, not empty and without `/`, got `{}`", input.name),
             ));
         }
-        let nodes = region(&input.region, &format!("{path}.region"))?.nodes(layout);
+        let region = region(&input.region, &format!("{path}.region"))?;
+        sought += region.candidates(layout);
+        Room::check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
+        let nodes = region.nodes(layout);
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), "the region holds no node of the mesh"));
         }
@@ -931,8 +971,11 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 }
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
-fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(), SceneError> {
+fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, room: Room) -> Result<(), SceneError> {
     let stencils = stencils(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let around = ActiveNodes::nodes_around(mesh.lattice(), &stencils);
+    let room_for = room.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
+    room_for.map_err(|it| SceneError::new("bodies", it))?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);

@@ -59,6 +59,7 @@ pub mod observe;
 mod ordering;
 mod path;
 mod record;
+mod room;
 pub mod scene;
 mod schedule;
 mod state;
@@ -66,7 +67,7 @@ mod surface;
 mod timing;
 pub mod vortex;
 
-pub use compile::{Compiled, compile, compile_with};
+pub use compile::{Compiled, compile, compile_with, compile_within};
 pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory};

@@ -354,7 +354,7 @@ fn balance<const D: usize>(
         round_off,
         tolerance: model.tolerance,
     };
-    let equilibrium = match drive {
+    let mut equilibrium = match drive {
         Drive::Load => newton::solve(&problem, linear, workspace, timings)?,
         Drive::Stages => newton::solve_in_stages(&problem, linear, workspace, timings)?,
         Drive::Measured(attempt) => {
@@ -386,6 +386,10 @@ fn balance<const D: usize>(
             equilibrium
         }
     };
+
+    if model.condition_history {
+        equilibrium.accuracy.condition = linear.condition(&workspace.values);
+    }
 
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh, active, increment: &equilibrium.increment };

@@ -33,6 +33,8 @@ pub struct Model<const D: usize> {
     pub ghost: Option<f64>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
+    /// Whether the history tells the condition number of the tangent.
+    pub condition_history: bool,
 }
 
 /// A body and its name.

@@ -46,6 +46,17 @@ pub struct Summary {
     pub indefinite_steps: u64,
     /// Smallest `det ΔF` of any point in any step `[-]`.
     pub smallest_determinant: f64,
+    /// Largest relative out-of-balance force that a step was left with `[-]`.
+    pub residual: f64,
+    /// Largest componentwise backward error of a linear solution `[-]`.
+    pub backward_error: f64,
+    /// Steps of iterative refinement of linear solutions.
+    pub refinements: u64,
+    /// Largest ratio of the pivots of one factorisation: the condition number was that large or larger `[-]`.
+    pub pivot_spread: f64,
+    /// Largest estimate of the condition number (by power and inverse iteration, from below), where it was asked
+    /// for `[-]`.
+    pub condition: Option<f64>,
     /// Times a domain was shortened to the size of its cell.
     pub domains_capped: u64,
     /// Times a point was split because its domain had outgrown its cell.
@@ -77,7 +88,7 @@ pub(crate) const MOST_COUNTED: u64 = 1 << 53;
 
 /// Running totals of the summary, and what the next row needs of the rows before.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct Totals {
     iterations: u64,
     cuts: u64,
@@ -86,6 +97,11 @@ pub(crate) struct Totals {
     indefinite_steps: u64,
     domains: DomainCounts,
     smallest_determinant: Option<f64>,
+    residual: f64,
+    backward_error: f64,
+    refinements: u64,
+    pivot_spread: f64,
+    condition: Option<f64>,
 }
 
 impl Record {
@@ -105,6 +121,9 @@ impl Record {
             count("shortened_corrections"),
             count("stages"),
             real("smallest_det_increment".into(), 1),
+            real("backward_error".into(), 1),
+            count("refinements"),
+            real("pivot_spread".into(), 1),
             real("wall_seconds".into(), 1),
         ];
         for support in &model.supports {
@@ -122,6 +141,9 @@ impl Record {
         }
         if model.ghost.is_some() {
             columns.push(count("ghost_faces"));
+        }
+        if model.condition_history {
+            columns.push(real("condition".into(), 1));
         }
         if may_iterate(model) {
             columns.push(count("linear_iterations"));
@@ -181,8 +203,9 @@ impl Record {
         if *rows == 0 || *rows > u64::from(u32::MAX) {
             return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
         }
-        let Totals { iterations, cuts, shortened, indefinite_steps, domains, .. } = *totals;
-        let counters = [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split];
+        let Totals { iterations, cuts, shortened, indefinite_steps, domains, refinements, .. } = *totals;
+        let counters =
+            [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split, refinements];
         if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
             return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
         }
@@ -265,10 +288,12 @@ impl Record {
             Method::Lu => 2,
             Method::ConjugateGradients => 3,
         };
+        let accuracy = equilibrium.accuracy;
+        let residual = equilibrium.residuals.last().copied().unwrap_or(0.0);
         let mut row = vec![
             Entry::Real(vec![step.end.get()]),
             Entry::Count(vec![iterations]),
-            Entry::Real(vec![equilibrium.residuals.last().copied().unwrap_or(0.0)]),
+            Entry::Real(vec![residual]),
             Entry::Count(vec![*equations as u64]),
             Entry::Count(vec![active.len() as u64]),
             Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),
@@ -279,6 +304,9 @@ impl Record {
             Entry::Count(vec![equilibrium.shortened.into()]),
             Entry::Count(vec![equilibrium.stages.into()]),
             Entry::Real(vec![equilibrium.smallest_determinant]),
+            Entry::Real(vec![accuracy.backward_error]),
+            Entry::Count(vec![accuracy.refinements.into()]),
+            Entry::Real(vec![accuracy.pivot_spread]),
             Entry::Real(vec![seconds]),
         ];
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
@@ -315,6 +343,9 @@ impl Record {
         if model.ghost.is_some() {
             row.push(Entry::Count(vec![ghost_faces as u64]));
         }
+        if model.condition_history {
+            row.push(Entry::Real(vec![accuracy.condition.unwrap_or(0.0)]));
+        }
         if may_iterate(model) {
             row.push(Entry::Count(vec![equilibrium.linear_iterations]));
         }
@@ -333,6 +364,11 @@ impl Record {
         totals.indefinite_steps += u64::from(equilibrium.method > Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
+        totals.residual = totals.residual.max(residual);
+        totals.backward_error = totals.backward_error.max(accuracy.backward_error);
+        totals.refinements += u64::from(accuracy.refinements);
+        totals.pivot_spread = totals.pivot_spread.max(accuracy.pivot_spread);
+        totals.condition = accuracy.condition.into_iter().chain(totals.condition).reduce(f64::max);
         self.show(model, &mesh_after, step.end.get(), &row, &equilibrium.residuals, observer, timings)
     }
 
@@ -367,6 +403,11 @@ impl Record {
             domains_capped: totals.domains.capped,
             domains_split: totals.domains.split,
             smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
+            residual: totals.residual,
+            backward_error: totals.backward_error,
+            refinements: totals.refinements,
+            pivot_spread: totals.pivot_spread,
+            condition: totals.condition,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),
             skipped: timings.skipped.list().to_vec(),

@@ -850,6 +850,9 @@ pub struct OutputInput {
     /// Whether the health of the points' domains is worked out after every load step, as columns
     /// `/history/domain_…`.
     pub domain_history: bool,
+    /// Whether the condition number of every load step's last tangent is estimated (`/history/condition`), by ten
+    /// linear solutions more. Without it the summary has a lower bound, from the pivots.
+    pub condition: bool,
     /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
     pub checkpoint: Option<CheckpointInput>,
 }
@@ -872,6 +875,7 @@ impl Default for OutputInput {
             fields: vec![Field::CauchyStress, Field::Displacement],
             every: Count(1),
             domain_history: false,
+            condition: false,
             checkpoint: None,
         }
     }

@@ -39,7 +39,7 @@ pub(crate) struct Part<const D: usize> {
 }
 
 /// The parts of a body, and of its faces.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Parts<const D: usize> {
     pub parts: Vec<Part<D>>,
     /// For each face asked for, the parts that carry it with their areas of it.
