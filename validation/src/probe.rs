@@ -1,6 +1,7 @@
 //! The forces and the tangent of one body under any nodal displacement, without a solver.
 
 use crate::Broken;
+use crate::scenes::compiled;
 use mpm_assembly::{
     Body, Connection, Constraints, Converged, GhostFaces, Linked, PassInput, Pattern, PointView, Sums,
     TangentSums,
@@ -8,7 +9,7 @@ use mpm_assembly::{
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_solver::scene::Scene;
-use mpm_solver::{Compiled, Model, compile};
+use mpm_solver::{Compiled, Model};
 
 /// The first body of a model on the mesh at rest, ready to be displaced.
 pub struct Probe<const D: usize> {
@@ -33,7 +34,7 @@ struct Ghost<const D: usize> {
 /// # Errors
 /// The scene does not compile, or is not in plane strain.
 pub fn plane(scene: &Scene) -> Result<Model<2>, Broken> {
-    match compile(scene)? {
+    match compiled(scene)? {
         Compiled::Plane(model) => Ok(model),
         Compiled::Solid(_) => Err("expected a scene in plane strain".into()),
     }
@@ -44,7 +45,7 @@ pub fn plane(scene: &Scene) -> Result<Model<2>, Broken> {
 /// # Errors
 /// The scene does not compile, or is in plane strain.
 pub fn solid(scene: &Scene) -> Result<Model<3>, Broken> {
-    match compile(scene)? {
+    match compiled(scene)? {
         Compiled::Solid(model) => Ok(model),
         Compiled::Plane(_) => Err("expected a scene in three dimensions".into()),
     }

@@ -2,8 +2,9 @@
 
 use crate::Broken;
 use crate::history::History;
+use mpm_io::FolderFiles;
 use mpm_solver::scene::{Count, Scene};
-use mpm_solver::{Compiled, Error, StepFailure, Summary, compile};
+use mpm_solver::{Compiled, Error, StepFailure, Summary, compile_with};
 use std::path::{Path, PathBuf};
 
 /// A run that was watched.
@@ -68,12 +69,21 @@ pub fn with_cuts(mut scene: Scene, cuts: u8) -> Scene {
     scene
 }
 
+/// Compiles a scene of the repository, with the files that lie beside it.
+///
+/// # Errors
+/// The scene does not compile.
+pub fn compiled(scene: &Scene) -> Result<Compiled, Broken> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    Ok(compile_with(scene, &FolderFiles::new(folder))?)
+}
+
 /// Runs a scene and keeps its history and, of every load step, the fields it asks for.
 ///
 /// # Errors
 /// The scene does not compile. A run that ends early is an outcome.
 pub fn run(scene: &Scene) -> Result<Run, Broken> {
-    Ok(run_compiled(&mut compile(scene)?, scene))
+    Ok(run_compiled(&mut compiled(scene)?, scene))
 }
 
 /// As [`run`], of a model that was already made from the scene.

@@ -68,7 +68,7 @@ pub fn plane(scene: Scene) -> Result<PlaneScene, Broken> {
 /// The scene with n × n points a cell in every body.
 pub fn with_points(mut scene: PlaneScene, points_per_cell: u32) -> PlaneScene {
     for body in &mut scene.bodies {
-        body.points_per_cell = Count(points_per_cell);
+        body.points_per_cell = Some(Count(points_per_cell));
     }
     scene
 }

@@ -109,6 +109,21 @@ fn collapse() {
 }
 
 #[test]
+fn cantilever_in_space() {
+    passes("cantilever in space");
+}
+
+#[test]
+fn collapse_in_space() {
+    passes("collapse in space");
+}
+
+#[test]
+fn bar_of_a_surface() {
+    passes("bar of STL shape");
+}
+
+#[test]
 fn newton_rate() {
     passes("Newton's rate");
 }

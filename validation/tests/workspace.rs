@@ -118,6 +118,9 @@ fn workspace_crates_depend_downwards_only() {
 fn foreign_crates_enter_at_one_place() {
     only("faer", &["mpm-solver"]);
     only("hdf5", &["mpm-io"]);
+    only("csv", &["mpm-io"]);
+    only("stl_io", &["mpm-io"]);
+    only("robust", &["mpm-solver"]);
     only("clap", &APPLICATIONS);
     only("plotters", &["mpm-plot"]);
     only("serde", &["mpm-solver", "mpm-cli", "mpm-validation", "mpm-benchmarks"]);

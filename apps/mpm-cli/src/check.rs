@@ -51,6 +51,11 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
     }
     line("dimensions", it.dimensions.to_string());
     line("material points", count(it.points));
+    for volume in &it.volumes {
+        let off = (volume.points / volume.shape - 1.0).abs();
+        let value = format!("{} of `{}`, {off:.0e} off its shape's", volume.points, volume.body);
+        line("volume", value);
+    }
     line("cells", format!("{}, {} with material", count(it.cells), count(it.cells_with_material)));
     line("nodes", format!("{}, {} active", count(it.nodes), count(it.active_nodes)));
     line("equations", format!("{} ({} more prescribed)", count(it.equations), count(it.prescribed)));
@@ -79,6 +84,8 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
             bytes(memory.solver)
         ),
     );
+    let per_point = 1e9 * it.pass_seconds / it.points as f64;
+    line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", it.pass_seconds));
     line("load steps", count(it.steps));
 
     let unused = [

@@ -1,8 +1,9 @@
 //! From a path to a compiled scene, or to a complaint that points into the file.
 
 use crate::complaint::Complaint;
+use mpm_io::FolderFiles;
 use mpm_solver::scene::{EditError, Position, ReadError, Scene, position_of, set_value};
-use mpm_solver::{Compiled, SceneError, compile};
+use mpm_solver::{Compiled, SceneError, compile_with};
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
@@ -44,13 +45,17 @@ pub fn set(file: &Path, mut text: String, settings: &[String]) -> Result<Input, 
     for setting in settings {
         (text, scene) = set_one(&text, setting)?;
     }
-    let compiled = compile(&scene).map_err(|error| refused_setting(file, &text, settings, error))?;
+    let files = FolderFiles::beside(file);
+    let compiled =
+        compile_with(&scene, &files).map_err(|error| refused_setting(file, &text, settings, error))?;
     Ok(Input { text, scene, compiled })
 }
 
-/// Reads and compiles the scene in `text`, which comes from `file`.
-pub fn parse(file: &Path, text: String) -> Result<Input, Complaint> {
-    set(file, text, &[])
+/// Reads and compiles the scene in `text`, which comes from `file`; `files` has what it names.
+pub fn parse(file: &Path, text: String, files: &FolderFiles) -> Result<Input, Complaint> {
+    let scene = read_text(file, &text)?;
+    let compiled = compile_with(&scene, files).map_err(|error| refused(file, &text, error))?;
+    Ok(Input { text, scene, compiled })
 }
 
 fn read_text(file: &Path, text: &str) -> Result<Scene, Complaint> {

@@ -5,7 +5,8 @@ use crate::input::Input;
 use crate::keeper::{self, Keeper};
 use crate::watch::Watch;
 use crate::{ResumeArguments, RunArguments, input, inspect, report, say};
-use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, Options, ResultsWriter};
+use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
+use mpm_solver::scene::Scene;
 use mpm_solver::{Error, State};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     let path = output(arguments)?;
     let head = CheckpointHead {
         scene: input.text.clone(),
+        folder: folder(&input.scene, &arguments.scene),
         program: PROGRAM.into(),
         results: path.clone(),
         interval: keeper::interval(&input.scene),
@@ -41,7 +43,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     let refuse = |error: CheckpointError| Complaint::input(error.to_string());
     let checkpoint = Checkpoint::open(file).map_err(refuse)?;
     let mut head = checkpoint.head().clone();
-    let input = input::parse(file, head.scene.clone())?;
+    let input = input::parse(file, head.scene.clone(), &FolderFiles::new(&head.folder))?;
     let state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
     if head.program != PROGRAM {
         let note = format!(
@@ -135,6 +137,15 @@ fn options(input: &Input) -> Options {
         every: input.scene.output().every.0 as usize,
         ..Options::default()
     }
+}
+
+/// Where the files lie that a scene names, if it names any.
+fn folder(scene: &Scene, file: &Path) -> PathBuf {
+    if scene.files().is_empty() {
+        return PathBuf::new();
+    }
+    let folder = file.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    folder.canonicalize().unwrap_or_else(|_| folder.into())
 }
 
 /// Where the results go.

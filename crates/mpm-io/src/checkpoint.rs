@@ -14,7 +14,7 @@ use crate::error::{CheckpointError, reason};
 const FORMAT: &str = "mpm-checkpoint";
 
 /// A reader refuses any other.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Length of the block before the HDF5 file proper that holds its length and check sum [bytes].
 const BLOCK: usize = 512;
@@ -24,6 +24,8 @@ const BLOCK: usize = 512;
 pub struct CheckpointHead {
     /// The scene as it was read.
     pub scene: String,
+    /// The folder of the scene, where the files lie that it names; empty where it names none.
+    pub folder: PathBuf,
     /// Name and version of the program.
     pub program: String,
     /// The results file; one in the checkpoint's own folder is written down by its name alone.
@@ -107,6 +109,7 @@ impl Checkpoint {
         let folder = checkpoint.path.parent().unwrap_or(Path::new("")).to_path_buf();
         checkpoint.head = CheckpointHead {
             scene: checkpoint.text("scene")?,
+            folder: checkpoint.text("scene_folder")?.into(),
             program: checkpoint.text("program")?,
             results: folder.join(checkpoint.text("results")?),
             interval: CheckpointInterval {
@@ -320,12 +323,20 @@ fn write_all(
     progress: &str,
     state: &State,
 ) -> hdf5::Result<()> {
-    let CheckpointHead { scene, program, results, interval } = head;
+    let CheckpointHead { scene, folder, program, results, interval } = head;
     let beside = results.parent() == path.parent();
     let results =
         if beside { Path::new(results.file_name().unwrap_or_default()).into() } else { absolute(results) };
     let results = results.to_string_lossy();
-    let texts = [("scene", &scene[..]), ("program", program), ("results", &results), ("progress", progress)];
+    let folder = if folder.as_os_str().is_empty() { PathBuf::new() } else { absolute(folder) };
+    let folder = folder.to_string_lossy();
+    let texts = [
+        ("scene", &scene[..]),
+        ("scene_folder", &folder),
+        ("program", program),
+        ("results", &results),
+        ("progress", progress),
+    ];
     for (name, text) in texts {
         write_numbers(file, name, 1, text.as_bytes())?;
     }

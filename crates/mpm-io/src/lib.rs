@@ -2,7 +2,8 @@
 //!
 //! [`ResultsWriter`] observes a run and writes while it goes; [`Results`] reads the file back.
 //! [`Results::write_csv`] and [`Results::write_vtu`] hand it on to programs that read neither.
-//! Everything that can go wrong is a [`ResultsError`]. This is the only crate that links HDF5.
+//! Everything that can go wrong is a [`ResultsError`]. [`FolderFiles`] reads what a scene names: surfaces (STL)
+//! and tables of points (CSV, HDF5). This is the only crate that links HDF5.
 //!
 //! The file (`format = "mpm-results"`, `version = 1`):
 //!
@@ -61,6 +62,7 @@ mod export;
 mod options;
 mod reader;
 mod rows;
+mod scene_files;
 mod source;
 mod vtkhdf;
 mod writer;
@@ -71,6 +73,7 @@ pub use error::{CheckpointError, ResultsError};
 pub use export::component_name;
 pub use options::{Options, Precision};
 pub use reader::{PhaseTime, Results, Table};
+pub use scene_files::FolderFiles;
 pub use writer::ResultsWriter;
 
 /// Value of the root attribute `format`.

@@ -53,6 +53,7 @@ fn state() -> State {
 fn head(folder: &Path) -> CheckpointHead {
     CheckpointHead {
         scene: SCENE.into(),
+        folder: folder.join("scenes"),
         program: "mpm test".into(),
         results: folder.join("größe.h5"),
         interval: CheckpointInterval { steps: Some(7), seconds: Some(0.1) },

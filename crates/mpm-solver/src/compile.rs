@@ -2,24 +2,27 @@
 
 use crate::domains::DomainLimit;
 use crate::error::{Error, SceneError};
+use crate::files::{NoFiles, SceneFiles, Surface};
 use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
-    Tolerance,
+    Tolerance, Turn,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
 use crate::room::Room;
 use crate::scene::{
-    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
+    AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
     PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput,
     SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, ToleranceInput,
-    TrianglesInput,
+    TrianglesInput, TurnInput,
 };
 use crate::state::{State, StateLayout};
+use crate::surface::Round;
+use crate::surface::parts::Solid;
 use crate::vortex::Vortex;
 use mpm_assembly::MeanDilatation;
 use mpm_basis::{
@@ -71,14 +74,22 @@ impl Compiled {
     }
 }
 
+/// Makes a model of a scene that names no files, see [`compile_with`].
+///
+/// # Errors
+/// As [`compile_with`].
+pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
+    compile_with(scene, &NoFiles)
+}
+
 /// Makes a model of a scene and checks all that can be checked before the first load step.
 ///
 /// What would not fit into the memory that this machine has left is refused before any of it is asked for.
 ///
 /// # Errors
-/// The first thing that is wrong with the scene, with its path.
-pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
-    made(scene, Room::of_machine())
+/// The first thing that is wrong with the scene, or with a file that it names, with its path.
+pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
+    made(scene, files, Room::of_machine())
 }
 
 /// As [`compile`], with so many bytes of memory in place of the machine's.
@@ -86,13 +97,13 @@ pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
 /// # Errors
 /// As [`compile`].
 pub fn compile_within(scene: &Scene, bytes: u64) -> Result<Compiled, SceneError> {
-    made(scene, Room { bytes })
+    made(scene, &NoFiles, Room { bytes })
 }
 
-fn made(scene: &Scene, room: Room) -> Result<Compiled, SceneError> {
+fn made(scene: &Scene, files: &dyn SceneFiles, room: Room) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, room)?),
-        Scene::Solid(scene) => Compiled::Solid(model(scene, room)?),
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files, room)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene, files, room)?),
     })
 }
 
@@ -257,7 +268,11 @@ fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
     Ok(Tolerance { residual: input.residual.0, iterations: input.iterations.0, keep_factor_below })
 }
 
-fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>, room: Room) -> Result<Model<D>, SceneError> {
+fn model<const D: usize, B: FillBody<D>>(
+    scene: &SceneIn<D, B>,
+    files: &dyn SceneFiles,
+    room: Room,
+) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
@@ -267,7 +282,7 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>, room: Room) -> R
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout, &mesh, room)?;
+    let (bodies, faces) = bodies(scene, &layout, &mesh, files, room)?;
     let probes = probes(scene, &bodies)?;
     let model = Model {
         supports: supports(scene, &layout)?,
@@ -437,6 +452,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
     start: &Mesh<D>,
+    files: &dyn SceneFiles,
     room: Room,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
@@ -490,13 +506,24 @@ fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
-        let (shape, shape_mesh) = shape(&input.shape, layout, mesh, room)
-            .map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
+        let refuse = |it| SceneError::new(format!("{path}.shape"), it);
+        let own = WithSurface::of(&input.shape, files).map_err(refuse)?;
+        let cut = cut_out(input, &scene.bodies[..b], files).map_err(refuse)?;
+        let (shape, shape_mesh) = shape(&own, &cut, layout, mesh, files, room).map_err(refuse)?;
+        let points_per_cell = match (&input.points_per_cell, &shape) {
+            (None, Shape::Parts(_)) => 1,
+            (Some(_), Shape::Parts(_)) => {
+                let reason = "points that are given have no number per cell";
+                return Err(SceneError::new(format!("{path}.points_per_cell"), reason));
+            }
+            (Some(count), _) => count.0,
+            (None, _) => return Err(SceneError::new(path, "expected `points_per_cell`")),
+        };
         let plan = Plan {
             start,
             shape,
             shape_mesh: &shape_mesh,
-            points_per_cell: input.points_per_cell.0,
+            points_per_cell,
             density: density.filter(|_| heavy).map(|density| density.0),
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
@@ -507,60 +534,183 @@ fn bodies<const D: usize, B: FillBody<D>>(
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
             }),
         };
-        let filled = scene
-            .basis
-            .fill(&scene.domains, law, &plan)
-            .map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
-        bodies.push(NamedBody { name: input.name.clone(), body: filled.body });
+        let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(refuse)?;
+        bodies.push(NamedBody {
+            name: input.name.clone(),
+            body: filled.body,
+            shape_volume: filled.shape_volume,
+        });
         all_faces.push(filled.faces);
     }
     Ok((bodies, all_faces))
 }
 
-/// What is to be filled, and the mesh whose cells it is filled by.
-fn shape<const D: usize>(
-    input: &ShapeInput<D>,
-    layout: &Layout<D>,
-    mesh: &Mesh<D>,
-    room: Room,
-) -> Result<(Shape<D>, Mesh<D>), String> {
-    match (input, layout) {
-        (ShapeInput::Box { from, to }, Layout::Box { .. }) => {
-            Ok((Shape::Box { from: from.0, to: to.0 }, mesh.clone()))
-        }
-        (ShapeInput::Box { .. }, _) => Err("a box can only be filled in a box mesh".into()),
-        (ShapeInput::Ring { inner, outer, .. }, _) if inner.0 <= 0.0 || inner.0 >= outer.0 => {
-            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
-        }
-        (ShapeInput::Ring { inner, outer, centre }, Layout::Ring { radii, centre: mesh_centre, .. }) => {
-            if plane_point(centre) != *mesh_centre {
-                return Err("a ring in a ring mesh has the mesh's centre".into());
+/// A shape with the surface that it names, if it names one.
+struct WithSurface<'a, const D: usize> {
+    shape: &'a ShapeInput<D>,
+    surface: Option<Surface>,
+}
+
+impl<'a, const D: usize> WithSurface<'a, D> {
+    fn of(shape: &'a ShapeInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
+        let ShapeInput::Surface { file, scale, shift } = shape else {
+            return Ok(Self { shape, surface: None });
+        };
+        let &[x, y, z] = &shift.0[..] else {
+            return Err("a surface encloses a body in three dimensions only".into());
+        };
+        Ok(Self { shape, surface: Some(files.surface(file)?.placed(scale.0, &[x, y, z])) })
+    }
+
+    /// What it encloses in a box mesh.
+    fn solid(&self, layout: &Layout<D>) -> Result<Solid<'_>, String> {
+        match (self.shape, &self.surface) {
+            (_, Some(surface)) => Ok(Solid::Surface(surface)),
+            (ShapeInput::Cylinder { axis, centre, radius, extent }, _) => {
+                round(layout, *axis, centre, (0.0, radius.0), *extent).map(Solid::Round)
             }
-            let ring = |radius: f64| {
-                line_at(radii, radius)
-                    .ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
-            };
-            let (mut low, mut high) = ([0; D], layout.lattice().cells());
-            (low[1], high[1]) = (ring(inner.0)?, ring(outer.0)?);
-            Ok((Shape::Cells { low, high }, mesh.clone()))
-        }
-        (ShapeInput::Ring { inner, outer, centre }, Layout::Box { axes, .. }) => {
-            let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
-            let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
-                pieces if pieces < f64::from(u32::MAX) => Ok(pieces as u32),
-                pieces => Err(format!("the ring would have {pieces:e} cells along one direction")),
-            };
-            let radii = Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)?);
-            let radii = radii.map_err(|it| it.to_string())?;
-            let sectors = pieces(std::f64::consts::PI * (inner.0 + outer.0))?.max(8);
-            check_ring(&radii, sectors, room)?;
-            let height = axes.get(2).cloned();
-            let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
-            let ring = ring.map_err(|it| it.to_string())?;
-            let cells = ring.lattice().cells();
-            Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+            (ShapeInput::Tube { axis, centre, inner, outer, extent }, _) => {
+                round(layout, *axis, centre, (inner.0, outer.0), *extent).map(Solid::Round)
+            }
+            _ => Err("expected a shape that is `Cylinder`, `Tube` or `Surface`".into()),
         }
     }
+}
+
+/// The shapes that are cut out of a body.
+fn cut_out<'a, const D: usize>(
+    body: &BodyInput<D>,
+    before: &'a [BodyInput<D>],
+    files: &dyn SceneFiles,
+) -> Result<Vec<WithSurface<'a, D>>, String> {
+    let ShapeInput::Box { without, .. } = &body.shape else { return Ok(Vec::new()) };
+    let of = |name: &String| {
+        let other = before.iter().find(|other| other.name == *name);
+        let other = other.ok_or_else(|| format!("`without`: no body named `{name}` stands before this one"))?;
+        if other.points_per_cell != body.points_per_cell {
+            return Err(format!("`without`: body `{name}` has another number of points per cell"));
+        }
+        WithSurface::of(&other.shape, files)
+    };
+    without.iter().map(of).collect()
+}
+
+/// What is to be filled, and the mesh whose cells it is filled by.
+fn shape<'a, const D: usize>(
+    own: &'a WithSurface<'_, D>,
+    cut: &'a [WithSurface<'_, D>],
+    layout: &Layout<D>,
+    mesh: &Mesh<D>,
+    files: &dyn SceneFiles,
+    room: Room,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let in_box = |shape| match layout {
+        Layout::Box { .. } => Ok((shape, mesh.clone())),
+        Layout::Ring { .. } => Err("such a body can only be filled in a box mesh".into()),
+    };
+    match own.shape {
+        ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
+        ShapeInput::Box { from, to, .. } => {
+            let without = cut.iter().map(|it| it.solid(layout)).collect::<Result<_, _>>()?;
+            in_box(Shape::Rest { from: from.0, to: to.0, without })
+        }
+        ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
+        ShapeInput::Cylinder { .. } | ShapeInput::Surface { .. } => in_box(Shape::Solid(own.solid(layout)?)),
+        ShapeInput::Ring { inner, outer, .. } if inner.0 <= 0.0 || inner.0 >= outer.0 => {
+            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
+        }
+        ShapeInput::Tube { inner, outer, .. } if inner.0 >= outer.0 => {
+            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
+        }
+        ShapeInput::Ring { inner, outer, centre } => match layout {
+            Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
+            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), room),
+        },
+        ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
+            Layout::Box { .. } => in_box(Shape::Solid(own.solid(layout)?)),
+            Layout::Ring { .. } if *axis != Direction::Z => {
+                Err("a tube in a ring mesh has its axis along `Z`".into())
+            }
+            Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), *extent),
+        },
+    }
+}
+
+/// The cells of a ring mesh between two of its rings of nodes, and between two heights.
+fn ring_cells<'a, const D: usize>(
+    layout: &Layout<D>,
+    mesh: &Mesh<D>,
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    extent: Option<(Finite, Finite)>,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let Layout::Ring { radii, centre: mesh_centre, height, .. } = layout else {
+        return Err("expected a ring mesh".into());
+    };
+    if plane_point(centre) != *mesh_centre {
+        return Err("a ring in a ring mesh has the mesh's centre".into());
+    }
+    let ring = |radius: f64| {
+        line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
+    };
+    let (mut low, mut high) = ([0; D], layout.lattice().cells());
+    (low[1], high[1]) = (ring(inner)?, ring(outer)?);
+    if let Some((from, to)) = extent {
+        let axis = height.as_ref().ok_or("`extent` is for three dimensions")?;
+        let layer =
+            |z: f64| line_at(axis, z).ok_or_else(|| format!("the mesh has no layer of nodes at height {z}"));
+        (low[D - 1], high[D - 1]) = (layer(from.0)?, layer(to.0)?);
+        if from.0 >= to.0 {
+            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
+        }
+    }
+    Ok((Shape::Cells { low, high }, mesh.clone()))
+}
+
+/// A ring of pieces about as large as the cells of a box mesh.
+fn ring_of_its_own<'a, const D: usize>(
+    axes: &[Axis; D],
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    room: Room,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
+    let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
+        pieces if pieces < f64::from(u32::MAX) => Ok(pieces as u32),
+        pieces => Err(format!("the ring would have {pieces:e} cells along one direction")),
+    };
+    let radii = Axis::uniform(inner, outer, pieces(outer - inner)?).map_err(|it| it.to_string())?;
+    let sectors = pieces(std::f64::consts::PI * (inner + outer))?.max(8);
+    check_ring(&radii, sectors, room)?;
+    let height = axes.get(2).cloned();
+    let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
+    let ring = ring.map_err(|it| it.to_string())?;
+    let cells = ring.lattice().cells();
+    Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+}
+
+/// A cylinder or tube; in the plane of thickness 1.
+fn round<const D: usize>(
+    layout: &Layout<D>,
+    axis: Direction,
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    extent: Option<(Finite, Finite)>,
+) -> Result<Round, String> {
+    let Layout::Box { axes, .. } = layout else {
+        return Err("such a body can only be filled in a box mesh".into());
+    };
+    let ends = match (D, extent) {
+        (2, _) if axis != Direction::Z => return Err("a disc of the plane has its axis along `Z`".into()),
+        (2, Some(_)) => return Err("`extent` is for three dimensions".into()),
+        (2, None) => (0.0, 1.0),
+        (_, Some((from, to))) if from.0 >= to.0 => {
+            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
+        }
+        (_, Some((from, to))) => (from.0, to.0),
+        (_, None) => (axes[axis.index()].first(), axes[axis.index()].last()),
+    };
+    Ok(Round { axis: axis.index(), centre: plane_point(centre), inner, outer, ends })
 }
 
 fn mean_cell(axis: &Axis) -> f64 {
@@ -572,7 +722,7 @@ fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
         a.1.min(b.1) - a.0.max(b.0) > 1e-9 * (a.1 - a.0).abs().min((b.1 - b.0).abs())
     };
     match (&a.shape, &b.shape) {
-        (ShapeInput::Box { from: a0, to: a1 }, ShapeInput::Box { from: b0, to: b1 }) => {
+        (ShapeInput::Box { from: a0, to: a1, .. }, ShapeInput::Box { from: b0, to: b1, .. }) => {
             (0..D).all(|d| common((a0.0[d], a1.0[d]), (b0.0[d], b1.0[d])))
         }
         (
@@ -661,8 +811,13 @@ fn components<const D: usize>(
         let ramp = ramp(&displace.ramp, displace.by.0, &format!("{path}.displace[{k}].ramp"))?;
         Ok((displace.axis, Prescribed::Driven(ramp)))
     });
+    let turned = input.turn.as_ref().map(|it| turn::<D>(it, &format!("{path}.turn"))).transpose()?;
+    let turned = turned.iter().flat_map(|turn| {
+        let directions = [Direction::X, Direction::Y, Direction::Z];
+        turn.across().map(|axis| Ok((directions[axis], Prescribed::Turned(turn.clone()))))
+    });
     let mut components = [const { None }; D];
-    for entry in held.chain(following).chain(driven) {
+    for entry in held.chain(following).chain(driven).chain(turned) {
         let (axis, prescribed) = entry?;
         let component = component::<D>(axis, path)?;
         if components[component].is_some() {
@@ -673,10 +828,18 @@ fn components<const D: usize>(
     if components.iter().all(Option::is_none) {
         return Err(SceneError::new(
             path,
-            "expected `fix`, `displace` or `follow_mesh` with at least one direction",
+            "expected `fix`, `displace` or `follow_mesh` with at least one direction, or `turn`",
         ));
     }
     Ok(components)
+}
+
+fn turn<const D: usize>(input: &TurnInput, path: &str) -> Result<Turn, SceneError> {
+    if D == 2 && input.axis != Direction::Z {
+        return Err(SceneError::new(format!("{path}.axis"), "in the plane nodes turn about `Z`"));
+    }
+    let angle = ramp(&input.ramp, input.angle.0.to_radians(), &format!("{path}.ramp"))?;
+    Ok(Turn { axis: input.axis.index(), centre: plane_point(&input.centre), angle })
 }
 
 /// Two supports may share nodes only where they prescribe the same.

@@ -1,10 +1,12 @@
 //! Filling a shape with material points.
 
 use crate::room::Room;
+use crate::surface::parts::{Part, Parts, Solid, parts, rest};
 use mpm_assembly::{Body, MaterialBody, MeanDilatation, Points};
 use mpm_basis::{Basis, Piece};
 use mpm_grid::{Axis, Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
+use std::ops::Range;
 
 /// Points of one body at most; their numbers have 32 bits.
 const MOST_POINTS: f64 = 4e9;
@@ -13,9 +15,10 @@ const MOST_POINTS: f64 = 4e9;
 pub(crate) struct Plan<'a, const D: usize> {
     /// The mesh of the first load step.
     pub start: &'a Mesh<D>,
-    pub shape: Shape<D>,
+    pub shape: Shape<'a, D>,
     /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
     pub shape_mesh: &'a Mesh<D>,
+    /// Material points per cell and direction; of no use for points that are given.
     pub points_per_cell: u32,
     /// Given where a body force acts `[M/L^D]`.
     pub density: Option<f64>,
@@ -30,11 +33,17 @@ pub(crate) struct Plan<'a, const D: usize> {
 }
 
 /// What is filled.
-pub(crate) enum Shape<const D: usize> {
+pub(crate) enum Shape<'a, const D: usize> {
     /// A box in a rectilinear mesh, by its corners `[L]`.
     Box { from: [f64; D], to: [f64; D] },
     /// Whole cells, from the multi-index `low` up to but without `high`.
     Cells { low: [u32; D], high: [u32; D] },
+    /// What a surface encloses, in a rectilinear mesh.
+    Solid(Solid<'a>),
+    /// A box with its ends on mesh lines, without what others enclose.
+    Rest { from: [f64; D], to: [f64; D], without: Vec<Solid<'a>> },
+    /// Parts that are given.
+    Parts(Parts<D>),
 }
 
 /// A part of a plane across an axis.
@@ -49,6 +58,8 @@ pub(crate) struct Face<const D: usize> {
 pub(crate) struct Filled<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub faces: Vec<Vec<(usize, f64)>>,
+    /// The shape's own volume, where the points' may differ from it `[L^D]`.
+    pub shape_volume: Option<f64>,
 }
 
 /// Fills a box with points of one basis and law.
@@ -61,10 +72,13 @@ where
     M: Material + 'static,
 {
     basis.suits(plan.start)?;
-    let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
     let mut points = Points::<D, B, M>::default();
     let mut faces = vec![Vec::new(); plan.faces.len()];
-    let pieces = count_pieces(plan.shape_mesh, &plan.shape, pieces_per_cell)?;
+    let made = made_parts(&basis, plan)?;
+    let pieces = match &made {
+        Some(parts) => parts.parts.len() as f64,
+        None => count_pieces(plan.shape_mesh, &plan.shape, basis.pieces_per_cell(plan.points_per_cell)?)?,
+    };
     let mut points_per_piece = 0.0;
     basis.seed(&box_piece(&Vector::zeros(), &Vector::repeat(1.0)), &mut |_| points_per_piece += 1.0);
     let count = pieces * points_per_piece;
@@ -75,26 +89,27 @@ where
     }
     plan.room.check(format_args!("{count:e} material points"), count, bytes_of_point::<D, B, M>())?;
     let mut flat = None;
-    for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
-        // Ends can be so close together, or so far apart, that their numbers do not tell how far.
-        if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
-            flat = Some(piece.corners()[0]);
-        }
-        if flat.is_some() {
-            return;
-        }
-        let first = points.len();
-        basis.seed(piece, &mut |seed| points.push(seed));
-        for (face, shares) in plan.faces.iter().zip(&mut faces) {
-            if let Some((area, centre)) = area_on(face, piece) {
-                let nearest = (first..points.len()).min_by(|&a, &b| {
-                    let distance = |p: usize| (points.position[p] - centre).norm_squared();
-                    distance(a).total_cmp(&distance(b))
-                });
-                shares.push((nearest.expect("a piece has a point"), area));
+    if let Some(parts) = &made {
+        seed_parts(&basis, parts, &mut points, &mut faces);
+    } else {
+        let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
+        for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
+            // Ends can be so close together, or so far apart, that their numbers do not tell how far.
+            if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
+                flat = Some(piece.corners()[0]);
             }
-        }
-    })?;
+            if flat.is_some() {
+                return;
+            }
+            let first = points.len();
+            basis.seed(piece, &mut |seed| points.push(seed));
+            for (face, shares) in plan.faces.iter().zip(&mut faces) {
+                if let Some((area, centre)) = area_on(face, piece) {
+                    shares.extend(nearest(&points, first..points.len(), &centre).map(|point| (point, area)));
+                }
+            }
+        })?;
+    }
     if let Some(corner) = flat {
         let at = corner.as_slice();
         return Err(format!(
@@ -111,7 +126,70 @@ where
         points.keep_reference_positions();
     }
     let body = MaterialBody::new(basis, law, points).with_mean_dilatation(plan.mean_dilatation);
-    Ok(Filled { body: Box::new(body), faces })
+    let shape_volume = made.and_then(|parts| parts.volume);
+    Ok(Filled { body: Box::new(body), faces, shape_volume })
+}
+
+/// The parts of shapes that are not filled piece by piece.
+fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Result<Option<Parts<D>>, String> {
+    let axes = || plan.shape_mesh.rectilinear().ok_or("such a body can only be filled in a box mesh");
+    match &plan.shape {
+        Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
+        Shape::Solid(solid) => {
+            let faces: Vec<_> = plan.faces.iter().map(|face| (face.axis, face.at, face.within)).collect();
+            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &faces).map(Some)
+        }
+        Shape::Rest { from, to, without } => {
+            if !plan.faces.is_empty() {
+                return Err("a box without other bodies can carry no traction".into());
+            }
+            rest((from, to), without, axes()?, basis.pieces_per_cell(plan.points_per_cell)?).map(Some)
+        }
+        Shape::Parts(parts) => Ok(Some(parts.clone())),
+    }
+}
+
+/// The one of some points that is nearest to a position.
+fn nearest<const D: usize, B: Basis<D>, M: Material>(
+    points: &Points<D, B, M>,
+    of: Range<usize>,
+    x: &Vector<D>,
+) -> Option<usize> {
+    let distance = |p: usize| (points.position[p] - x).norm_squared();
+    of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Points of given parts, and those that carry faces.
+fn seed_parts<const D: usize, B: Basis<D>, M: Material>(
+    basis: &B,
+    parts: &Parts<D>,
+    points: &mut Points<D, B, M>,
+    faces: &mut [Vec<(usize, f64)>],
+) {
+    // Number of the first point of every part.
+    let mut starts = Vec::with_capacity(parts.parts.len() + 1);
+    for part in &parts.parts {
+        let first = points.len();
+        starts.push(first);
+        basis.seed(&parallelepiped(part), &mut |seed| points.push(seed));
+        // A part may hold more or less than its domain.
+        let seeded: f64 = points.reference_volume[first..].iter().sum();
+        points.reference_volume[first..].iter_mut().for_each(|volume| *volume *= part.volume / seeded);
+    }
+    starts.push(points.len());
+    for (shares, face) in faces.iter_mut().zip(&parts.faces) {
+        for share in face {
+            let point = nearest(points, starts[share.part]..starts[share.part + 1], &share.centre);
+            shares.extend(point.map(|point| (point, share.area)));
+        }
+    }
+}
+
+fn parallelepiped<const D: usize>(part: &Part<D>) -> Piece<D> {
+    Piece::new(std::array::from_fn(|corner| {
+        let signs = Vector::from_fn(|d, _| if corner >> d & 1 == 1 { 1.0 } else { -1.0 });
+        part.centre + part.half_vectors * signs
+    }))
 }
 
 /// Bytes that a point takes at least: its state, the next one, and its influence on the nodes of a cell.
@@ -126,7 +204,7 @@ fn bytes_of_point<const D: usize, B: Basis<D>, M: Material>() -> usize {
 }
 
 /// Number of pieces that [`for_each_piece`] makes of a shape.
-fn count_pieces<const D: usize>(mesh: &Mesh<D>, shape: &Shape<D>, per_cell: u32) -> Result<f64, String> {
+fn count_pieces<const D: usize>(mesh: &Mesh<D>, shape: &Shape<'_, D>, per_cell: u32) -> Result<f64, String> {
     match shape {
         Shape::Box { from, to } => {
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
@@ -135,6 +213,7 @@ fn count_pieces<const D: usize>(mesh: &Mesh<D>, shape: &Shape<D>, per_cell: u32)
         Shape::Cells { low, high } => {
             Ok((0..D).map(|d| f64::from(high[d] - low[d]) * f64::from(per_cell)).product())
         }
+        Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => Ok(0.0),
     }
 }
 
@@ -142,7 +221,7 @@ fn count_pieces<const D: usize>(mesh: &Mesh<D>, shape: &Shape<D>, per_cell: u32)
 /// stay together.
 fn for_each_piece<const D: usize>(
     mesh: &Mesh<D>,
-    shape: &Shape<D>,
+    shape: &Shape<'_, D>,
     pieces_per_cell: u32,
     mut each: impl FnMut(&Piece<D>),
 ) -> Result<(), String> {
@@ -175,6 +254,7 @@ fn for_each_piece<const D: usize>(
                 });
             });
         }
+        Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => {}
     }
     Ok(())
 }

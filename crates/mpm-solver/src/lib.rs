@@ -50,6 +50,7 @@ mod domains;
 mod energy;
 mod error;
 mod estimate;
+pub mod files;
 mod fill;
 pub mod linear;
 mod load_step;
@@ -64,17 +65,18 @@ mod room;
 pub mod scene;
 mod schedule;
 mod state;
+mod surface;
 mod timing;
 pub mod vortex;
 
-pub use compile::{Compiled, compile, compile_within};
+pub use compile::{Compiled, compile, compile_with, compile_within};
 pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
-pub use estimate::{Estimate, Memory};
+pub use estimate::{BodyVolume, Estimate, Memory};
 pub use load_step::{resume, run};
 pub use model::{
     Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
-    Tolerance,
+    Tolerance, Turn,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

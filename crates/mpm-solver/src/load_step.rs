@@ -514,6 +514,9 @@ fn constrain<const D: usize>(
                     None => continue,
                     Some(Prescribed::Held) => 0.0,
                     Some(Prescribed::Driven(ramp)) => ramp.value(step.end) - ramp.value(step.start),
+                    Some(Prescribed::Turned(turn)) => {
+                        turn.displacement(&mesh.position(node), step.start, step.end)[component]
+                    }
                     Some(Prescribed::FollowMesh) => model
                         .motion
                         .displacement(&model.layout, node, mesh, step.start, step.end)

@@ -97,7 +97,8 @@ fn a_tangent_without_a_pivot_names_the_node_and_the_remedy() {
     if let Scene::PlaneStrain(scene) = &mut scene {
         let mut second = scene.bodies[0].clone();
         second.name = "loose".into();
-        second.shape = ShapeInput::Box { from: Coordinates([1.0, 3.0]), to: Coordinates([2.0, 4.0]) };
+        second.shape =
+            ShapeInput::Box { from: Coordinates([1.0, 3.0]), to: Coordinates([2.0, 4.0]), without: Vec::new() };
         scene.bodies.push(second);
     }
     let error = compile(&scene).unwrap().run(&mut ()).unwrap_err().to_string();

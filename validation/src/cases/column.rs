@@ -4,7 +4,7 @@ use super::{fixed, largest, scientific, sweep};
 use crate::history::History;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::problems::column::{HEIGHT, Load, column, narrow, stress_error};
-use crate::scenes::{Run, load_own, run};
+use crate::scenes::{Run, load, run};
 use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, SMPM};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_solver::scene::{MeshInput, RegionInput, Scene, ShapeInput, SolidBasis};
@@ -20,7 +20,7 @@ pub(super) const CASE: Case = Case {
 pub(super) const SOLID: Case = Case {
     name: "self-weight column in space",
     goal: "Three dimensions give what two do.",
-    setup: "The hard column as a solid one cell wide and deep, 2³ points a cell, 8 cells (16 in the full run).",
+    setup: "The hard column as a solid one cell wide and deep, 2³ points a cell, 8 cells (16 in the full run); a cube of 4³ cells (8³ in the full run) between smooth walls.",
     reference: "The error of the same basis in plane strain (ν = 0, so that both are the same problem); hexahedra stand beside quadrilaterals. Tetrahedra have no counterpart: their error must stay below that of the coarser mesh in the plane.",
     run: solid,
 };
@@ -209,12 +209,12 @@ fn solid(extent: Extent) -> Result<Findings, Broken> {
             (SolidBasis::Cpdi2Hexahedron, "CPDI2 hexahedra", CPDI2Q),
         ];
         for (basis, name, counterpart) in pairs {
-            let space = stress_error(&run(&solid_column(basis, cells)?)?.completed()?);
+            let space = stress_error(&run(&solid_column(basis, cells, 1)?)?.completed()?);
             let flat = stress_error(&run(&column(Load::Hard, &counterpart, cells)?)?.completed()?);
             let what = format!("{name}, {cells} cells: error against that in the plane (relative)");
             checks.push(Check::new(what, (space / flat - 1.0).abs(), 1e-6).remark(scientific(space, 4)));
         }
-        let space = stress_error(&run(&solid_column(SolidBasis::Cpdi2Tetrahedron, cells)?)?.completed()?);
+        let space = stress_error(&run(&solid_column(SolidBasis::Cpdi2Tetrahedron, cells, 1)?)?.completed()?);
         let coarser = stress_error(&run(&column(Load::Hard, &CPDI2Q, cells / 2)?)?.completed()?);
         checks.push(
             Check::new(
@@ -225,17 +225,24 @@ fn solid(extent: Extent) -> Result<Findings, Broken> {
             .remark(scientific(space, 4)),
         );
     }
+    for &cells in extent.pick(&[4_u32][..], &[4, 8]) {
+        let cube = stress_error(&run(&solid_column(SolidBasis::Gimp, cells, cells)?)?.completed()?);
+        let flat = stress_error(&run(&column(Load::Hard, &GIMP, cells)?)?.completed()?);
+        let what = format!("GIMP, cube of {cells}³ cells: error against that in the plane (relative)");
+        checks.push(Check::new(what, (cube / flat - 1.0).abs(), 1e-6).remark(scientific(cube, 4)));
+    }
     Ok(checks.into())
 }
 
-fn solid_column(basis: SolidBasis, cells: u32) -> Result<Scene, Broken> {
-    let Scene::Solid(mut scene) = load_own("column_solid")? else {
+/// The column of so many cells, `wide` of them wide and deep.
+fn solid_column(basis: SolidBasis, cells: u32, wide: u32) -> Result<Scene, Broken> {
+    let Scene::Solid(mut scene) = load("column_solid")? else {
         return Err("expected a scene in three dimensions".into());
     };
-    let width = HEIGHT / f64::from(cells);
+    let width = HEIGHT / f64::from(cells) * f64::from(wide);
     scene.basis = basis;
     if let MeshInput::Box { axes } = &mut scene.mesh {
-        narrow(axes, width, 1);
+        narrow(axes, width, wide);
         narrow(&mut axes[1..2], HEIGHT, cells);
     }
     if let ShapeInput::Box { to, .. } = &mut scene.bodies[0].shape {

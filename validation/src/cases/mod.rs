@@ -1,5 +1,6 @@
 //! The cases, in the order of the table.
 
+mod bar;
 mod cantilever;
 mod collapse;
 mod column;
@@ -15,8 +16,10 @@ mod path;
 mod remedies;
 mod rotation;
 mod simple_stretch;
+mod space;
 mod step_control;
 mod tangent;
+mod view;
 mod vortex;
 
 use crate::history::{Frame, History};
@@ -48,6 +51,9 @@ pub const CASES: &[Case] = &[
     column::SOLID,
     cantilever::CASE,
     collapse::CASE,
+    space::CANTILEVER,
+    space::COLLAPSE,
+    bar::CASE,
     newton_rate::CASE,
     tangent::CASE,
     rotation::CASE,

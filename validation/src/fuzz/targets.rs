@@ -89,6 +89,7 @@ impl Prepared {
                         let head = CheckpointHead {
                             scene: (*text).into(),
                             program: "fuzz".into(),
+                            folder: PathBuf::new(),
                             results: path.clone(),
                             interval: CheckpointInterval { steps: Some(2), seconds: Some(0.5) },
                         };

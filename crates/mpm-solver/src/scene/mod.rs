@@ -286,6 +286,10 @@ pub enum Direction {
 }
 
 impl Direction {
+    fn z() -> Self {
+        Direction::Z
+    }
+
     /// 0, 1 or 2.
     pub fn index(self) -> usize {
         match self {
@@ -352,6 +356,10 @@ pub enum ReindexingInput {
 
 fn zero() -> Finite {
     Finite(0.0)
+}
+
+fn one() -> Positive {
+    Positive(1.0)
 }
 
 /// A point (x, y) of the plane `[L]`; the origin if left out.
@@ -439,8 +447,9 @@ pub struct BodyInput<const D: usize> {
     pub material: String,
     /// What it fills at rest.
     pub shape: ShapeInput<D>,
-    /// Material points per cell and direction, evenly spaced.
-    pub points_per_cell: Count,
+    /// Material points per cell and direction, evenly spaced; needed by every shape but `Points`, which has its own.
+    #[serde(default)]
+    pub points_per_cell: Option<Count>,
     /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
     /// volume change of their cell in place of their own; left alone if left out.
     #[serde(default)]
@@ -469,6 +478,11 @@ pub enum ShapeInput<const D: usize> {
         from: Coordinates<D>,
         /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
+        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube` or `Surface`, that are cut out of the
+        /// box, as far as they reach into it. The box then has its ends on mesh lines, and all have equally many
+        /// points per cell.
+        #[serde(default)]
+        without: Vec<String>,
     },
     /// A ring. In a ring mesh: all cells between two of its rings of nodes, exactly the polygon's volume. In a box
     /// mesh: a polygon of its own, cut into pieces about as large as the mesh's cells.
@@ -480,6 +494,62 @@ pub enum ShapeInput<const D: usize> {
         inner: Finite,
         /// Outer radius `[L]`.
         outer: Finite,
+    },
+    /// A cylinder along an axis; in the plane, a disc. Box meshes only. Cells that are filled in part have points
+    /// whose volume, centre and extent are those of what fills them.
+    Cylinder {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Radius `[L]`.
+        radius: Positive,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
+    /// A tube; in the plane, an annulus. In a box mesh as `Cylinder`, in a ring mesh along `Z` all cells between two
+    /// of its rings of nodes.
+    Tube {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, as for `Cylinder` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Inner radius `[L]`.
+        inner: Positive,
+        /// Outer radius `[L]`.
+        outer: Positive,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
+    /// What a closed surface encloses; three dimensions and box meshes only. Cells that are filled in part have
+    /// points whose volume, centre and extent are those of what fills them, so that the body's volume is the
+    /// surface's. A surface that is open, crosses itself, or whose facets face different ways is refused.
+    Surface {
+        /// An STL file, binary or text, beside the scene.
+        file: String,
+        /// How many times as large the body is as the file says, about the origin.
+        #[serde(default = "one")]
+        scale: Positive,
+        /// How far it is then moved; not at all if left out `[L]`.
+        #[serde(default)]
+        shift: Coordinates<D>,
+    },
+    /// Material points that are given, one row each. A CSV file has a line of names first: `x`, `y`, in three
+    /// dimensions `z`, `volume`, and, if points have domains, `r1x`, `r1y`, … `r3z`: vectors from the point to the middles of
+    /// its domain's sides, right-handed. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
+    /// points have domains, `domain` (rows by dimensions by dimensions, one vector after the other). Without
+    /// domains they are cubes of the points' volumes.
+    Points {
+        /// The file, beside the scene: HDF5 if it ends in `.h5` or `.hdf5`, else CSV.
+        file: String,
     },
 }
 
@@ -554,6 +624,9 @@ pub struct SupportInput<const D: usize> {
     /// Components that move as the mesh does.
     #[serde(default)]
     pub follow_mesh: Vec<Direction>,
+    /// The nodes are turned about an axis, which prescribes both components across it.
+    #[serde(default)]
+    pub turn: Option<TurnInput>,
     /// Point (x, y) about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`;
     /// not recorded if left out `[L]`.
     #[serde(default)]
@@ -569,6 +642,24 @@ pub struct DisplaceInput {
     /// Displacement in all `[L]`.
     pub by: Finite,
     /// Part of it against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A prescribed rotation of nodes. In each load step a node's displacement is that of what stands where the node
+/// does at its start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TurnInput {
+    /// Direction of the axis; `Z` if left out, and in the plane.
+    #[serde(default = "Direction::z")]
+    pub axis: Direction,
+    /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+    #[serde(default)]
+    pub centre: PlanePoint,
+    /// Angle in all, right-handed about the axis `[degrees]`.
+    pub angle: Finite,
+    /// Part of the angle against the load fraction; linear if left out.
     #[serde(default)]
     pub ramp: RampInput,
 }
@@ -829,7 +920,24 @@ impl Default for OutputInput {
     }
 }
 
+impl<const D: usize, B> SceneIn<D, B> {
+    fn files(&self) -> impl Iterator<Item = &str> {
+        self.bodies.iter().filter_map(|body| match &body.shape {
+            ShapeInput::Surface { file, .. } | ShapeInput::Points { file } => Some(file.as_str()),
+            _ => None,
+        })
+    }
+}
+
 impl Scene {
+    /// Files that it names.
+    pub fn files(&self) -> Vec<&str> {
+        match self {
+            Scene::PlaneStrain(scene) => scene.files().collect(),
+            Scene::Solid(scene) => scene.files().collect(),
+        }
+    }
+
     /// What the scene wants recorded.
     pub fn output(&self) -> &OutputInput {
         match self {

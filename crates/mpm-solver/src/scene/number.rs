@@ -37,6 +37,12 @@ pub struct Count(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coordinates<const D: usize>(pub [f64; D]);
 
+impl<const D: usize> Default for Coordinates<D> {
+    fn default() -> Self {
+        Self([0.0; D])
+    }
+}
+
 impl Count {
     /// One.
     pub fn one() -> Self {

@@ -2,7 +2,7 @@
 
 use super::super::{largest, relative, sweep};
 use super::torque;
-use crate::scenes::{load_own, run};
+use crate::scenes::{load, run};
 use crate::variants::{CPDI1, CPDI2Q, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_solver::scene::{
@@ -66,7 +66,7 @@ impl Job {
 
     /// Torques per height in space, and those in the plane.
     fn torques(&self) -> Result<[Vec<f64>; 2], Broken> {
-        let Scene::Solid(mut solid) = load_own("ring_solid")? else {
+        let Scene::Solid(mut solid) = load("tube_twist")? else {
             return Err("expected a scene in three dimensions".into());
         };
         solid.basis = self.solid;
@@ -74,7 +74,7 @@ impl Job {
             *cells = Count(self.layers);
         }
         let in_space = run(&Scene::Solid(self.shared(solid)))?.completed()?;
-        let flat: SceneIn<2, PlaneBasis> = self.plane.of(plane(crate::scenes::load("doughnut")?)?);
+        let flat: SceneIn<2, PlaneBasis> = self.plane.of(plane(load("doughnut")?)?);
         let in_plane = run(&Scene::PlaneStrain(self.shared(flat)))?.completed()?;
         Ok([torque(&in_space).iter().map(|torque| torque / HEIGHT).collect(), torque(&in_plane)])
     }

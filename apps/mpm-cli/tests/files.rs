@@ -1,0 +1,104 @@
+//! Scenes that name files: found beside the scene, refused with their reason, found again by `mpm resume`.
+
+use mpm_io::Results;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A tetrahedron.
+const SURFACE: &str = "solid t
+facet normal 0 0 0\n outer loop\n vertex 0 0 0\n vertex 0 2 0\n vertex 2 0 0\n endloop\nendfacet
+facet normal 0 0 0\n outer loop\n vertex 0 0 0\n vertex 2 0 0\n vertex 0 0 2\n endloop\nendfacet
+facet normal 0 0 0\n outer loop\n vertex 2 0 0\n vertex 0 2 0\n vertex 0 0 2\n endloop\nendfacet
+facet normal 0 0 0\n outer loop\n vertex 0 2 0\n vertex 0 0 0\n vertex 0 0 2\n endloop\nendfacet
+endsolid t
+";
+
+fn scene(shape: &str) -> String {
+    let basis = if shape.starts_with("Points") { "Smpm" } else { "Cpdi1" };
+    format!(
+        r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 4), Uniform(from: 0, to: 2, cells: 4), Uniform(from: 0, to: 2, cells: 4)]),
+    basis: {basis},
+    materials: {{ "clay": Hencky(young: 1e3, poisson: 0.3, density: 1) }},
+    bodies: [(name: "body", material: "clay", shape: {shape})],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
+    loads: [BodyForce(acceleration: (0, 0, -10))],
+    schedule: (steps: 4),
+    output: (checkpoint: (every: 2)),
+)"#
+    )
+}
+
+const TETRAHEDRON: &str = "Surface(file: \"shapes/t.stl\"), points_per_cell: 2";
+
+fn mpm(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mpm")).args(arguments).current_dir(directory).output().expect("it starts")
+}
+
+/// A folder `scenes` with the scene `a.ron` and files in `scenes/shapes`.
+fn folder(shape: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    let shapes = directory.path().join("scenes/shapes");
+    std::fs::create_dir_all(&shapes).unwrap();
+    std::fs::write(directory.path().join("scenes/a.ron"), scene(shape)).unwrap();
+    for (name, content) in files {
+        std::fs::write(shapes.join(name), content).unwrap();
+    }
+    directory
+}
+
+fn error(shape: &str, files: &[(&str, &str)]) -> String {
+    let directory = folder(shape, files);
+    let output = mpm(directory.path(), &["check", "scenes/a.ron"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    text
+}
+
+#[test]
+fn a_surface_is_found_beside_its_scene_and_by_whoever_goes_on() {
+    let directory = folder(TETRAHEDRON, &[("t.stl", SURFACE)]);
+    let at = directory.path();
+    let check = mpm(at, &["check", "scenes/a.ron"]);
+    let text = String::from_utf8(check.stdout).unwrap();
+    assert!(check.status.success() && text.contains("volume") && text.contains("1.3333333"), "{text}");
+    assert!(text.contains("ns per point"), "{text}");
+    let run = mpm(at, &["run", "-q", "scenes/a.ron", "-o", "a.h5"]);
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    let results = Results::open(at.join("a.h5")).unwrap();
+    assert_eq!((results.status(), results.rows()), ("completed", 5));
+
+    // From elsewhere, from the checkpoint alone.
+    let elsewhere = tempfile::tempdir().unwrap();
+    let checkpoint = elsewhere.path().join("c.checkpoint.h5");
+    std::fs::copy(at.join("a.checkpoint.h5"), &checkpoint).unwrap();
+    let resumed = mpm(elsewhere.path(), &["resume", "-q", "c.checkpoint.h5", "-o", "b.h5"]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", String::from_utf8_lossy(&resumed.stderr));
+
+    // What is gone is missed by name.
+    std::fs::remove_file(at.join("scenes/shapes/t.stl")).unwrap();
+    let missed = mpm(elsewhere.path(), &["resume", "-q", "c.checkpoint.h5", "-o", "d.h5"]);
+    let text = String::from_utf8(missed.stderr).unwrap();
+    assert!(missed.status.code() == Some(2) && text.contains("t.stl"), "{text}");
+}
+
+#[test]
+fn points_come_from_tables() {
+    let table = "x,y,z,volume\n0.25,0.25,0.25,0.125\n0.75,0.25,0.25,0.125\n";
+    let directory = folder("Points(file: \"shapes/p.csv\")", &[("p.csv", table)]);
+    let run = mpm(directory.path(), &["run", "-q", "scenes/a.ron", "-o", "a.h5"]);
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(Results::open(directory.path().join("a.h5")).unwrap().points(0).unwrap().len(), 6);
+}
+
+#[test]
+fn wrong_files_are_refused_where_the_scene_names_them() {
+    let said = error(TETRAHEDRON, &[("t.stl", &SURFACE.replacen("0 0 2", "0 0 3", 1))]);
+    assert!(said.contains("a.ron:5:") && said.contains("t.stl: the surface is open: the edge from "), "{said}");
+    let said = error(TETRAHEDRON, &[("t.stl", "solid\nfacet")]);
+    assert!(said.contains("t.stl: facet 1: "), "{said}");
+    let said = error(TETRAHEDRON, &[]);
+    assert!(said.contains("t.stl: No such file"), "{said}");
+    let said = error("Points(file: \"shapes/p.csv\")", &[("p.csv", "x,y,z,volume\n0.1,0.1,0.1,-1\n")]);
+    assert!(said.contains("p.csv, line 2: the volume is -1"), "{said}");
+}

@@ -1,0 +1,42 @@
+//! The files that a scene names: surfaces and tables of points.
+
+mod points;
+mod stl;
+
+use mpm_solver::files::{PointTable, SceneFiles, Surface};
+use std::path::{Path, PathBuf};
+
+/// Reads the files that a scene names, from the folder that the scene lies in.
+#[derive(Clone, Debug, Default)]
+pub struct FolderFiles {
+    folder: PathBuf,
+}
+
+impl FolderFiles {
+    /// Files of this folder; those with an absolute path of their own are read from there.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// Files beside a scene.
+    pub fn beside(scene: &Path) -> Self {
+        Self::new(scene.parent().unwrap_or(Path::new("")))
+    }
+}
+
+impl SceneFiles for FolderFiles {
+    fn surface(&self, file: &str) -> Result<Surface, String> {
+        let path = self.folder.join(file);
+        let named = |reason: String| format!("{}: {reason}", path.display());
+        let triangles = stl::read(&path).map_err(named)?;
+        Surface::new(&triangles).map_err(|it| named(it.to_string()))
+    }
+
+    fn points(&self, file: &str, dimensions: usize) -> Result<PointTable, String> {
+        let path = self.folder.join(file);
+        let name = path.display().to_string();
+        let hdf5 = path.extension().is_some_and(|it| it == "h5" || it == "hdf5");
+        let read = if hdf5 { points::hdf5(&path, dimensions) } else { points::csv(&path, dimensions) };
+        read.map(|table| PointTable { file: name.clone(), ..table }).map_err(|it| format!("{name}: {it}"))
+    }
+}
