@@ -92,7 +92,9 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         summary.backward_error,
         count(summary.refinements)
     );
-    line("linear systems", solutions);
+    // Conjugate gradients leave what each iteration can do with, and have no pivots.
+    let is_factorised = summary.pivot_spread > 0.0 || summary.condition.is_some();
+    line("linear systems", if is_factorised { solutions } else { "by conjugate gradients".into() });
     let timings = summary.timings.iter().filter(|timing| timing.count > 0);
     let timings: Vec<String> =
         timings.map(|timing| format!("{} {:.3} s ({}×)", timing.phase, timing.seconds, timing.count)).collect();

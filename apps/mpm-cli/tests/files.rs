@@ -102,3 +102,15 @@ fn wrong_files_are_refused_where_the_scene_names_them() {
     let said = error("Points(file: \"shapes/p.csv\")", &[("p.csv", "x,y,z,volume\n0.1,0.1,0.1,-1\n")]);
     assert!(said.contains("p.csv, line 2: the volume is -1"), "{said}");
 }
+
+/// The screw of an STL file, turned in a block of soil from which it is cut out.
+#[test]
+fn a_screw_turns_in_soil() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let screw = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/screw.ron");
+    let screw = screw.to_str().expect("a path in UTF-8");
+    let run = mpm(folder.path(), &["run", "-q", screw, "-o", "screw.h5"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let results = Results::open(&folder.path().join("screw.h5")).expect("readable results");
+    assert_eq!(results.fractions().expect("load fractions").last(), Some(&1.0));
+}
