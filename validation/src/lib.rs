@@ -11,7 +11,9 @@
 
 pub mod analytic;
 mod cases;
+pub mod fuzz;
 pub mod history;
+mod html;
 pub mod picture;
 pub mod probe;
 pub mod problems;

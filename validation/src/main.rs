@@ -1,5 +1,6 @@
-//! Runs the validation cases: `mpm-validation [--readme] [--pictures DIRECTORY] [part of a name]...`
-//! prints a table, or with `--readme` the text of the README, and draws the pictures.
+//! Runs the validation cases: `mpm-validation [--readme] [--quick] [--list] [--pictures DIRECTORY]
+//! [--report FILE] [part of a name]...` prints a table, or with `--readme` the text of the README, draws
+//! the pictures, and writes one HTML page of it all. `mpm validate` starts it.
 
 use mpm_validation::{CASES, program};
 use std::process::ExitCode;
@@ -12,7 +13,8 @@ const INTRODUCTION: &str = "# Validation
 
 What the code computes, against what it should. `cargo run --release -p mpm-validation` runs all
 cases and prints one table (with words as arguments: the cases whose names hold one of them);
-`--pictures docs/pictures` draws the pictures as well. `cargo test --release -p mpm-validation` runs
+`--pictures docs/pictures` draws the pictures as well, `--report FILE` writes all of it as one HTML page,
+`--quick` keeps to the coarse meshes; `mpm validate` starts the same program. `cargo test --release -p mpm-validation` runs
 the same functions as tests, the coarse meshes only, and checks that this page tells of every
 comparison. The page is printed by `cargo run --release -p mpm-validation -- --readme`.
 

@@ -3,8 +3,13 @@
 use crate::complaint::Complaint;
 use mpm_solver::scene::{EditError, Position, ReadError, Scene, position_of, set_value};
 use mpm_solver::{Compiled, SceneError, compile};
+use std::fs::File;
+use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
+
+/// Longest scene that is read: some files never end [bytes].
+const LONGEST: u64 = 64 << 20;
 
 /// A scene that was read and compiled.
 pub struct Input {
@@ -23,8 +28,13 @@ pub fn read(file: &Path, settings: &[String]) -> Result<Input, Complaint> {
 
 /// The text of the scene in `file`.
 pub fn text(file: &Path) -> Result<String, Complaint> {
-    let bytes = std::fs::read(file)
-        .map_err(|error| Complaint::input(format!("cannot read scene {}: {error}", file.display())))?;
+    let cannot = |reason: String| Complaint::input(format!("cannot read scene {}: {reason}", file.display()));
+    let mut bytes = Vec::new();
+    let opened = File::open(file).and_then(|it| it.take(LONGEST + 1).read_to_end(&mut bytes));
+    opened.map_err(|error| cannot(error.to_string()))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(cannot(format!("it is longer than {} MiB", LONGEST >> 20)));
+    }
     String::from_utf8(bytes).map_err(|error| not_text(file, &error))
 }
 

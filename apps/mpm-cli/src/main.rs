@@ -14,6 +14,7 @@ mod report;
 mod run;
 mod sweep;
 mod templates;
+mod validate;
 mod watch;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -62,6 +63,8 @@ enum Command {
     Plot(plot::PlotArguments),
     /// Write results as CSV tables or as VTU files.
     Export(export::ExportArguments),
+    /// Run the validation suite: closed forms, references, what must not change; print its table.
+    Validate(validate::ValidateArguments),
     /// Print the language of scenes as a JSON schema.
     Schema {
         /// Print it as Markdown for people.
@@ -158,6 +161,7 @@ fn main() -> ExitCode {
         Command::Inspect { results, json } => inspect::inspect(&results, json).and_then(|text| say(&text)),
         Command::Plot(arguments) => plot::plot(&arguments).and_then(|text| say(&text)),
         Command::Export(arguments) => export::export(&arguments).and_then(|text| say(&text)),
+        Command::Validate(arguments) => validate::validate(&arguments),
         Command::Completions { shell } => completions(shell),
         Command::Man { output } => manual(output.as_deref()),
         Command::Schema { markdown: true } => say(&reference::markdown()),

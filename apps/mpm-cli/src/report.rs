@@ -82,6 +82,17 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         (_, split) => line("long domains", format!("points split {} times", count(split))),
     }
     line("smallest det ΔF", format!("{:.6}", summary.smallest_determinant));
+    line("equilibrium", format!("relative out-of-balance force at most {:.1e}", summary.residual));
+    let condition = match summary.condition {
+        Some(condition) => format!("about {condition:.0e} (power and inverse iteration)"),
+        None => format!("at least {:.0e} (pivots)", summary.pivot_spread),
+    };
+    let solutions = format!(
+        "backward error at most {:.1e}, {} refinements; worst condition number {condition}",
+        summary.backward_error,
+        count(summary.refinements)
+    );
+    line("linear systems", solutions);
     let timings = summary.timings.iter().filter(|timing| timing.count > 0);
     let timings: Vec<String> =
         timings.map(|timing| format!("{} {:.3} s ({}×)", timing.phase, timing.seconds, timing.count)).collect();

@@ -277,9 +277,12 @@ fn files_and_arguments_are_checked_before_the_run() {
     std::fs::write(inside("scene.ron"), SCENE).unwrap();
     std::fs::write(inside("latin1.ron"), b"PlaneStrain(\n    title: \"gr\xf6\xdfe\",\n)").unwrap();
     std::fs::create_dir(inside("directory")).unwrap();
+    // All of it a hole: it takes no space.
+    std::fs::File::create(inside("endless.ron")).unwrap().set_len(1 << 40).unwrap();
     let cases: &[(&[&str], &[&str])] = &[
         (&["run", "none.ron"], &["cannot read scene none.ron", "No such file"]),
         (&["run", "directory"], &["cannot read scene directory"]),
+        (&["run", "endless.ron"], &["cannot read scene endless.ron", "longer than 64 MiB"]),
         (&["run", "latin1.ron"], &["not UTF-8", "[latin1.ron:2:15]"]),
         (&["run", "scene.ron", "--output", "directory"], &["cannot create results file directory"]),
         (&["run", "scene.ron", "-o", "none/run.h5"], &["cannot create results file none/run.h5"]),

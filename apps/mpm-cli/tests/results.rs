@@ -41,7 +41,8 @@ const SCENE: &str = r#"PlaneStrain(
     supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [Y], displace: [(axis: X, by: 1)], moment_about: (0, 0))],
     loads: [BodyForce(acceleration: (0, -1))],
     schedule: (steps: 6),
-    output: (fields: [CauchyStress, Displacement, Outline, Plastic], every: 3),
+    probes: [(name: "top", body: "block", points: Near(2, 3))],
+    output: (fields: [CauchyStress, Displacement, Outline, Plastic], every: 3, energies: true),
 )"#;
 
 /// A folder with the results `a.h5` of [`SCENE`]; it is only read.
@@ -67,7 +68,14 @@ fn results_are_inspected() {
     ] {
         assert!(text.contains(part), "{part} in\n{text}");
     }
-    for line in ["reaction/base.y", "cauchy_stress.xy [F/L²]", "outline.x1 [L]", "  step  fraction"] {
+    for line in [
+        "reaction/base.y",
+        "energy/unbalanced",
+        "probe/top/cauchy_stress.xy",
+        "cauchy_stress.xy [F/L²]",
+        "outline.x1 [L]",
+        "  step  fraction",
+    ] {
         assert!(text.contains(line.trim()), "{line} in\n{text}");
     }
 
@@ -165,9 +173,11 @@ fn results_are_drawn() {
         words(&svg)
     );
 
-    says(folder.path(), &["plot", file, "-o", "curves.svg", "--show", "reaction,moment,convergence"]);
+    says(folder.path(), &["plot", file, "-o", "curves.svg", "--show", "reaction,moment,convergence,energy"]);
     let svg = std::fs::read_to_string(inside("curves.svg")).unwrap();
-    for text in ["base, x", "displacement [L]", "moment [F L]", "load step 6", "10⁻⁶"] {
+    for text in
+        ["base, x", "displacement [L]", "moment [F L]", "load step 6", "10⁻⁶", "external_work", "energy [F L]"]
+    {
         assert!(svg.contains(text), "{text} in {:?}", words(&svg));
     }
 
@@ -188,7 +198,6 @@ fn wrong_wishes_of_plots_are_told_with_what_there_is() {
         (&["--range", "1", "1"], "--range: expected two numbers that rise, got 1 1"),
         (&["--slice", "z=0"], "--slice is for results in three dimensions"),
         (&["--slice", "w=0"], "expected an axis and a coordinate as in z=0.5, got w=0"),
-        (&["--show", "energy"], "holds nothing to show as energy"),
         (&["-o", "a.bmp"], "a.bmp: expected a name that ends in .svg or .png"),
         (&["-o", "none/a.png"], "cannot write picture none/a.png: No such file"),
     ];
@@ -198,4 +207,10 @@ fn wrong_wishes_of_plots_are_told_with_what_there_is() {
         assert!(text.contains(part), "{arguments:?}: {text}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+
+    let quiet = SCENE.replace(", energies: true", "");
+    std::fs::write(folder.path().join("b.ron"), quiet).unwrap();
+    says(folder.path(), &["run", "-q", "b.ron"]);
+    let text = complains(folder.path(), &["plot", "b.h5", "--show", "energy"]);
+    assert!(text.contains("b.h5 holds nothing to show as energy"), "{text}");
 }

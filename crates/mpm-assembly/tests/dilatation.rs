@@ -2,8 +2,11 @@
 
 mod setup;
 
-use mpm_assembly::{Constraints, Converged, MeanDilatation, views};
-use mpm_basis::{Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Smpm};
+use mpm_assembly::{
+    Connection, Constraints, Converged, GhostFaces, Linked, MeanDilatation, PassInput, Pattern, Sums,
+    TangentSums, views,
+};
+use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Links, Smpm};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Elasticity, VonMises};
 use setup::{Setup, apart, connect, field, flat, law, sum, times};
@@ -226,4 +229,53 @@ fn an_inverting_trial_names_a_point() {
         let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &mirrored };
         assert!(setup.body.prepare(&setup.connection, step).is_err());
     }
+}
+
+/// Body and faces of its edge in one pattern, as a load step sums them.
+fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
+    for mean in MEANS {
+        let rest = setup::setup(basis.clone(), law(), 7, 3, Some(mean));
+        let before = field(&rest, 0.03);
+        let Setup { body, mesh, .. } = advanced(rest, &before);
+        let stencils = body.stencils(&mesh).unwrap();
+        let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+        let links = Links::of(stencils, &active);
+        let mut cells = Vec::new();
+        body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);
+        let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
+        let dilatation = body.dilatation(&links, &mesh, &active).unwrap();
+        let linked = Linked { links, dilatation };
+        let pattern = Pattern::reusing(None, active.len(), std::slice::from_ref(&linked), Some(&faces));
+        let (connection, slots) = (Connection::new(linked, &pattern), faces.slots(&pattern));
+        let setup = Setup { body, active, pattern, connection, mesh };
+        let constraints = free(&setup);
+        let both = |increment: &[Vector<2>]| {
+            let (mut force, mut values, _) = sum(&setup, increment, &constraints);
+            let body_alone = flat(&force);
+            let tangent = Some(TangentSums { values: &mut values, lift: None });
+            let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment };
+            faces.assemble(&slots, input, Sums { internal: &mut force, tangent });
+            (flat(&force), values, body_alone)
+        };
+        let (increment, direction) = (field(&setup, -0.02), field(&setup, 1.0));
+        let (force, values, body_alone) = both(&increment);
+        assert!(apart(&force, &body_alone) > 1e-6, "the faces resist nothing");
+        let step = 1e-6;
+        let moved = |by: f64| {
+            let moved: Vec<Vector<2>> = increment.iter().zip(&direction).map(|(u, d)| u + d * by).collect();
+            both(&moved).0
+        };
+        let difference: Vec<f64> =
+            moved(step).iter().zip(&moved(-step)).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+        let error = apart(&times(&setup.pattern, &values, &direction), &difference);
+        assert!(error < 1e-6, "{} {mean:?}: {error:e}", basis.name());
+    }
+}
+
+#[test]
+fn the_tangent_with_ghost_stabilisation_is_the_derivative_too() {
+    goes_with_ghost_stabilisation(Smpm);
+    goes_with_ghost_stabilisation(Gimp::default());
+    goes_with_ghost_stabilisation(Cpdi1);
+    goes_with_ghost_stabilisation(Cpdi2q::default());
 }

@@ -94,6 +94,12 @@ impl<const D: usize> ActiveNodes<D> {
         Self { nodes, window, number }
     }
 
+    /// Nodes, active or not, in the box of lattice indices that the stencils touch: a table of that length
+    /// is made of them.
+    pub fn nodes_around(lattice: &Lattice<D>, stencils: &[Stencils<D>]) -> usize {
+        Window::around(lattice, stencils).size()
+    }
+
     /// Number of active nodes.
     pub fn len(&self) -> usize {
         self.nodes.len()

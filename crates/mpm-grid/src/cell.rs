@@ -109,12 +109,13 @@ impl<const D: usize> LinearCell<D> {
         }))
     }
 
-    /// Whether det ∂x/∂ξ has the sign `hand` (±1) at every corner and at the centre; for D <= 2,
-    /// where it is linear in ξ, that means everywhere.
+    /// Whether det ∂x/∂ξ has the sign `hand` (±1) at every corner and at the centre, and is neither too small
+    /// nor too large for a number; for D <= 2, where it is linear in ξ, that means everywhere.
     pub fn is_valid(&self, hand: f64) -> bool {
+        let is_right = |determinant: f64| (f64::MIN_POSITIVE..=f64::MAX).contains(&(hand * determinant));
         let at = |c: usize| Vector::from_fn(|d, _| if c >> d & 1 == 0 { -1.0 } else { 1.0 });
-        let corners = (0..1 << D).all(|c| hand * self.determinant(&at(c)) > 0.0);
-        corners && hand * self.determinant(&Vector::zeros()) > 0.0
+        let corners = (0..1 << D).all(|c| is_right(self.determinant(&at(c))));
+        corners && is_right(self.determinant(&Vector::zeros()))
     }
 
     /// Local coordinates of `x`, also outside the cell as far as its map can be inverted there.

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::lattice::{Lattice, LatticeError};
-use crate::{Axis, NodeId, Vector};
+use crate::{Axis, LoadFraction, MeshMotion, NodeId, Vector};
 
 /// Positions of lattice nodes before any motion.
 ///
@@ -75,6 +75,18 @@ pub enum LayoutError {
         to: f64,
         /// Number of cells along θ.
         sectors: u32,
+    },
+    /// Numbers so large, small or close together that cells have no volume.
+    #[error(
+        "the cells of a ring with radii {inner} to {outer} about {centre:?} have no volume that can be computed"
+    )]
+    Flat {
+        /// Radius of the innermost nodes.
+        inner: f64,
+        /// Radius of the outermost nodes.
+        outer: f64,
+        /// Centre.
+        centre: [f64; 2],
     },
     /// A height axis in two dimensions, or none in three, or a ring on a line.
     #[error("a ring in {dimensions} dimensions {}", height_rule(*.dimensions))]
@@ -148,7 +160,12 @@ impl<const D: usize> Layout<D> {
             }
         }
         ring_lattice::<D>(&radii, sectors, span, height.as_ref())?;
-        Ok(Self::Ring { centre, radii, sectors, span, height })
+        let (inner, outer) = (radii.first(), radii.last());
+        let layout = Self::Ring { centre, radii, sectors, span, height };
+        match MeshMotion::Fixed.mesh_at(&layout, LoadFraction::START) {
+            Ok(_) => Ok(layout),
+            Err(_) => Err(LayoutError::Flat { inner, outer, centre }),
+        }
     }
 
     /// The arrangement of nodes and cells.
@@ -232,6 +249,10 @@ mod tests {
         for (from, to, sectors) in [(1.0, 1.0, 4), (0.0, 6.3, 8), (0.0, 3.2, 1), (0.0, f64::NAN, 4)] {
             let error = ring(radii(), sectors, Span::Sector { from, to }).unwrap_err();
             assert!(matches!(error, LayoutError::Sector { .. }), "{error}");
+        }
+        for scale in [1e-200, 1e200] {
+            let error = ring(Axis::uniform(scale, 2.0 * scale, 2).unwrap(), 8, Span::Full).unwrap_err();
+            assert!(matches!(error, LayoutError::Flat { .. }), "{error}");
         }
         assert!(ring(radii(), 1, Span::Sector { from: 0.0, to: 1.0 }).is_ok());
         let flat = Layout::<3>::ring([0.0; 2], radii(), 8, Span::Full, None).unwrap_err();

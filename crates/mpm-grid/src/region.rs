@@ -71,10 +71,24 @@ impl<const D: usize> Region<D> {
         }
     }
 
-    fn nodes_of_box(&self, layout: &Layout<D>, axes: &[Axis; D]) -> Vec<NodeId> {
-        let lattice = layout.lattice();
+    /// Nodes among which [`Self::nodes`] seeks: its cost, and at least as many as it finds.
+    pub fn candidates(&self, layout: &Layout<D>) -> f64 {
+        match layout {
+            Layout::Box { axes } => self.ranges(axes).iter().map(|range| range.len() as f64).product(),
+            Layout::Ring { .. } => layout.lattice().n_nodes() as f64,
+        }
+    }
+
+    /// Indices of the nodes of a box that can belong to the region.
+    fn ranges(&self, axes: &[Axis; D]) -> [Range<u32>; D] {
         let mut ranges = from_fn(|d| 0..axes[d].cells() + 1);
         self.confine(axes, &mut ranges);
+        ranges
+    }
+
+    fn nodes_of_box(&self, layout: &Layout<D>, axes: &[Axis; D]) -> Vec<NodeId> {
+        let lattice = layout.lattice();
+        let ranges = self.ranges(axes);
         if ranges.iter().any(Range::is_empty) {
             return Vec::new();
         }

@@ -6,15 +6,18 @@ use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
+    Tolerance,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
+use crate::room::Room;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
-    PlanePoint, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput, SolidBasis, SolverInput,
-    StabilisationInput, StepControlInput, SupportInput, ToleranceInput, TrianglesInput,
+    PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput,
+    SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, ToleranceInput,
+    TrianglesInput,
 };
 use crate::state::{State, StateLayout};
 use crate::vortex::Vortex;
@@ -70,12 +73,26 @@ impl Compiled {
 
 /// Makes a model of a scene and checks all that can be checked before the first load step.
 ///
+/// What would not fit into the memory that this machine has left is refused before any of it is asked for.
+///
 /// # Errors
 /// The first thing that is wrong with the scene, with its path.
 pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
+    made(scene, Room::of_machine())
+}
+
+/// As [`compile`], with so many bytes of memory in place of the machine's.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_within(scene: &Scene, bytes: u64) -> Result<Compiled, SceneError> {
+    made(scene, Room { bytes })
+}
+
+fn made(scene: &Scene, room: Room) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene)?),
-        Scene::Solid(scene) => Compiled::Solid(model(scene)?),
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, room)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene, room)?),
     })
 }
 
@@ -240,17 +257,18 @@ fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
     Ok(Tolerance { residual: input.residual.0, iterations: input.iterations.0, keep_factor_below })
 }
 
-fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<D>, SceneError> {
+fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>, room: Room) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
     }
-    let layout = layout(&scene.mesh)?;
+    let layout = layout(&scene.mesh, room)?;
     let motion = motion(&scene.motion, &layout)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout)?;
+    let (bodies, faces) = bodies(scene, &layout, &mesh, room)?;
+    let probes = probes(scene, &bodies)?;
     let model = Model {
         supports: supports(scene, &layout)?,
         loads: loads(scene, &bodies, faces)?,
@@ -262,6 +280,9 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         path: path_control(&scene.schedule.control),
         ghost: scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0),
         domain_history: scene.output.domain_history,
+        energies: scene.output.energies,
+        probes,
+        condition_history: scene.output.condition,
         solver: match scene.solver {
             SolverInput::Auto => Choice::Auto,
             SolverInput::Direct => Choice::Direct,
@@ -269,21 +290,22 @@ fn model<const D: usize, B: FillBody<D>>(scene: &SceneIn<D, B>) -> Result<Model<
         },
         tolerance: tolerance(&scene.tolerance)?,
     };
-    check_start(&model, &mesh)?;
+    check_start(&model, &mesh, room)?;
     Ok(model)
 }
 
-fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
+fn layout<const D: usize>(mesh: &MeshInput, room: Room) -> Result<Layout<D>, SceneError> {
     let axes = match mesh {
         MeshInput::Box { axes } => axes,
         MeshInput::Ring { centre, radii, sectors, angles, height } => {
-            let radii = axis(radii).map_err(|it| SceneError::new("mesh.radii", it))?;
-            let height = height.as_ref().map(axis).transpose();
+            let radii = axis(radii, room).map_err(|it| SceneError::new("mesh.radii", it))?;
+            let height = height.as_ref().map(|it| axis(it, room)).transpose();
             let height = height.map_err(|it| SceneError::new("mesh.height", it))?;
             let span = angles.map_or(Span::Full, |(from, to)| Span::Sector {
                 from: from.0.to_radians(),
                 to: to.0.to_radians(),
             });
+            check_ring(&radii, sectors.0, room).map_err(|it| SceneError::new("mesh", it))?;
             let ring = Layout::ring(plane_point(centre), radii, sectors.0, span, height);
             return ring.map_err(|it| SceneError::new("mesh", it));
         }
@@ -291,7 +313,7 @@ fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
     let made: Vec<Axis> = axes
         .iter()
         .enumerate()
-        .map(|(d, input)| axis(input).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
+        .map(|(d, input)| axis(input, room).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
         .collect::<Result<_, _>>()?;
     let made: [Axis; D] = made.try_into().map_err(|made: Vec<Axis>| {
         SceneError::new("mesh.axes", format!("expected {D} axes, one per dimension, got {}", made.len()))
@@ -299,12 +321,21 @@ fn layout<const D: usize>(mesh: &MeshInput) -> Result<Layout<D>, SceneError> {
     Layout::on_axes(made).map_err(|it| SceneError::new("mesh", it))
 }
 
-fn axis(input: &AxisInput) -> Result<Axis, mpm_grid::AxisError> {
+fn axis(input: &AxisInput, room: Room) -> Result<Axis, String> {
     match input {
         AxisInput::Uniform { from, to, cells } => Axis::uniform(from.0, to.0, cells.0),
-        AxisInput::Graded { from, to, cells, ratio } => Axis::geometric(from.0, to.0, cells.0, ratio.0),
+        AxisInput::Graded { from, to, cells, ratio } => {
+            room.check("the axis", f64::from(cells.0) + 1.0, size_of::<f64>())?;
+            Axis::geometric(from.0, to.0, cells.0, ratio.0)
+        }
         AxisInput::Nodes(nodes) => Axis::graded(nodes.iter().map(|x| x.0).collect()),
     }
+    .map_err(|it| it.to_string())
+}
+
+/// A ring mesh has tables of its angles.
+fn check_ring(radii: &Axis, sectors: u32, room: Room) -> Result<(), String> {
+    room.check("the ring", f64::from(sectors) + f64::from(radii.cells()), 3 * size_of::<f64>())
 }
 
 fn plane_point(point: &PlanePoint) -> [f64; 2] {
@@ -405,6 +436,8 @@ type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f6
 fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
+    start: &Mesh<D>,
+    room: Room,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
@@ -457,10 +490,10 @@ fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
-        let (shape, shape_mesh) =
-            shape(&input.shape, layout, mesh).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
+        let (shape, shape_mesh) = shape(&input.shape, layout, mesh, room)
+            .map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
         let plan = Plan {
-            mesh,
+            start,
             shape,
             shape_mesh: &shape_mesh,
             points_per_cell: input.points_per_cell.0,
@@ -468,6 +501,7 @@ fn bodies<const D: usize, B: FillBody<D>>(
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
+            room,
             mean_dilatation: input.mean_dilatation.map(|mean| match mean {
                 MeanDilatationInput::Points => MeanDilatation::Points,
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
@@ -488,6 +522,7 @@ fn shape<const D: usize>(
     input: &ShapeInput<D>,
     layout: &Layout<D>,
     mesh: &Mesh<D>,
+    room: Room,
 ) -> Result<(Shape<D>, Mesh<D>), String> {
     match (input, layout) {
         (ShapeInput::Box { from, to }, Layout::Box { .. }) => {
@@ -511,10 +546,14 @@ fn shape<const D: usize>(
         }
         (ShapeInput::Ring { inner, outer, centre }, Layout::Box { axes, .. }) => {
             let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
-            let pieces = |length: f64| (length / h - 1e-9).ceil().clamp(1.0, 1e6) as u32;
-            let radii =
-                Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)).map_err(|it| it.to_string())?;
-            let sectors = pieces(std::f64::consts::PI * (inner.0 + outer.0)).max(8);
+            let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
+                pieces if pieces < f64::from(u32::MAX) => Ok(pieces as u32),
+                pieces => Err(format!("the ring would have {pieces:e} cells along one direction")),
+            };
+            let radii = Axis::uniform(inner.0, outer.0, pieces(outer.0 - inner.0)?);
+            let radii = radii.map_err(|it| it.to_string())?;
+            let sectors = pieces(std::f64::consts::PI * (inner.0 + outer.0))?.max(8);
+            check_ring(&radii, sectors, room)?;
             let height = axes.get(2).cloned();
             let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
             let ring = ring.map_err(|it| it.to_string())?;
@@ -584,6 +623,7 @@ fn supports<const D: usize, B>(
     layout: &Layout<D>,
 ) -> Result<Vec<Support<D>>, SceneError> {
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
+    let mut sought = 0.0;
     for (k, input) in scene.supports.iter().enumerate() {
         let path = format!("supports[{k}]");
         if input.name.is_empty() || input.name.contains('/') || supports.iter().any(|it| it.name == input.name)
@@ -593,7 +633,10 @@ fn supports<const D: usize, B>(
                 format!("expected a name of its own, not empty and without `/`, got `{}`", input.name),
             ));
         }
-        let nodes = region(&input.region, &format!("{path}.region"))?.nodes(layout);
+        let region = region(&input.region, &format!("{path}.region"))?;
+        sought += region.candidates(layout);
+        Room::check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
+        let nodes = region.nodes(layout);
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), "the region holds no node of the mesh"));
         }
@@ -727,6 +770,53 @@ fn loads<const D: usize, B>(
     Ok(loads)
 }
 
+fn probes<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    bodies: &[NamedBody<D>],
+) -> Result<Vec<Probe<D>>, SceneError> {
+    let mut probes: Vec<Probe<D>> = Vec::new();
+    for (k, input) in scene.probes.iter().enumerate() {
+        let path = format!("probes[{k}]");
+        let name = &input.name;
+        let is_taken = probes.iter().any(|other| other.name == *name);
+        if name.is_empty() || name.contains('/') || is_taken {
+            let reason = format!("expected a name of its own, without `/`, got `{name}`");
+            return Err(SceneError::new(format!("{path}.name"), reason));
+        }
+        if let Some(ControlInput::Split { .. }) = scene.domains.control {
+            let reason = "points are split by `domains.control`, and a probe cannot follow their parts";
+            return Err(SceneError::new(path, reason));
+        }
+        let Some(body) = bodies.iter().position(|named| named.name == input.body) else {
+            let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
+            let reason = format!("no body named `{}`; the scene has: {}", input.body, known.join(", "));
+            return Err(SceneError::new(format!("{path}.body"), reason));
+        };
+        let points = &*bodies[body].body;
+        let positions = || (0..points.n_points()).map(|point| points.point(point).position);
+        let chosen: Vec<usize> = match &input.points {
+            ProbePointsInput::All => (0..points.n_points()).collect(),
+            ProbePointsInput::Near(at) => {
+                let found = nearest(points, &Vector::from(at.0), 1);
+                let found = found.map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                found.into_iter().map(|(point, _)| point).collect()
+            }
+            ProbePointsInput::Within { from, to } => {
+                let inside = |x: &Vector<D>| (0..D).all(|d| (from.0[d]..=to.0[d]).contains(&x[d]));
+                positions().enumerate().filter(|(_, x)| inside(x)).map(|(point, _)| point).collect()
+            }
+        };
+        if chosen.is_empty() {
+            let reason = format!("holds no material point of body `{}`", input.body);
+            return Err(SceneError::new(format!("{path}.points"), reason));
+        }
+        let mut probe = Probe { name: name.clone(), body, points: chosen, rest: Vector::zeros() };
+        probe.rest = probe.mean_position(bodies);
+        probes.push(probe);
+    }
+    Ok(probes)
+}
+
 /// The `count` points nearest to `x`, with equal shares.
 fn nearest<const D: usize>(
     body: &dyn mpm_assembly::Body<D>,
@@ -769,8 +859,11 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 }
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
-fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(), SceneError> {
+fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, room: Room) -> Result<(), SceneError> {
     let stencils = stencils(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
+    let around = ActiveNodes::nodes_around(mesh.lattice(), &stencils);
+    let room_for = room.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
+    room_for.map_err(|it| SceneError::new("bodies", it))?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);

@@ -1,16 +1,18 @@
 //! Filling a shape with material points.
 
+use crate::room::Room;
 use mpm_assembly::{Body, MaterialBody, MeanDilatation, Points};
 use mpm_basis::{Basis, Piece};
-use mpm_grid::{Axis, Mesh, Vector};
-use mpm_material::Material;
+use mpm_grid::{Axis, Block, Mesh, Vector};
+use mpm_material::{Material, SymmetricTensor};
 
 /// Points of one body at most; their numbers have 32 bits.
 const MOST_POINTS: f64 = 4e9;
 
 /// What a body is to be filled with.
 pub(crate) struct Plan<'a, const D: usize> {
-    pub mesh: &'a Mesh<D>,
+    /// The mesh of the first load step.
+    pub start: &'a Mesh<D>,
     pub shape: Shape<D>,
     /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
     pub shape_mesh: &'a Mesh<D>,
@@ -21,6 +23,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub keep_reference_positions: bool,
     /// Parts of the boundary that carry tractions.
     pub faces: Vec<Face<D>>,
+    /// Memory that there is.
+    pub room: Room,
     /// What the volume change of a cell is, where points take it.
     pub mean_dilatation: Option<MeanDilatation>,
 }
@@ -56,11 +60,29 @@ where
     B: Basis<D> + 'static,
     M: Material + 'static,
 {
-    basis.suits(plan.mesh)?;
+    basis.suits(plan.start)?;
     let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
     let mut points = Points::<D, B, M>::default();
     let mut faces = vec![Vec::new(); plan.faces.len()];
+    let pieces = count_pieces(plan.shape_mesh, &plan.shape, pieces_per_cell)?;
+    let mut points_per_piece = 0.0;
+    basis.seed(&box_piece(&Vector::zeros(), &Vector::repeat(1.0)), &mut |_| points_per_piece += 1.0);
+    let count = pieces * points_per_piece;
+    if count > MOST_POINTS {
+        return Err(format!(
+            "{count:e} material points are more than the {MOST_POINTS:e} that a body can have"
+        ));
+    }
+    plan.room.check(format_args!("{count:e} material points"), count, bytes_of_point::<D, B, M>())?;
+    let mut flat = None;
     for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
+        // Ends can be so close together, or so far apart, that their numbers do not tell how far.
+        if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
+            flat = Some(piece.corners()[0]);
+        }
+        if flat.is_some() {
+            return;
+        }
         let first = points.len();
         basis.seed(piece, &mut |seed| points.push(seed));
         for (face, shares) in plan.faces.iter().zip(&mut faces) {
@@ -73,6 +95,12 @@ where
             }
         }
     })?;
+    if let Some(corner) = flat {
+        let at = corner.as_slice();
+        return Err(format!(
+            "the part of a cell at {at:?} that a point stands for has no volume that can be computed"
+        ));
+    }
     for shares in &mut faces {
         shares.sort_by_key(|&(point, _)| point);
     }
@@ -86,6 +114,30 @@ where
     Ok(Filled { body: Box::new(body), faces })
 }
 
+/// Bytes that a point takes at least: its state, the next one, and its influence on the nodes of a cell.
+fn bytes_of_point<const D: usize, B: Basis<D>, M: Material>() -> usize {
+    let state = size_of::<Vector<D>>()
+        + size_of::<f64>()
+        + size_of::<B::Domain>()
+        + size_of::<Block<D>>()
+        + size_of::<SymmetricTensor>()
+        + size_of::<M::History>();
+    2 * state + (size_of::<Vector<D>>() + size_of::<f64>()) * (1 << D)
+}
+
+/// Number of pieces that [`for_each_piece`] makes of a shape.
+fn count_pieces<const D: usize>(mesh: &Mesh<D>, shape: &Shape<D>, per_cell: u32) -> Result<f64, String> {
+    match shape {
+        Shape::Box { from, to } => {
+            let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
+            (0..D).try_fold(1.0, |count, d| Ok(count * Cut::of(&axes[d], from[d], to[d], per_cell)?.pieces()))
+        }
+        Shape::Cells { low, high } => {
+            Ok((0..D).map(|d| f64::from(high[d] - low[d]) * f64::from(per_cell)).product())
+        }
+    }
+}
+
 /// Cuts a shape into pieces, cell by cell and piece by piece inside a cell: points that share nodes
 /// stay together.
 fn for_each_piece<const D: usize>(
@@ -94,25 +146,14 @@ fn for_each_piece<const D: usize>(
     pieces_per_cell: u32,
     mut each: impl FnMut(&Piece<D>),
 ) -> Result<(), String> {
-    let refuse = |pieces: f64| {
-        let most = format!("the {MOST_POINTS:e} that a body can have");
-        if pieces > MOST_POINTS {
-            Err(format!("{pieces:e} material points are more than {most}"))
-        } else {
-            Ok(())
-        }
-    };
     match shape {
         Shape::Box { from, to } => {
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
             let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
-            let mut pieces = 1.0;
             for d in 0..D {
-                let lines = lines(&axes[d], from[d], to[d], pieces_per_cell)?;
-                pieces *= (lines.len() - 1) as f64;
-                rows.push(by_cell(&axes[d], &lines));
+                let cut = Cut::of(&axes[d], from[d], to[d], pieces_per_cell)?;
+                rows.push(by_cell(&axes[d], &cut.lines(&axes[d])));
             }
-            refuse(pieces)?;
             for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
                 let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
                 for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
@@ -124,8 +165,6 @@ fn for_each_piece<const D: usize>(
         }
         Shape::Cells { low, high } => {
             let extent: [usize; D] = std::array::from_fn(|d| (high[d] - low[d]) as usize);
-            let cells: f64 = extent.iter().map(|&n| n as f64).product();
-            refuse(cells * f64::from(pieces_per_cell).powi(D as i32))?;
             let local = |k: usize| 2.0 * k as f64 / f64::from(pieces_per_cell) - 1.0;
             for_each(extent, |offset: [usize; D]| {
                 let cell = std::array::from_fn(|d| low[d] + offset[d] as u32);
@@ -143,46 +182,70 @@ fn for_each_piece<const D: usize>(
 /// Coordinates of the pieces of one cell along one direction, ends included.
 type CellRow = Vec<f64>;
 
-/// Coordinates of the ends of all pieces of `from..to` along an axis.
+/// How a length is cut into pieces.
 ///
 /// Where both ends lie on mesh lines every cell is cut into `n`; else the length is cut evenly into
 /// pieces no longer than the mean of its cells over `n`.
-fn lines(axis: &Axis, from: f64, to: f64, n: u32) -> Result<Vec<f64>, String> {
-    if from >= to {
-        return Err(format!("the box is empty: from {from} to {to}"));
-    }
-    let span = axis.last() - axis.first();
-    if from < axis.first() - 1e-9 * span || to > axis.last() + 1e-9 * span {
-        return Err(format!(
-            "the box reaches from {from} to {to}, outside the mesh from {} to {}",
-            axis.first(),
-            axis.last()
-        ));
-    }
-    let too_many = |count: f64| format!("{count:e} material points along one direction are too many");
-    if let (Some(first), Some(last)) = (line_at(axis, from), line_at(axis, to)) {
-        let count = f64::from(last - first) * f64::from(n);
+enum Cut {
+    /// The cells from `first` up to but without `last`, each into `n`.
+    Cells { first: u32, last: u32, n: u32 },
+    /// All of it into `count`.
+    Evenly { from: f64, to: f64, count: u32 },
+}
+
+impl Cut {
+    /// Of `from..to` along an axis.
+    fn of(axis: &Axis, from: f64, to: f64, n: u32) -> Result<Self, String> {
+        if from >= to {
+            return Err(format!("the box is empty: from {from} to {to}"));
+        }
+        let span = axis.last() - axis.first();
+        if from < axis.first() - 1e-9 * span || to > axis.last() + 1e-9 * span {
+            return Err(format!(
+                "the box reaches from {from} to {to}, outside the mesh from {} to {}",
+                axis.first(),
+                axis.last()
+            ));
+        }
+        if let (Some(first), Some(last)) = (line_at(axis, from), line_at(axis, to)) {
+            return Ok(Self::Cells { first, last, n });
+        }
+        let (first, last) = (axis.locate(from).0, axis.locate(to).0);
+        let mean_cell = (axis.node(last + 1) - axis.node(first)) / f64::from(last + 1 - first);
+        let count = ((to - from) / mean_cell * f64::from(n) - 1e-9).ceil().max(1.0);
         if count > MOST_POINTS {
-            return Err(too_many(count));
+            return Err(format!("{count:e} material points along one direction are too many"));
         }
-        let mut lines = vec![axis.node(first)];
-        for cell in first..last {
-            let (low, high) = (axis.node(cell), axis.node(cell + 1));
-            for k in 1..n {
-                lines.push(low + (high - low) * f64::from(k) / f64::from(n));
+        Ok(Self::Evenly { from, to, count: count as u32 })
+    }
+
+    /// Number of pieces.
+    fn pieces(&self) -> f64 {
+        match *self {
+            Self::Cells { first, last, n } => f64::from(last - first) * f64::from(n),
+            Self::Evenly { count, .. } => f64::from(count),
+        }
+    }
+
+    /// Coordinates of the ends of all pieces `[L]`.
+    fn lines(&self, axis: &Axis) -> Vec<f64> {
+        match *self {
+            Self::Cells { first, last, n } => {
+                let mut lines = vec![axis.node(first)];
+                for cell in first..last {
+                    let (low, high) = (axis.node(cell), axis.node(cell + 1));
+                    for k in 1..n {
+                        lines.push(low + (high - low) * f64::from(k) / f64::from(n));
+                    }
+                    lines.push(high);
+                }
+                lines
             }
-            lines.push(high);
+            Self::Evenly { from, to, count } => {
+                (0..=count).map(|k| from + (to - from) * f64::from(k) / f64::from(count)).collect()
+            }
         }
-        return Ok(lines);
     }
-    let (first, last) = (axis.locate(from).0, axis.locate(to).0);
-    let mean_cell = (axis.node(last + 1) - axis.node(first)) / f64::from(last + 1 - first);
-    let count = ((to - from) / mean_cell * f64::from(n) - 1e-9).ceil().max(1.0);
-    if count > MOST_POINTS {
-        return Err(too_many(count));
-    }
-    let count = count as u32;
-    Ok((0..=count).map(|k| from + (to - from) * f64::from(k) / f64::from(count)).collect())
 }
 
 /// Number of the mesh line at a coordinate, if one is there.
@@ -267,13 +330,19 @@ mod tests {
     #[test]
     fn aligned_ends_are_cut_cell_by_cell_and_others_evenly() {
         let axis = Axis::graded(vec![0.0, 1.0, 3.0, 4.0]).unwrap();
-        assert_eq!(lines(&axis, 0.0, 3.0, 2).unwrap(), [0.0, 0.5, 1.0, 2.0, 3.0]);
+        let lines = |from, to, n| {
+            let cut = Cut::of(&axis, from, to, n)?;
+            let lines = cut.lines(&axis);
+            assert_eq!(cut.pieces(), (lines.len() - 1) as f64);
+            Ok::<_, String>(lines)
+        };
+        assert_eq!(lines(0.0, 3.0, 2).unwrap(), [0.0, 0.5, 1.0, 2.0, 3.0]);
         // 0.5..3.5 touches cells of mean length 4/3; 3 / (4/3) * 2 = 4.5 pieces, so 5.
-        let even = lines(&axis, 0.5, 3.5, 2).unwrap();
+        let even = lines(0.5, 3.5, 2).unwrap();
         assert_eq!(even.len(), 6);
         assert!((even[1] - 1.1).abs() < 1e-15);
-        assert!(lines(&axis, 3.0, 3.0, 2).is_err());
-        assert!(lines(&axis, 0.0, 4.1, 2).is_err());
+        assert!(lines(3.0, 3.0, 2).is_err());
+        assert!(lines(0.0, 4.1, 2).is_err());
     }
 
     #[test]

@@ -47,6 +47,7 @@
 mod compile;
 mod course;
 mod domains;
+mod energy;
 mod error;
 mod estimate;
 mod fill;
@@ -57,20 +58,23 @@ mod newton;
 pub mod observe;
 mod ordering;
 mod path;
+mod probe;
 mod record;
+mod room;
 pub mod scene;
 mod schedule;
 mod state;
 mod timing;
 pub mod vortex;
 
-pub use compile::{Compiled, compile};
+pub use compile::{Compiled, compile, compile_within};
 pub use domains::DomainLimit;
 pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{Estimate, Memory};
 pub use load_step::{resume, run};
 pub use model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Schedule, Support, Tolerance,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
+    Tolerance,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

@@ -2,6 +2,7 @@
 
 use crate::course::{Course, Next};
 use crate::domains::{self, DomainCounts};
+use crate::energy::StepEnergy;
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, LinearSolver, Method, Place};
@@ -300,12 +301,13 @@ fn load_step<const D: usize>(
     skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
     let result = balance(model, &mesh, &connected, step, drive, linear, workspace, timings);
     match result {
-        Ok((equilibrium, equations, analysis)) => Ok(StepResult {
+        Ok((equilibrium, equations, analysis, energy)) => Ok(StepResult {
             mesh,
             connected,
             equilibrium,
             equations,
             analysis,
+            energy,
             domains: DomainCounts::default(),
         }),
         Err(failure) => {
@@ -326,7 +328,7 @@ fn balance<const D: usize>(
     linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
-) -> Result<(Equilibrium<D>, usize, Analysis), StepFailure> {
+) -> Result<(Equilibrium<D>, usize, Analysis, Option<StepEnergy>), StepFailure> {
     let Connected { active, connections, pattern, ghost } = connected;
     let constraints = constrain(model, mesh, active, step)?;
     let external = external_force(model, connections, active.len(), step);
@@ -354,7 +356,9 @@ fn balance<const D: usize>(
         round_off,
         tolerance: model.tolerance,
     };
-    let equilibrium = match drive {
+    // Where the step ends; along a path, only its solution says.
+    let mut reached = step.end;
+    let mut equilibrium = match drive {
         Drive::Load => newton::solve(&problem, linear, workspace, timings)?,
         Drive::Stages => newton::solve_in_stages(&problem, linear, workspace, timings)?,
         Drive::Measured(attempt) => {
@@ -383,9 +387,21 @@ fn balance<const D: usize>(
             if change.abs() > attempt.reach {
                 return Err(StepFailure::Path(PathFailure::Jump { change }));
             }
+            reached = fraction(attempt.end);
             equilibrium
         }
     };
+
+    let energy = if model.energies {
+        let force = |at| external_force(model, connections, active.len(), &Step { end: at, ..*step });
+        let (before, after) = (force(step.start), force(reached));
+        Some(StepEnergy::of(&Problem { external: &after, ..problem }, &before, &equilibrium)?)
+    } else {
+        None
+    };
+    if model.condition_history {
+        equilibrium.accuracy.condition = linear.condition(&workspace.values);
+    }
 
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh, active, increment: &equilibrium.increment };
@@ -401,7 +417,7 @@ fn balance<const D: usize>(
     let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
     timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();
     let equations = constraints.n_free();
-    Ok((equilibrium, equations, analysis))
+    Ok((equilibrium, equations, analysis, energy))
 }
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.

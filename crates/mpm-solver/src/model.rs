@@ -33,6 +33,25 @@ pub struct Model<const D: usize> {
     pub ghost: Option<f64>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
+    /// Whether the history tells the condition number of the tangent.
+    pub condition_history: bool,
+    /// Whether the history tells energies.
+    pub energies: bool,
+    /// What the history follows besides supports, in the order of the scene.
+    pub probes: Vec<Probe<D>>,
+}
+
+/// Points of a body that are followed through the history.
+#[derive(Clone, Debug)]
+pub struct Probe<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Index of the body.
+    pub body: usize,
+    /// Its points, ascending; at least one.
+    pub points: Vec<usize>,
+    /// Their mean position at rest `[L]`.
+    pub rest: Vector<D>,
 }
 
 /// A body and its name.

@@ -45,6 +45,9 @@ const SEARCHES: usize = 5;
 /// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
 const DIVERGED: f64 = 1e8;
 
+/// Iterations of a load step whose residuals have their place beforehand.
+const MOST_RESERVED: u32 = 1000;
+
 /// Everything that stays fixed while one load step is balanced.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<'a, const D: usize> {
@@ -89,6 +92,21 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub unstable_node: Option<NodeId>,
     /// Smallest `det ΔF` of any point.
     pub smallest_determinant: f64,
+    /// How well the linear systems were solved.
+    pub accuracy: Accuracy,
+}
+
+/// How well linear systems were solved, in the worst of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Accuracy {
+    /// Largest backward error of a solution.
+    pub backward_error: f64,
+    /// Steps of iterative refinement, in all.
+    pub refinements: u32,
+    /// Largest ratio of the pivots of a factorisation; the condition number is as large or larger. 0: no pivots.
+    pub pivot_spread: f64,
+    /// Estimate of the condition number of the last tangent, where it is asked for.
+    pub condition: Option<f64>,
 }
 
 impl<const D: usize> Equilibrium<D> {
@@ -104,6 +122,7 @@ impl<const D: usize> Equilibrium<D> {
             stages: 0,
             unstable_node: None,
             smallest_determinant: f64::INFINITY,
+            accuracy: Accuracy::default(),
         }
     }
 }
@@ -213,8 +232,8 @@ fn iterate<const D: usize>(
     let n = problem.active.len();
     let driven = problem.constraints.is_driven() && !lift.is_empty();
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
-    // All that the iterations write to: they allocate nothing.
-    state.residuals.reserve_exact(problem.tolerance.iterations as usize);
+    // All that the iterations write to: they allocate nothing, unless they are very many.
+    state.residuals.reserve_exact(problem.tolerance.iterations.min(MOST_RESERVED) as usize);
     let (mut free, mut start) = (vec![Vector::zeros(); n], vec![Vector::zeros(); n]);
     let mut out_of_balance = vec![Vector::zeros(); n];
 
@@ -549,6 +568,9 @@ fn factorise<const D: usize>(
         .map_err(|error| linear_failure(problem, error))?;
     state.method = state.method.max(report.method);
     *weakest = report.weakest;
+    if let Some(ratio) = report.pivot_ratio {
+        state.accuracy.pivot_spread = state.accuracy.pivot_spread.max(ratio.recip());
+    }
     if let Some(pivot) = report.not_positive {
         state.unstable_node = Some(problem.active.nodes()[pivot.equation / D]);
     }
@@ -589,6 +611,11 @@ fn substitute_into<const D: usize>(
         .map_err(|error| linear_failure(problem, error))?;
     state.linear_iterations += u64::from(report.iterations);
     state.method = state.method.max(report.method);
+    // What conjugate gradients leave is chosen, and no error.
+    if report.method != Method::ConjugateGradients {
+        state.accuracy.backward_error = state.accuracy.backward_error.max(report.backward_error);
+    }
+    state.accuracy.refinements += report.refinements as u32;
     for (free, x) in free.iter_mut().zip(rhs.chunks_exact(D)) {
         free.copy_from_slice(x);
     }

@@ -1,10 +1,11 @@
 //! The record of a run: history columns, fields of the points, and the summary at its end.
 
 use crate::domains::DomainCounts;
+use crate::energy::{StepEnergy, elastic};
 use crate::error::Error;
 use crate::linear::{Analysis, Choice, Method};
 use crate::load_step::Connected;
-use crate::model::{Model, NamedBody};
+use crate::model::{Model, NamedBody, Probe};
 use crate::newton::Equilibrium;
 use crate::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, Resumed, RunStart, Timing};
 use crate::schedule::Step;
@@ -27,6 +28,8 @@ pub(crate) struct StepResult<const D: usize> {
     /// Faces across which jumps were penalised.
     pub analysis: Analysis,
     pub domains: DomainCounts,
+    /// Where energies are recorded.
+    pub energy: Option<StepEnergy>,
 }
 
 /// A run in a few numbers.
@@ -46,6 +49,17 @@ pub struct Summary {
     pub indefinite_steps: u64,
     /// Smallest `det ΔF` of any point in any step `[-]`.
     pub smallest_determinant: f64,
+    /// Largest relative out-of-balance force that a step was left with `[-]`.
+    pub residual: f64,
+    /// Largest componentwise backward error of a linear solution `[-]`.
+    pub backward_error: f64,
+    /// Steps of iterative refinement of linear solutions.
+    pub refinements: u64,
+    /// Largest ratio of the pivots of one factorisation: the condition number was that large or larger `[-]`.
+    pub pivot_spread: f64,
+    /// Largest estimate of the condition number (by power and inverse iteration, from below), where it was asked
+    /// for `[-]`.
+    pub condition: Option<f64>,
     /// Times a domain was shortened to the size of its cell.
     pub domains_capped: u64,
     /// Times a point was split because its domain had outgrown its cell.
@@ -77,7 +91,7 @@ pub(crate) const MOST_COUNTED: u64 = 1 << 53;
 
 /// Running totals of the summary, and what the next row needs of the rows before.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct Totals {
     iterations: u64,
     cuts: u64,
@@ -86,6 +100,16 @@ pub(crate) struct Totals {
     indefinite_steps: u64,
     domains: DomainCounts,
     smallest_determinant: Option<f64>,
+    /// Energy dissipated, and work done from outside `[F L]`.
+    #[serde(default)]
+    dissipated: f64,
+    #[serde(default)]
+    external_work: f64,
+    residual: f64,
+    backward_error: f64,
+    refinements: u64,
+    pivot_spread: f64,
+    condition: Option<f64>,
 }
 
 impl Record {
@@ -105,6 +129,9 @@ impl Record {
             count("shortened_corrections"),
             count("stages"),
             real("smallest_det_increment".into(), 1),
+            real("backward_error".into(), 1),
+            count("refinements"),
+            real("pivot_spread".into(), 1),
             real("wall_seconds".into(), 1),
         ];
         for support in &model.supports {
@@ -123,6 +150,9 @@ impl Record {
         if model.ghost.is_some() {
             columns.push(count("ghost_faces"));
         }
+        if model.condition_history {
+            columns.push(real("condition".into(), 1));
+        }
         if may_iterate(model) {
             columns.push(count("linear_iterations"));
         }
@@ -137,6 +167,13 @@ impl Record {
                 real("smallest_volume_ratio".into(), 1),
             ]);
         }
+        if model.energies {
+            columns.extend(
+                ["elastic", "dissipated", "external_work", "unbalanced"]
+                    .map(|name| real(format!("energy/{name}"), 1)),
+            );
+        }
+        columns.extend(model.probes.iter().flat_map(Probe::columns));
         Self {
             columns,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
@@ -181,10 +218,14 @@ impl Record {
         if *rows == 0 || *rows > u64::from(u32::MAX) {
             return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
         }
-        let Totals { iterations, cuts, shortened, indefinite_steps, domains, .. } = *totals;
-        let counters = [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split];
+        let Totals { iterations, cuts, shortened, indefinite_steps, domains, refinements, .. } = *totals;
+        let counters =
+            [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split, refinements];
         if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
             return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
+        }
+        if !(totals.dissipated.is_finite() && totals.external_work.is_finite()) {
+            return Err("has an energy that is not finite".into());
         }
         let cuts = control.cuts();
         if *cuts_before > cuts || cuts > MOST_COUNTED {
@@ -228,7 +269,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let row: Vec<Entry> = self
+        let mut row: Vec<Entry> = self
             .columns
             .iter()
             .map(|column| match column.kind {
@@ -237,6 +278,9 @@ impl Record {
                 ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
             })
             .collect();
+        let probes: Vec<Entry> = model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)).collect();
+        row.truncate(row.len() - probes.len());
+        row.extend(probes);
         let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
         self.show(model, &mesh, 0.0, &row, &[], observer, timings)
     }
@@ -251,7 +295,7 @@ impl Record {
         observer: &mut dyn Observer,
         timings: &mut Timings,
     ) -> Result<(), Error> {
-        let StepResult { mesh, connected, equilibrium, equations, analysis, domains } = result;
+        let StepResult { mesh, connected, equilibrium, equations, analysis, domains, energy } = result;
         let active = &connected.active;
         let ghost_faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
         let cuts_here = cuts - self.cuts_before;
@@ -265,10 +309,12 @@ impl Record {
             Method::Lu => 2,
             Method::ConjugateGradients => 3,
         };
+        let accuracy = equilibrium.accuracy;
+        let residual = equilibrium.residuals.last().copied().unwrap_or(0.0);
         let mut row = vec![
             Entry::Real(vec![step.end.get()]),
             Entry::Count(vec![iterations]),
-            Entry::Real(vec![equilibrium.residuals.last().copied().unwrap_or(0.0)]),
+            Entry::Real(vec![residual]),
             Entry::Count(vec![*equations as u64]),
             Entry::Count(vec![active.len() as u64]),
             Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),
@@ -279,6 +325,9 @@ impl Record {
             Entry::Count(vec![equilibrium.shortened.into()]),
             Entry::Count(vec![equilibrium.stages.into()]),
             Entry::Real(vec![equilibrium.smallest_determinant]),
+            Entry::Real(vec![accuracy.backward_error]),
+            Entry::Count(vec![accuracy.refinements.into()]),
+            Entry::Real(vec![accuracy.pivot_spread]),
             Entry::Real(vec![seconds]),
         ];
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
@@ -315,12 +364,23 @@ impl Record {
         if model.ghost.is_some() {
             row.push(Entry::Count(vec![ghost_faces as u64]));
         }
+        if model.condition_history {
+            row.push(Entry::Real(vec![accuracy.condition.unwrap_or(0.0)]));
+        }
         if may_iterate(model) {
             row.push(Entry::Count(vec![equilibrium.linear_iterations]));
         }
         if model.domain_history {
             row.extend(domain_entries(model, &mesh_after));
         }
+        if let Some(energy) = energy {
+            let totals = &mut self.summary;
+            totals.dissipated += energy.dissipated;
+            totals.external_work += energy.work;
+            let (stored, dissipated, work) = (elastic(&model.bodies), totals.dissipated, totals.external_work);
+            row.extend([stored, dissipated, work, work - stored - dissipated].map(|it| Entry::Real(vec![it])));
+        }
+        row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
 
         self.at = step.end;
         let totals = &mut self.summary;
@@ -333,6 +393,11 @@ impl Record {
         totals.indefinite_steps += u64::from(equilibrium.method > Method::Llt);
         let smallest = totals.smallest_determinant.unwrap_or(f64::INFINITY);
         totals.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
+        totals.residual = totals.residual.max(residual);
+        totals.backward_error = totals.backward_error.max(accuracy.backward_error);
+        totals.refinements += u64::from(accuracy.refinements);
+        totals.pivot_spread = totals.pivot_spread.max(accuracy.pivot_spread);
+        totals.condition = accuracy.condition.into_iter().chain(totals.condition).reduce(f64::max);
         self.show(model, &mesh_after, step.end.get(), &row, &equilibrium.residuals, observer, timings)
     }
 
@@ -367,6 +432,11 @@ impl Record {
             domains_capped: totals.domains.capped,
             domains_split: totals.domains.split,
             smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
+            residual: totals.residual,
+            backward_error: totals.backward_error,
+            refinements: totals.refinements,
+            pivot_spread: totals.pivot_spread,
+            condition: totals.condition,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),
             skipped: timings.skipped.list().to_vec(),

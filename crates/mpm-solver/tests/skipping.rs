@@ -3,7 +3,7 @@
 use mpm_solver::scene::Scene;
 use mpm_solver::{Summary, compile};
 
-fn run(basis: &str, law: &str, motion: &str, mesh: u32) -> Summary {
+fn scene(basis: &str, law: &str, motion: &str, mesh: u32) -> Scene {
     let text = format!(
         r#"PlaneStrain(
             mesh: Box(axes: [
@@ -22,7 +22,11 @@ fn run(basis: &str, law: &str, motion: &str, mesh: u32) -> Summary {
             output: (fields: []),
         )"#
     );
-    compile(&Scene::from_ron(&text).unwrap()).unwrap().run(&mut ()).unwrap()
+    Scene::from_ron(&text).unwrap()
+}
+
+fn run(basis: &str, law: &str, motion: &str, mesh: u32) -> Summary {
+    compile(&scene(basis, law, motion, mesh)).unwrap().run(&mut ()).unwrap()
 }
 
 fn skipped(summary: &Summary, name: &str) -> u64 {
@@ -76,4 +80,8 @@ fn empty_cells_and_nodes_are_only_counted() {
     assert_eq!((skipped(&narrow, "grid nodes"), skipped(&wide, "grid nodes")), (49 - 15, 3721 - 15));
     assert_eq!(narrow.iterations, wide.iterations);
     assert_eq!(skipped(&narrow, "upper triangle"), skipped(&wide, "upper triangle"));
+
+    // Memory follows the material.
+    let memory = |mesh| compile(&scene("Cpdi1", PLASTIC, "", mesh)).unwrap().estimate().unwrap().memory.total();
+    assert_eq!(memory(6), memory(60));
 }

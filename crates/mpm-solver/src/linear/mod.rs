@@ -51,7 +51,7 @@ pub use solver::{Choice, LinearSolver, Place};
 use crate::ordering::{BlockGraph, elimination_order};
 use cholesky::Cholesky;
 use lu::Lu;
-use residual::{Residual, holds_nothing, image_of_known};
+use residual::{Residual, holds_nothing, image_of_known, product};
 
 /// A solution is refined while its backward error is above this.
 const REFINE_ABOVE: f64 = 1e-12;
@@ -59,6 +59,9 @@ const REFINE_ABOVE: f64 = 1e-12;
 const REFINEMENTS: usize = 3;
 /// A factorisation whose solutions stay above this backward error is given up.
 const REJECT_ABOVE: f64 = 1e-8;
+
+/// Steps of power and of inverse iteration in an estimate of the condition number.
+const CONDITION_STEPS: usize = 10;
 
 /// Lower triangle of a symmetric sparse matrix by columns.
 ///
@@ -249,6 +252,32 @@ impl Factorization {
         Ok(report)
     }
 
+    /// Estimate of the condition number |λ|_max / |λ|_min of the matrix at hand: ten steps of power iteration with
+    /// `values`, and ten of inverse iteration with the factor. Both approach from below: a lower bound (where the
+    /// factor is that of `values`), mostly within a factor of two. None without a factor.
+    ///
+    /// # Panics
+    /// If `values` does not fit the pattern.
+    pub fn condition(&mut self, values: &[f64]) -> Option<f64> {
+        let (method, n) = (self.method?, self.equations());
+        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        let mut large = image_of_known(pattern, values);
+        let mut largest = normalise(&mut large)?;
+        for _ in 0..CONDITION_STEPS {
+            large = product(pattern, values, &large);
+            largest = normalise(&mut large)?;
+        }
+        let mut small: Vec<f64> = (0..n).map(|i| if i.is_multiple_of(3) { -1.0 } else { 1.0 }).collect();
+        normalise(&mut small)?;
+        let mut inverse = 0.0;
+        for _ in 0..CONDITION_STEPS {
+            self.solve_by(method, values, &small);
+            small.copy_from_slice(&self.residual.solution);
+            inverse = normalise(&mut small)?;
+        }
+        Some(largest * inverse)
+    }
+
     /// Equations of the analysed pattern.
     pub fn equations(&self) -> usize {
         self.column_start.len().saturating_sub(1)
@@ -309,6 +338,13 @@ impl Factorization {
         }
         SolveReport { backward_error, refinements, method, iterations: 0 }
     }
+}
+
+/// Makes a vector one of length 1; returns its length, if that is a number above 0.
+fn normalise(x: &mut [f64]) -> Option<f64> {
+    let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    x.iter_mut().for_each(|x| *x /= length);
+    (length > 0.0 && length.is_finite()).then_some(length)
 }
 
 /// Entries that the factor of a pattern will have (as [`Factorization::factor_entries`]), found

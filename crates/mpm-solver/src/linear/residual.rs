@@ -108,13 +108,19 @@ pub(super) fn holds_nothing(pattern: SymmetricPattern<'_>, values: &[f64]) -> Op
 /// K w for a w without zeros or regularity: w_i = 1 + (fractional part of 0.618… i).
 pub(super) fn image_of_known(pattern: SymmetricPattern<'_>, values: &[f64]) -> Vec<f64> {
     let known = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749_894_9).fract();
-    let mut image = vec![0.0; pattern.column_start.len() - 1];
+    let known: Vec<f64> = (0..pattern.column_start.len() - 1).map(known).collect();
+    product(pattern, values, &known)
+}
+
+/// K w.
+pub(super) fn product(pattern: SymmetricPattern<'_>, values: &[f64], w: &[f64]) -> Vec<f64> {
+    let mut image = vec![0.0; w.len()];
     for j in 0..image.len() {
         let entries = pattern.column_start[j]..pattern.column_start[j + 1];
         for (&i, &k) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
-            image[i] += k * known(j);
+            image[i] += k * w[j];
             if i != j {
-                image[j] += k * known(i);
+                image[j] += k * w[i];
             }
         }
     }

@@ -214,6 +214,14 @@ impl<const D: usize> LinearSolver<D> {
         Ok(report)
     }
 
+    /// See [`Factorization::condition`]; none of a system that was solved by iteration.
+    pub fn condition(&mut self, values: &[f64]) -> Option<f64> {
+        if self.iterative.is_some() && !self.helped {
+            return None;
+        }
+        self.direct.condition(values)
+    }
+
     /// See [`Factorization::recall`].
     pub(crate) fn recall(&mut self, order: Option<StoredOrder>) {
         match order {

@@ -286,6 +286,45 @@ fn fill_is_below_that_of_minimum_degree() {
 }
 
 #[test]
+fn the_condition_number_is_estimated_from_below() {
+    // tridiag(-1, 2, -1): eigenvalues 2 - 2 cos(k π/(n + 1)).
+    let n = 60;
+    let mut entries = BTreeMap::new();
+    for j in 0..n {
+        entries.insert((j, j), 2.0);
+        if j + 1 < n {
+            entries.insert((j, j + 1), -1.0);
+        }
+    }
+    let chain = |entries: &BTreeMap<_, _>| Problem::new((0..n as u32).map(|x| [x, 0, 0]).collect(), 1, entries);
+    let problem = chain(&entries);
+    let mut factorization = problem.analysed();
+    assert_eq!(factorization.condition(&problem.values), None);
+    factorization.factorise(&problem.values, Method::Llt).unwrap();
+    let angle = std::f64::consts::PI / (2.0 * (n + 1) as f64);
+    let exact = angle.tan().powi(-2);
+    let estimate = factorization.condition(&problem.values).unwrap();
+    assert!((0.5 * exact..exact * (1.0 + 1e-12)).contains(&estimate), "{estimate} of {exact}");
+    // Indefinite: sizes count. Eigenvalues are shifted by 1.9, the smallest size is then some 0.03.
+    for j in 0..n {
+        entries.insert((j, j), 0.1);
+    }
+    let problem = chain(&entries);
+    let report = problem.solve(&mut problem.analysed(), Method::Llt).0;
+    assert_eq!(report.method, Method::Lblt);
+    let mut factorization = problem.analysed();
+    factorization.factorise(&problem.values, Method::Lblt).unwrap();
+    let eigenvalue = |k: usize| (0.1 - 2.0 * (2.0 * k as f64 * angle).cos()).abs();
+    let (least, most) = (1..=n).map(eigenvalue).fold((f64::MAX, 0.0_f64), |(l, m), e| (l.min(e), m.max(e)));
+    let estimate = factorization.condition(&problem.values).unwrap();
+    assert!(
+        (0.4 * most / least..most / least * (1.0 + 1e-12)).contains(&estimate),
+        "{estimate} of {}",
+        most / least
+    );
+}
+
+#[test]
 fn costs_are_predicted_from_the_box_of_the_nodes() {
     use mpm_multigrid::{Multigrid, Nodes, Pattern};
     let lines: [Vec<f64>; 3] = std::array::from_fn(|_| (0..80).map(f64::from).collect());

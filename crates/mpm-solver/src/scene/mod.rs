@@ -61,6 +61,9 @@ pub struct SceneIn<const D: usize, B> {
     /// Forces.
     #[serde(default)]
     pub loads: Vec<LoadInput<D>>,
+    /// Material points that the history follows.
+    #[serde(default)]
+    pub probes: Vec<ProbeInput<D>>,
     /// How the load fraction goes from 0 to 1.
     pub schedule: ScheduleInput,
     /// When a load step counts as solved.
@@ -629,6 +632,36 @@ pub enum LoadInput<const D: usize> {
     },
 }
 
+/// Material points of a body whose mean is recorded after every load step: `/history/probe/<name>/position`,
+/// `…/displacement` and `…/cauchy_stress` (nine components row by row, the mean over their present volume).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeInput<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Name of the body.
+    pub body: String,
+    /// Which of the body's points.
+    pub points: ProbePointsInput<D>,
+}
+
+/// Which points of a body a probe follows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ProbePointsInput<const D: usize> {
+    /// The one nearest to a position at rest; the first of several `[L]`.
+    Near(Coordinates<D>),
+    /// Those that lie in a box at rest, or on its faces.
+    Within {
+        /// Corner with the lowest coordinates `[L]`.
+        from: Coordinates<D>,
+        /// Corner with the highest coordinates `[L]`.
+        to: Coordinates<D>,
+    },
+    /// All of them.
+    All,
+}
+
 /// A box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -759,6 +792,14 @@ pub struct OutputInput {
     /// Whether the health of the points' domains is worked out after every load step, as columns
     /// `/history/domain_…`.
     pub domain_history: bool,
+    /// Whether energies are recorded `[F L]`: `/history/energy/elastic`, `…/dissipated` by yielding,
+    /// `…/external_work` of loads and supports, and `…/unbalanced`, what is left of the work. That vanishes with the
+    /// square of the load step, but for forces that a reset mesh lets go of, and for `stabilisation`, whose penalty
+    /// is in none of them. Costs a pass over the points per load step.
+    pub energies: bool,
+    /// Whether the condition number of every load step's last tangent is estimated (`/history/condition`), by ten
+    /// linear solutions more. Without it the summary has a lower bound, from the pivots.
+    pub condition: bool,
     /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
     pub checkpoint: Option<CheckpointInput>,
 }
@@ -781,6 +822,8 @@ impl Default for OutputInput {
             fields: vec![Field::CauchyStress, Field::Displacement],
             every: Count(1),
             domain_history: false,
+            energies: false,
+            condition: false,
             checkpoint: None,
         }
     }
