@@ -45,6 +45,9 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
         domain_limit: None,
         ghost: None,
         domain_history: false,
+        condition_history: false,
+        energies: false,
+        probes: Vec::new(),
     })
 }
 
