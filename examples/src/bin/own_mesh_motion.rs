@@ -36,7 +36,7 @@ fn drive(motion: ShearAndTurn, steps: u32) -> Result<Vec<Block<2>>, Box<dyn Erro
     let supports = sides.map(side).into_iter().collect::<Result<_, _>>()?;
     let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3)?);
     let mesh_motion = MeshMotion::affine(Arc::new(motion))?;
-    let mut square = model((Cpdi2q, law), mesh_motion, supports, steps)?;
+    let mut square = model((Cpdi2q::default(), law), mesh_motion, supports, steps)?;
     run(&mut square, &mut Residuals::default())?;
     let body = &square.bodies[0].body;
     Ok((0..body.n_points()).map(|p| body.point(p).deformation_gradient).collect())
