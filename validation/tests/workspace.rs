@@ -30,7 +30,7 @@ fn table(text: &str, header: &str) -> BTreeMap<String, String> {
 }
 
 fn manifests() -> BTreeMap<String, Manifest> {
-    let mut paths = vec![root().join("validation"), root().join("benchmarks")];
+    let mut paths = vec![root().join("validation"), root().join("benchmarks"), root().join("examples")];
     for group in ["crates", "apps"] {
         let entries = fs::read_dir(root().join(group)).expect("the workspace has this directory");
         paths.extend(entries.map(|entry| entry.expect("a readable directory").path()));
@@ -66,7 +66,7 @@ fn only(dependency: &str, allowed: &[&str]) {
     assert!(strangers.is_empty(), "{strangers:?} may not depend on {dependency}; only {allowed:?} may");
 }
 
-const APPLICATIONS: [&str; 3] = ["mpm-cli", "mpm-validation", "mpm-benchmarks"];
+const APPLICATIONS: [&str; 4] = ["mpm-cli", "mpm-validation", "mpm-benchmarks", "mpm-examples"];
 
 #[test]
 fn the_manifests_are_read() {

@@ -249,7 +249,7 @@ fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
 }
 
 #[inline]
-fn determinant<const D: usize>(m: &Block<D>) -> f64 {
+pub(crate) fn determinant<const D: usize>(m: &Block<D>) -> f64 {
     match D {
         1 => m[(0, 0)],
         2 => m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)],

@@ -44,6 +44,7 @@
 //! # }
 //! ```
 
+mod affine;
 mod axis;
 mod cell;
 mod index;
@@ -62,7 +63,7 @@ pub use index::{CellId, NodeId};
 pub use lattice::{Lattice, LatticeError};
 pub use layout::{Layout, LayoutError, Span};
 pub use mesh::{Mesh, OutsideMesh, Place};
-pub use motion::{DrivenPlane, MeshMotion, MotionError, Reindexing};
+pub use motion::{AffineMotion, DrivenPlane, MeshMotion, MotionError, Reindexing};
 pub use ramp::{LoadFraction, Ramp, RampError};
 pub use region::Region;
 

@@ -1,19 +1,22 @@
 //! Motions of the mesh with the load: pure functions of the load fraction, always from rest.
 
 use std::array::from_fn;
+use std::fmt::Debug;
+use std::sync::Arc;
 
+use crate::affine::Affine;
 use crate::cell::LinearCell;
 use crate::layout::Layout;
 use crate::mesh::Mesh;
 use crate::placed::{PlacedMotion, Profile, Stretching, cos_sin, turn};
 use crate::ramp::{LoadFraction, Ramp};
-use crate::{NodeId, Vector};
+use crate::{Block, NodeId, Vector};
 
 /// How the mesh moves with the load; node numbers never change.
 ///
 /// Only the checked constructors make one. A motion that does not suit the layout it is used
 /// with is a [`MotionError`] of every method.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum MeshMotion<const D: usize> {
     /// Ordinary MPM: the mesh returns to rest after every load step.
     Fixed,
@@ -49,6 +52,42 @@ pub enum MeshMotion<const D: usize> {
         /// Whether each ring's angle is reduced by whole cells.
         reindexing: Reindexing,
     },
+    /// A box under an affine map of the load fraction that someone else has written.
+    #[non_exhaustive]
+    Affine {
+        /// The map.
+        map: Arc<dyn AffineMotion<D>>,
+    },
+}
+
+/// Two affine motions are equal where they share their map.
+impl<const D: usize> PartialEq for MeshMotion<D> {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Fixed, Self::Fixed) => true,
+            (Self::Stretch { axes }, Self::Stretch { axes: others }) => axes == others,
+            (Self::Corners { path }, Self::Corners { path: other }) => path == other,
+            (Self::Rotate { centre, angle }, Self::Rotate { centre: other, angle: by }) => {
+                centre == other && angle == by
+            }
+            (
+                Self::Twist { centre, inner, outer, reindexing },
+                Self::Twist { centre: c, inner: i, outer: o, reindexing: r },
+            ) => (centre, inner, outer, reindexing) == (c, i, o, r),
+            (Self::Affine { map }, Self::Affine { map: other }) => Arc::ptr_eq(map, other),
+            _ => false,
+        }
+    }
+}
+
+/// A motion of one's own: the affine map of a box at every load fraction.
+///
+/// Affine maps take every cell to a parallelepiped, so that shape functions, location of points and
+/// prescribed displacements stay exact. The map must be a pure function of the load fraction, the
+/// identity at its start: meshes are made anew from rest, also after a cut and on resuming.
+pub trait AffineMotion<const D: usize>: Debug + Send + Sync {
+    /// `A` `[-]` and `b` `[L]` of `x = A X + b`; `det A` must stay above zero.
+    fn at(&self, fraction: LoadFraction) -> (Block<D>, Vector<D>);
 }
 
 /// A plane of one direction that moves while another stays; nodes between them are re-spaced
@@ -105,8 +144,11 @@ pub enum MotionError {
     #[error("rotations need two or three dimensions")]
     NeedsPlane,
     /// A motion of boxes used with a ring.
-    #[error("stretch and corner motions need a box layout")]
+    #[error("stretch, corner and affine motions need a box layout")]
     NeedsBox,
+    /// An affine motion that moves the mesh before any load.
+    #[error("an affine motion must be the identity at load fraction 0")]
+    NotAtRest,
     /// A motion of rings used with a box.
     #[error("a twist needs a ring layout")]
     NeedsRing,
@@ -205,6 +247,15 @@ impl<const D: usize> MeshMotion<D> {
             return Err(MotionError::TwistRadii { inner: inner.0, outer: outer.0 });
         }
         Ok(Self::Twist { centre, inner, outer, reindexing })
+    }
+
+    /// A box under an affine map, which must be the identity at the start of the load.
+    pub fn affine(map: Arc<dyn AffineMotion<D>>) -> Result<Self, MotionError> {
+        let (matrix, shift) = map.at(LoadFraction::START);
+        if matrix != Block::<D>::identity() || shift != Vector::<D>::zeros() {
+            return Err(MotionError::NotAtRest);
+        }
+        Ok(Self::Affine { map })
     }
 
     /// The mesh at a load fraction.
@@ -312,7 +363,17 @@ impl<const D: usize> MeshMotion<D> {
                     Profile { inner: (inner.0, inner.1.value(at)), outer: (outer.0, outer.1.value(at)) };
                 Ok(PlacedMotion::Twist { centre: *ring, profile })
             }
-            (Self::Stretch { .. } | Self::Corners { .. }, Layout::Ring { .. }) => Err(MotionError::NeedsBox),
+            (Self::Affine { map }, Layout::Box { .. }) => {
+                let (matrix, shift) = map.at(at);
+                if !matrix.iter().chain(shift.iter()).all(|number| number.is_finite()) {
+                    return Err(MotionError::NotFinite);
+                }
+                let affine = Affine::new(matrix, shift).ok_or(MotionError::Folded { fraction: at.get() })?;
+                Ok(PlacedMotion::Affine(affine))
+            }
+            (Self::Stretch { .. } | Self::Corners { .. } | Self::Affine { .. }, Layout::Ring { .. }) => {
+                Err(MotionError::NeedsBox)
+            }
             (Self::Twist { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
         }
     }

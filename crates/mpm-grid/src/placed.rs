@@ -1,5 +1,6 @@
 //! A mesh motion at one load fraction: a map of positions with its inverse.
 
+use crate::affine::Affine;
 use crate::cell::{LinearCell, inverse};
 use crate::{Block, Vector};
 
@@ -23,6 +24,7 @@ pub(crate) enum PlacedMotion<const D: usize> {
         centre: [f64; 2],
         profile: Profile,
     },
+    Affine(Affine<D>),
 }
 
 impl<const D: usize> PlacedMotion<D> {
@@ -39,6 +41,7 @@ impl<const D: usize> PlacedMotion<D> {
             Self::Twist { centre, profile } => {
                 rotate(rest, centre, cos_sin(profile.angle(radius(rest, centre))))
             }
+            Self::Affine(map) => map.place(rest),
         }
     }
 
@@ -53,6 +56,7 @@ impl<const D: usize> PlacedMotion<D> {
             }
             Self::Rotation { centre, cos_sin: [c, s], .. } => rotate(x, centre, [*c, -s]),
             Self::Twist { centre, profile } => rotate(x, centre, cos_sin(-profile.angle(radius(x, centre)))),
+            Self::Affine(map) => map.recall(x),
         })
     }
 
@@ -71,6 +75,7 @@ impl<const D: usize> PlacedMotion<D> {
                 (0, 1) => -cos_sin[1],
                 _ => f64::from(u8::from(i == j)),
             }),
+            Self::Affine(map) => map.push_gradients(),
             Self::Rest | Self::Stretch(_) | Self::Twist { .. } => {
                 unreachable!("meshes under this motion are not bent boxes")
             }

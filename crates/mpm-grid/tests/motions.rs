@@ -1,13 +1,14 @@
 //! Motions: place and recall, what they refuse, re-indexing, prescribed displacements.
 
 use mpm_grid::{
-    Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, MotionError, NodeId, Ramp, Reindexing, Span,
-    Vector,
+    AffineMotion, Axis, Block, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, MotionError, NodeId, Ramp,
+    Reindexing, Span, Vector,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use std::array::from_fn;
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 fn fraction(f: f64) -> LoadFraction {
     LoadFraction::new(f).unwrap()
@@ -222,4 +223,74 @@ fn prescribed_displacements_are_those_of_the_material() {
             assert!((found - expected).norm() < 1e-11, "{motion:?} at {x}");
         }
     }
+}
+
+/// Shears the first direction by the second and shifts it, by `most` at full load; `early` at once.
+#[derive(Debug)]
+struct Shear {
+    most: f64,
+    early: f64,
+}
+
+impl<const D: usize> AffineMotion<D> for Shear {
+    fn at(&self, fraction: LoadFraction) -> (Block<D>, Vector<D>) {
+        let by = self.early + self.most * fraction.get();
+        let matrix =
+            Block::from_fn(|i, j| f64::from(u8::from(i == j)) + if (i, j) == (0, 1) { by } else { 0.0 });
+        (matrix, Vector::from_fn(|d, _| if d == 0 { by } else { 0.0 }))
+    }
+}
+
+/// Halves, then squeezes flat, the second direction.
+#[derive(Debug)]
+struct Squeeze;
+
+impl AffineMotion<2> for Squeeze {
+    fn at(&self, fraction: LoadFraction) -> (Block<2>, Vector<2>) {
+        (Block::<2>::new(1.0, 0.0, 0.0, 1.0 - fraction.get()), Vector::zeros())
+    }
+}
+
+fn affine_meshes_are_complete<const D: usize>() {
+    let layout = square::<D>();
+    let motion = MeshMotion::<D>::affine(Arc::new(Shear { most: 1.5, early: 0.0 })).unwrap();
+    round_trip(&motion, &layout, &[0.3, 1.7, 0.9], 0.7);
+    let mesh = motion.mesh_at(&layout, fraction(0.7)).unwrap();
+    let rest = Vector::<D>::from_fn(|d, _| 0.3 + 0.35 * d as f64);
+    let x = motion.place(&layout, &rest, fraction(0.7)).unwrap();
+    assert!((x[0] - (rest[0] + 1.05 * rest[1] + 1.05)).abs() < 1e-14);
+    let (mut here, mut identity) = (Vector::<D>::zeros(), Block::<D>::zeros());
+    mesh.values_and_gradients(&mesh.locate(&x, 0.0).unwrap(), |node, value, gradient| {
+        here += value * mesh.position(node);
+        identity += mesh.position(node) * gradient.transpose();
+    });
+    assert!((here - x).norm() < 1e-13, "Σ N x_v = {here}, not {x}");
+    assert!((identity - Block::<D>::identity()).norm() < 1e-13, "Σ x_v ⊗ ∇N = {identity}");
+    let start = motion.mesh_at(&layout, fraction(0.2)).unwrap();
+    for node in nodes(&start) {
+        let by = motion.displacement(&layout, node, &start, fraction(0.2), fraction(0.7)).unwrap();
+        assert!((by - (mesh.position(node) - start.position(node))).norm() < 1e-14);
+    }
+}
+
+#[test]
+fn affine_motions_are_exact() {
+    affine_meshes_are_complete::<2>();
+    affine_meshes_are_complete::<3>();
+}
+
+#[test]
+fn affine_motions_that_cannot_be_are_refused() {
+    let early = MeshMotion::<2>::affine(Arc::new(Shear { most: 1.0, early: 0.1 }));
+    assert_eq!(early, Err(MotionError::NotAtRest));
+    let shear = MeshMotion::<2>::affine(Arc::new(Shear { most: 1.0, early: 0.0 })).unwrap();
+    assert_eq!(shear.mesh_at(&ring(Span::Full), fraction(0.5)), Err(MotionError::NeedsBox));
+    let infinite = MeshMotion::<2>::affine(Arc::new(Shear { most: f64::INFINITY, early: 0.0 }));
+    // 0 · ∞ is not a number, so this map is not the identity at its start either.
+    assert_eq!(infinite, Err(MotionError::NotAtRest));
+    let squeeze = MeshMotion::affine(Arc::new(Squeeze)).unwrap();
+    assert!(squeeze.mesh_at(&square(), fraction(0.5)).is_ok());
+    assert_eq!(squeeze.mesh_at(&square(), fraction(1.0)), Err(MotionError::Folded { fraction: 1.0 }));
+    assert_eq!(squeeze, squeeze.clone());
+    assert_ne!(squeeze, MeshMotion::affine(Arc::new(Squeeze)).unwrap());
 }

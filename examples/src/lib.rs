@@ -1,0 +1,75 @@
+//! What the examples share: a square of 2 × 2 cells with 2 × 2 points each, made without a scene.
+
+use mpm_assembly::{MaterialBody, Points};
+use mpm_basis::Basis;
+use mpm_grid::{Axis, Layout, Mesh, MeshMotion, Region, Vector};
+use mpm_material::Material;
+use mpm_solver::observe::{LoadStep, Observer, ObserverError};
+use mpm_solver::{Loads, Model, NamedBody, Prescribed, Schedule, Support, Tolerance, linear::Choice};
+use std::error::Error;
+
+/// The square [0, 1]² `[L]`.
+pub fn layout() -> Result<Layout<2>, Box<dyn Error>> {
+    let axis = Axis::uniform(0.0, 1.0, 2)?;
+    Ok(Layout::on_axes([axis.clone(), axis])?)
+}
+
+/// The square filled with points of any basis and law, between supports, under a motion of its mesh.
+pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
+    (basis, law): (B, M),
+    motion: MeshMotion<2>,
+    supports: Vec<Support<2>>,
+    steps: u32,
+) -> Result<Model<2>, Box<dyn Error>> {
+    let layout = layout()?;
+    let mesh = Mesh::at_rest(&layout);
+    basis.suits(&mesh)?;
+    let mut points = Points::default();
+    for (i, j) in (0..4).map(|cell| (cell % 2, cell / 2)) {
+        for (a, b) in (0..4).map(|part| (f64::from(part % 2), f64::from(part / 2))) {
+            let (from, to) = (Vector::<2>::new(a - 1.0, b - 1.0), Vector::<2>::new(a, b));
+            basis.seed(&mesh.piece([i, j], &from, &to), &mut |seed| points.push(seed));
+        }
+    }
+    let body = Box::new(MaterialBody::new(basis, law, points));
+    Ok(Model {
+        layout,
+        motion,
+        bodies: vec![NamedBody { name: "square".into(), body }],
+        supports,
+        loads: Loads::default(),
+        schedule: Schedule { steps, cuts: 0 },
+        path: None,
+        tolerance: Tolerance { residual: 1e-10, iterations: 10, keep_factor_below: None },
+        solver: Choice::Auto,
+        domain_limit: None,
+        ghost: None,
+        domain_history: false,
+        condition_history: false,
+        energies: false,
+        probes: Vec::new(),
+    })
+}
+
+/// A support of one side (or any region) of the square.
+pub fn support(
+    name: &str,
+    region: Region<2>,
+    components: [Option<Prescribed>; 2],
+) -> Result<Support<2>, Box<dyn Error>> {
+    Ok(Support { name: name.into(), nodes: region.nodes(&layout()?), components, moment_about: None })
+}
+
+/// Keeps the relative out-of-balance force of every Newton iterate, step by step.
+#[derive(Debug, Default)]
+pub struct Residuals(
+    /// One list per load step.
+    pub Vec<Vec<f64>>,
+);
+
+impl Observer for Residuals {
+    fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        self.0.push(step.residuals.to_vec());
+        Ok(())
+    }
+}
