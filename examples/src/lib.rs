@@ -35,7 +35,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     Ok(Model {
         layout,
         motion,
-        bodies: vec![NamedBody { name: "square".into(), body }],
+        bodies: vec![NamedBody { name: "square".into(), body, shape_volume: None }],
         supports,
         loads: Loads::default(),
         schedule: Schedule { steps, cuts: 0 },
