@@ -14,8 +14,9 @@ const MOST_COMPRESSED: u64 = 1100;
 
 /// A table of text, its columns named by the first line.
 pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> {
-    let reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path);
-    let mut reader = reader.map_err(|error| error.to_string())?;
+    let text = std::fs::read(path).map_err(|error| error.to_string())?;
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
     let heads = reader.headers().map_err(|error| error.to_string())?.clone();
     let position: Vec<String> = POSITION[..dimensions].iter().map(|&it| it.into()).collect();
     let vectors = (1..=dimensions).flat_map(|r| POSITION[..dimensions].iter().map(move |d| format!("r{r}{d}")));
@@ -47,7 +48,7 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
     let mut table = PointTable { row_kind: "line", ..PointTable::default() };
     for record in reader.records() {
         let record = record.map_err(|error| error.to_string())?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = record.position().map_or(0, |before| line_of_record(&text, before));
         let number = |&column: &usize| {
             let text = record.get(column).unwrap_or_default();
             let refuse =
@@ -64,6 +65,14 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
         }
     }
     Ok(table)
+}
+
+/// Line of the record after a position: lines that hold nothing, or a comment, may stand between.
+fn line_of_record(text: &[u8], before: &csv::Position) -> u64 {
+    let rest = usize::try_from(before.byte()).ok().and_then(|byte| text.get(byte..)).unwrap_or_default();
+    let lines = rest.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+    let skipped = lines.take_while(|line| line.is_empty() || line[0] == b'#').count();
+    before.line() + skipped as u64
 }
 
 /// Datasets of an HDF5 file.
