@@ -9,7 +9,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-/// Longest scene that is read: some files never end [bytes].
+/// Longest scene that is read: some files never end `[B]`.
 const LONGEST: u64 = 64 << 20;
 
 /// A scene that was read and compiled.

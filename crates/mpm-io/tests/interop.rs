@@ -4,6 +4,7 @@ mod fake;
 
 use std::error::Error;
 use std::process::Command;
+use std::sync::Mutex;
 
 use mpm_io::{Options, Precision, Results, ResultsWriter};
 use mpm_solver::observe::{Field, Observer, Outcome};
@@ -24,10 +25,15 @@ fn python() -> String {
     python
 }
 
+/// Tests take turns: a process that is being started holds, for a moment, the files that another test has open,
+/// and their locks.
+static TURN: Mutex<()> = Mutex::new(());
+
 /// Writes ten rows with `points(step)` points and has the script compare every reader.
 fn check(options: Options, points: impl Fn(usize) -> usize) -> Result<(), Box<dyn Error + Send + Sync>> {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("a & b.h5");
+    let _turn = TURN.lock();
     let mut writer = ResultsWriter::create(&path, options)?;
     fake::start(&mut writer, points(0))?;
     for step in 0..10 {
@@ -89,6 +95,7 @@ fn exported_points_and_domains() -> Result<(), Box<dyn Error + Send + Sync>> {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("a.h5");
     let options = Options { fields: [fake::fields(), vec![Field::Outline]].concat(), ..fake::options() };
+    let _turn = TURN.lock();
     let mut writer = ResultsWriter::create(&path, options)?;
     fake::start(&mut writer, 7)?;
     for step in 0..3 {
