@@ -5,8 +5,11 @@ use crate::blocks::BlockMatrix;
 use crate::coarsening::Interpolation;
 use rayon::prelude::*;
 
-/// Coarse rows per task.
+/// Coarse rows per task, at least.
 const ROWS: usize = 128;
+
+/// Tasks at most: each has a table of all coarse nodes.
+const TASKS: usize = 64;
 
 /// Structure of the coarse matrix, with zeros for values.
 pub(crate) fn structure<const D: usize>(
@@ -59,13 +62,14 @@ pub(crate) fn fill<const D: usize>(
     coarse: &mut BlockMatrix<D>,
 ) {
     let n = coarse.n_rows();
-    let tasks = n.div_ceil(ROWS);
+    let rows = ROWS.max(n.div_ceil(TASKS));
+    let tasks = n.div_ceil(rows);
     let BlockMatrix { start, column, block, .. } = coarse;
-    let bounds: Vec<usize> = (0..=tasks).map(|task| start[(task * ROWS).min(n)]).collect();
+    let bounds: Vec<usize> = (0..=tasks).map(|task| start[(task * rows).min(n)]).collect();
     for_each_part(&bounds, block, &|task, block| {
         block.fill(Block::zeros());
         let mut place_of = vec![0_u32; n];
-        for row in task * ROWS..((task + 1) * ROWS).min(n) {
+        for row in task * rows..((task + 1) * rows).min(n) {
             let entries = start[row]..start[row + 1];
             for entry in entries {
                 place_of[column[entry] as usize] = (entry - bounds[task]) as u32;

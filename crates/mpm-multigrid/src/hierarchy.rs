@@ -3,7 +3,7 @@
 use crate::arithmetic::{Block, Vector, add, for_each_part};
 use crate::blocks::BlockMatrix;
 use crate::coarsening::{Interpolation, Lattice};
-use crate::conjugate_gradients::{self, Stop};
+use crate::conjugate_gradients::{self, Iterates, Stop};
 use crate::{Failure, Nodes, Pattern, Solved, galerkin};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
@@ -26,6 +26,10 @@ pub struct Multigrid<const D: usize> {
     /// Bit i is set where component i of a node of the finest level couples with nothing.
     held: Vec<u8>,
     coarsest: Option<Cholesky<f64, Dyn>>,
+    /// Of every level.
+    scratch: Vec<Scratch<D>>,
+    /// Made when first needed.
+    iterates: Option<Iterates<D>>,
 }
 
 #[derive(Clone, Debug)]
@@ -64,6 +68,13 @@ struct Scratch<const D: usize> {
     b: Vec<Vector<D>>,
     x: Vec<Vector<D>>,
     r: Vec<Vector<D>>,
+}
+
+impl<const D: usize> Scratch<D> {
+    fn zeros(n: usize) -> Self {
+        let zeros = vec![Vector::zeros(); n];
+        Self { b: zeros.clone(), x: zeros.clone(), r: zeros }
+    }
 }
 
 impl<const D: usize> Multigrid<D> {
@@ -133,7 +144,8 @@ impl<const D: usize> Multigrid<D> {
             levels[last].interpolation = Some(interpolation);
             levels.push(Level { lattice, matrix, interpolation: None });
         }
-        Self { levels, order, source, held: vec![0; n], coarsest: None }
+        let scratch = levels.iter().map(|level| Scratch::zeros(level.matrix.n_rows())).collect();
+        Self { levels, order, source, held: vec![0; n], coarsest: None, scratch, iterates: None }
     }
 
     /// Takes the values of the matrix, one per entry of the pattern, and forms the coarse matrices.
@@ -173,31 +185,23 @@ impl<const D: usize> Multigrid<D> {
     ///
     /// # Panics
     /// If no matrix was prepared or `x` does not fit it.
-    pub fn solve(&self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Solved, Failure> {
+    pub fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Solved, Failure> {
         assert_eq!(x.len(), self.order.len() * D, "{D} numbers for each node");
-        let b: Vec<Vector<D>> =
-            self.order.iter().map(|&node| Vector::from_column_slice(&x[node * D..(node + 1) * D])).collect();
-        if let Some(row) = b.iter().position(|b| b.iter().any(|b| !b.is_finite())) {
-            return Err(Failure::NotFinite { node: self.order[row] });
+        let mut iterates = self.iterates.take().unwrap_or_else(|| Iterates::zeros(self.order.len()));
+        for (b, &node) in iterates.b.iter_mut().zip(&self.order) {
+            b.copy_from_slice(&x[node * D..(node + 1) * D]);
         }
-        let mut scratch: Vec<Scratch<D>> = self
-            .levels
-            .iter()
-            .map(|level| {
-                let zeros = vec![Vector::zeros(); level.matrix.n_rows()];
-                Scratch { b: zeros.clone(), x: zeros.clone(), r: zeros }
-            })
-            .collect();
-        let precondition = |r: &[Vector<D>], z: &mut [Vector<D>]| {
-            scratch[0].b.copy_from_slice(r);
-            self.cycle(0, &mut scratch);
-            z.copy_from_slice(&scratch[0].x);
+        let infinite = iterates.b.iter().position(|b| b.iter().any(|b| !b.is_finite()));
+        let stop = infinite.is_none().then(|| self.iterate(&mut iterates, tolerance, iterations));
+        if stop.is_some() {
+            for (&node, found) in self.order.iter().zip(&iterates.x) {
+                x[node * D..(node + 1) * D].copy_from_slice(found.as_slice());
+            }
+        }
+        self.iterates = Some(iterates);
+        let Some(stop) = stop else {
+            return Err(Failure::NotFinite { node: self.order[infinite.unwrap_or(0)] });
         };
-        let (found, stop) =
-            conjugate_gradients::solve(&self.levels[0].matrix, &b, precondition, tolerance, iterations);
-        for (&node, found) in self.order.iter().zip(&found) {
-            x[node * D..(node + 1) * D].copy_from_slice(found.as_slice());
-        }
         match stop {
             Stop::Solved(solved) => Ok(solved),
             Stop::NotConverged(Solved { iterations, residual }) => {
@@ -205,6 +209,20 @@ impl<const D: usize> Multigrid<D> {
             }
             Stop::Indefinite { row } => Err(Failure::Indefinite { node: self.order[row] }),
         }
+    }
+
+    /// Conjugate gradients with one cycle as preconditioner.
+    fn iterate(&mut self, iterates: &mut Iterates<D>, tolerance: f64, iterations: u32) -> Stop {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let precondition = |r: &[Vector<D>], z: &mut [Vector<D>]| {
+            scratch[0].b.copy_from_slice(r);
+            self.cycle(0, &mut scratch);
+            z.copy_from_slice(&scratch[0].x);
+        };
+        let matrix = &self.levels[0].matrix;
+        let stop = conjugate_gradients::solve(matrix, iterates, precondition, tolerance, iterations);
+        self.scratch = scratch;
+        stop
     }
 
     /// Size of the hierarchy.
@@ -216,7 +234,7 @@ impl<const D: usize> Multigrid<D> {
         };
         let own = size_of_val(&self.order[..]) + size_of_val(&self.source[..]) + self.held.len();
         // Vectors of the conjugate gradients.
-        let vectors = 5 * self.order.len() * size_of::<Vector<D>>();
+        let vectors = 6 * self.order.len() * size_of::<Vector<D>>();
         Size {
             nodes: self.levels.iter().map(|level| level.matrix.n_rows()).collect(),
             blocks: self.levels.iter().map(|level| level.matrix.column.len()).collect(),

@@ -302,3 +302,13 @@ fn too_few_iterations_are_reported_with_what_they_reached() {
         other => panic!("{other:?}"),
     }
 }
+
+#[test]
+fn what_is_held_does_not_weigh_on_coarse_lattices() {
+    let system = System::cube(16, 0.3);
+    let mut heavy = System::cube(16, 0.3);
+    for equation in (0..heavy.column_start.len() - 1).filter(|&equation| !system.couples(equation)) {
+        heavy.values[heavy.column_start[equation]] *= 1e9;
+    }
+    assert_eq!(heavy.solve(1e-8).1, system.solve(1e-8).1);
+}

@@ -167,7 +167,7 @@ impl<const D: usize> LinearSolver<D> {
         rhs: &mut [f64],
         tolerance: f64,
     ) -> Result<SolveReport, Singular> {
-        let iterative = match &self.iterative {
+        let iterative = match &mut self.iterative {
             Some(iterative) if !self.helped => iterative,
             _ => return self.direct.solve(values, rhs),
         };
