@@ -38,7 +38,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
         bodies: vec![NamedBody { name: "square".into(), body, shape_volume: None }],
         supports,
         loads: Loads::default(),
-        schedule: Schedule { steps, cuts: 0 },
+        schedule: Schedule::new(steps, 0),
         path: None,
         tolerance: Tolerance { residual: 1e-10, iterations: 10, keep_factor_below: None },
         solver: Choice::Auto,

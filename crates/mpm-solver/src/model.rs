@@ -191,6 +191,25 @@ pub struct Schedule {
     pub steps: u32,
     /// Halvings of a nominal step before the run gives up.
     pub cuts: u8,
+    /// Where Newton's iteration begins.
+    pub predictor: Predictor,
+}
+
+impl Schedule {
+    /// So many equal load steps, each halved so often at most.
+    pub fn new(steps: u32, cuts: u8) -> Self {
+        Self { steps, cuts, predictor: Predictor::default() }
+    }
+}
+
+/// Where the iteration of a load step begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Predictor {
+    /// At the displacement of the step before; where that does not converge at once, at rest.
+    #[default]
+    LastStep,
+    /// At rest.
+    Rest,
 }
 
 /// Control of the path: the load fraction is found, and may decrease.
