@@ -546,7 +546,8 @@ pub enum ShapeInput<const D: usize> {
     /// dimensions `z`, `volume`, and, if points have domains, `r1x`, `r1y`, … `r3z`: vectors from the point to the middles of
     /// its domain's sides, right-handed. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
     /// points have domains, `domain` (rows by dimensions by dimensions, one vector after the other). Without
-    /// domains they are cubes of the points' volumes.
+    /// domains they are cubes of the points' volumes. Points are kept in the order of the file, unless most of them stand
+    /// far from the one before: then in the order of the cells that hold them, row by row.
     Points {
         /// The file, beside the scene: HDF5 if it ends in `.h5` or `.hdf5`, else CSV.
         file: String,
