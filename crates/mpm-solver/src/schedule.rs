@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn equal_steps_end_on_their_stations() {
-        let mut pace = Pace::new(Schedule::new(3, 4));
+        let mut pace = Pace::new(Schedule { cuts: 4, ..Schedule::equal(3) });
         let mut ends = Vec::new();
         while let Some(step) = pace.next() {
             ends.push(step.end.get());
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_cut_step_grows_again_and_meets_every_station() {
-        let mut pace = Pace::new(Schedule::new(2, 3));
+        let mut pace = Pace::new(Schedule { cuts: 3, ..Schedule::equal(2) });
         assert!(pace.cut() && pace.cut());
         let mut ends = Vec::new();
         while let Some(step) = pace.next() {
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_floor_is_reached_after_the_stated_cuts() {
-        let mut pace = Pace::new(Schedule::new(1, 2));
+        let mut pace = Pace::new(Schedule { cuts: 2, ..Schedule::equal(1) });
         assert!(pace.cut() && pace.cut() && !pace.cut());
         assert_eq!(pace.next().unwrap().end.get(), 0.25);
     }
