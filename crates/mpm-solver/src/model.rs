@@ -15,15 +15,7 @@ use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Region, Vector};
 /// use mpm_basis::{Basis, Smpm};
 /// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
 /// use mpm_material::{Elasticity, Hencky};
-/// use mpm_solver::observe::{LoadStep, Observer, ObserverError};
 /// use mpm_solver::{Model, Prescribed, Schedule, run};
-///
-/// struct Silent;
-/// impl Observer for Silent {
-///     fn load_step(&mut self, _: &LoadStep<'_>) -> Result<(), ObserverError> {
-///         Ok(())
-///     }
-/// }
 ///
 /// // A cell with one point, pressed to nine tenths of its height.
 /// let axis = Axis::uniform(0.0, 1.0, 1)?;
@@ -40,7 +32,7 @@ use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Region, Vector};
 /// model.add_support("base", &side(1, 0.0), [None, Some(Prescribed::Held)]);
 /// model.add_support("top", &side(1, 1.0), [None, Some(Prescribed::Driven(Ramp::linear(-0.1)))]);
 /// model.schedule = Schedule::equal(2);
-/// let summary = run(&mut model, &mut Silent)?;
+/// let summary = run(&mut model, &mut ())?;
 /// assert_eq!((summary.steps, summary.cuts, summary.points), (2, 0, 1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
