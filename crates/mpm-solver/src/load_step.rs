@@ -40,7 +40,8 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
         None => Control::Pace(Pace::new(model.schedule), None),
         Some(control) => Control::Course(Course::new(control, model.schedule.cuts)),
     };
-    let so_far = SoFar { record, control, linear: LinearSolver::new(model.solver), timings: Timings::new() };
+    let so_far =
+        SoFar { record, control, linear: LinearSolver::new(model.linear_solver()), timings: Timings::new() };
     go_on(model, so_far, observer)
 }
 
@@ -85,7 +86,7 @@ pub fn resume<const D: usize>(
         Control::Course(course) => fraction(course.at()),
     };
     check_covered(model, at)?;
-    let mut linear = LinearSolver::new(model.solver);
+    let mut linear = LinearSolver::new(model.linear_solver());
     linear.recall(state.order.clone());
     record.show_resumed(model, at, observer)?;
     go_on(model, SoFar { record, control, linear, timings }, observer)

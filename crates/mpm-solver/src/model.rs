@@ -93,6 +93,15 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// How its linear systems are solved: path control in the plane takes the signs of pivots to see limit points,
+    /// which conjugate gradients can pass without notice.
+    pub(crate) fn linear_solver(&self) -> Choice {
+        match self.solver {
+            Choice::Auto if D == 2 && self.path.is_some() => Choice::Direct,
+            chosen => chosen,
+        }
+    }
+
     /// Puts a body behind the others.
     pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
         self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });

@@ -597,7 +597,7 @@ const SMALL: usize = 2000;
 
 /// Whether conjugate gradients may solve a model's linear systems.
 fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
-    match model.solver {
+    match model.linear_solver() {
         Choice::Direct => false,
         Choice::Iterative => true,
         Choice::Auto => D == 3 || model.layout.lattice().n_nodes() > SMALL,
