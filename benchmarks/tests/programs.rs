@@ -78,9 +78,12 @@ fn throughput_and_growth() {
 fn our_solver_is_measured_where_there_is_no_other() {
     let folder = tempfile::tempdir().expect("a folder for results");
     let results = quick("solver", folder.path());
-    let ours = rows(&results).iter().find(|row| row["solver"] == "ours").expect("our own row");
+    let ours = rows(&results).iter().find(|row| row["solver"] == "ours, direct").expect("our own row");
     assert!(ours["seconds"]["error"].as_f64() < Some(1e-10), "{ours}");
-    assert_eq!(ours["ours_over_this"].as_f64(), Some(1.0));
+    assert_eq!(ours["ours_over_this"].as_f64(), Some(1.0), "small systems are factorised");
+    let other =
+        rows(&results).iter().find(|row| row["solver"] == "ours, iterative").expect("both are measured");
+    assert!(other["seconds"]["error"].as_f64() < Some(1e-6), "{other}");
 }
 
 #[test]

@@ -42,6 +42,10 @@ const LEFT_ON_PATH: f64 = 1e-9;
 /// Evaluations in the search for a shorter correction at most.
 const SEARCHES: usize = 5;
 
+/// Part of the tolerance that an iteration from a guess goes on to, so that it ends as near to equilibrium as one
+/// from rest, whose last residual is far below the tolerance: where a body softens, what is left grows from step to step.
+const FROM_GUESS: f64 = 1e-3;
+
 /// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
 const DIVERGED: f64 = 1e8;
 
@@ -247,8 +251,13 @@ fn iterate<const D: usize>(
     weakest: &mut Option<Pivot>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
+    if workspace.cancellation.is_cancelled() {
+        return Err(StepFailure::Cancelled);
+    }
     let n = problem.active.len();
     let driven = problem.constraints.is_driven() && !lift.is_empty();
+    let tolerance = problem.tolerance.residual;
+    let goal = if is_guess { FROM_GUESS * tolerance } else { tolerance };
     workspace.values.resize(problem.pattern.n_entries(), 0.0);
     // All that the iterations write to: they allocate nothing, unless they are very many.
     state.residuals.reserve_exact(problem.tolerance.iterations.min(MOST_RESERVED) as usize);
@@ -259,9 +268,8 @@ fn iterate<const D: usize>(
     let mut lifted = if driven { vec![Vector::zeros(); n] } else { Vec::new() };
     let sums = PassSums { values: &mut workspace.values, lift: &mut lifted };
     evaluate_into(problem, &mut state, Wanted::ForceAndTangent, sums, &mut out_of_balance, timings)?;
-    // A guess that is as good as the tolerance may yet be worse than what an iteration ends with.
-    let is_done = if is_guess { Problem::is_rounding } else { Problem::is_balanced };
-    if !driven && is_done(problem, &out_of_balance, &state.reaction) {
+    let is_close = || problem.relative(&out_of_balance, &state.reaction) < goal;
+    if !driven && (problem.is_rounding(&out_of_balance) || is_close()) {
         return Ok(state);
     }
     for (force, lifted) in out_of_balance.iter_mut().zip(&lifted) {
@@ -282,11 +290,11 @@ fn iterate<const D: usize>(
         } else {
             factorise(problem, linear, workspace, &mut state, weakest, timings)?;
         }
-        let accuracy = accuracy(&state.residuals, problem.tolerance.residual);
+        let accuracy = accuracy(&state.residuals, goal);
         substitute_into(problem, linear, workspace, &out_of_balance, accuracy, &mut free, &mut state, timings)?;
         // A tangent is not worth its cost where this iterate should be the last, or its factor is none.
         let expects_to_keep = problem.tolerance.keep_factor_below.is_some() && (is_kept || iteration == 1);
-        let wanted = if expects_to_keep || expects_convergence(&state.residuals, problem.tolerance.residual) {
+        let wanted = if expects_to_keep || expects_convergence(&state.residuals, goal) {
             timings.skipped.tangents += 1;
             Wanted::Force
         } else {
@@ -308,10 +316,14 @@ fn iterate<const D: usize>(
         let residual = problem.relative(&out_of_balance, &state.reaction);
         is_kept = !has_tangent && problem.keeps_factor(&state, residual);
         state.residuals.push(residual);
-        if residual < problem.tolerance.residual || problem.is_balanced(&out_of_balance, &state.reaction) {
+        if residual < goal || problem.is_rounding(&out_of_balance) {
             return Ok(state);
         }
         if is_guess && !converges_well(&state) {
+            // Rounding may not let it come nearer.
+            if residual < tolerance {
+                return Ok(state);
+            }
             break;
         }
         let best = state.residuals.iter().copied().fold(f64::INFINITY, f64::min);
@@ -344,14 +356,13 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     /// Whether what is out of balance is no more than rounding.
-    fn is_rounding(&self, out_of_balance: &[Vector<D>], _reaction: &[Vector<D>]) -> bool {
+    fn is_rounding(&self, out_of_balance: &[Vector<D>]) -> bool {
         norm(out_of_balance) <= self.round_off
     }
 
     /// Whether what is out of balance is small against the forces, or no more than rounding.
     pub(crate) fn is_balanced(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> bool {
-        self.is_rounding(out_of_balance, reaction)
-            || self.relative(out_of_balance, reaction) < self.tolerance.residual
+        self.is_rounding(out_of_balance) || self.relative(out_of_balance, reaction) < self.tolerance.residual
     }
 }
 
