@@ -225,6 +225,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("surface/mod.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
     ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
+    ("compile.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
     ("compile.rs", "expected a ring mesh", "asked of ring meshes only"),
     ("fill.rs", "a box can only be filled", "the compiler says so before"),
     ("fill.rs", "a body of parts can only", "the compiler says so before"),

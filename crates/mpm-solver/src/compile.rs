@@ -1034,8 +1034,9 @@ fn nearest<const D: usize>(
 
 fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneError> {
     let cuts = scene.schedule.cuts;
-    if cuts > 40 {
-        return Err(SceneError::new("schedule.cuts", format!("expected at most 40 halvings, got {cuts}")));
+    if cuts > Schedule::MOST_CUTS {
+        let reason = format!("expected at most {} halvings, got {cuts}", Schedule::MOST_CUTS);
+        return Err(SceneError::new("schedule.cuts", reason));
     }
     Ok(Schedule { steps: scene.schedule.steps.0, cuts })
 }

@@ -263,6 +263,9 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// Halvings at most: a part of a step is a whole number of the smallest ones, in 64 bits.
+    pub const MOST_CUTS: u8 = 40;
+
     /// So many equal load steps, each of which may be halved ten times.
     pub const fn equal(steps: u32) -> Self {
         Self { steps, cuts: 10 }

@@ -772,7 +772,8 @@ pub struct ScheduleInput {
     pub steps: Count,
     /// How often a step that does not converge may be halved before the run ends; steps grow again
     /// by doubling, and every one of the equal steps ends where it would have.
-    #[serde(default = "default_cuts")]
+    #[serde(default = "default_cuts", deserialize_with = "number::halvings")]
+    #[schemars(range(min = 0, max = Schedule::MOST_CUTS))]
     pub cuts: u8,
     /// What sets the load fraction of a load step.
     #[serde(default)]
