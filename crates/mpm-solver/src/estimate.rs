@@ -113,7 +113,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
 
     let (columns, lattice, lines) = (columns(&pattern), active.lattice_indices(), lines(&model.layout));
     let prediction = predict::<D>(columns, Place { index: &lattice, lines: &lines, periodic: periods(&mesh) });
-    let is_iterative = model.solver.is_iterative::<D>(&prediction);
+    let is_iterative = model.solver.is_iterative(&prediction);
     let factor_entries = if is_iterative {
         prediction.factor_entries as usize
     } else {

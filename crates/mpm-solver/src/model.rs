@@ -260,6 +260,8 @@ pub struct Schedule {
     pub steps: u32,
     /// Halvings of a nominal step before the run gives up.
     pub cuts: u8,
+    /// Where Newton's iteration begins.
+    pub predictor: Predictor,
 }
 
 impl Schedule {
@@ -268,8 +270,18 @@ impl Schedule {
 
     /// So many equal load steps, each of which may be halved ten times.
     pub const fn equal(steps: u32) -> Self {
-        Self { steps, cuts: 10 }
+        Self { steps, cuts: 10, predictor: Predictor::LastStep }
     }
+}
+
+/// Where the iteration of a load step begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Predictor {
+    /// At the displacement of the step before; where that does not converge at once, at rest.
+    #[default]
+    LastStep,
+    /// At rest.
+    Rest,
 }
 
 /// Control of the path: the load fraction is found, and may decrease.
