@@ -55,6 +55,7 @@
 //! # }
 //! ```
 
+mod calls;
 mod checkpoint;
 mod earlier;
 mod error;
@@ -68,6 +69,7 @@ mod vtkhdf;
 mod writer;
 mod xdmf;
 
+pub use calls::Calls;
 pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
 pub use error::{CheckpointError, ResultsError};
 pub use export::component_name;
