@@ -114,8 +114,12 @@ fn carry_out(
             Err(Complaint::input(error.to_string()))
         }
         Err(error) => Err(Complaint::unfinished(format!(
-            "{error}\nThe {} load steps before it are in {}{}",
-            watch.steps(),
+            "{error}\n{} in {}{}",
+            match watch.steps() {
+                0 => "The state at its start is".to_string(),
+                1 => "The load step before it is".to_string(),
+                steps => format!("The {steps} load steps before it are"),
+            },
             files.results.display(),
             watch.advice()
         ))),

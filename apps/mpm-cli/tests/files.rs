@@ -1,8 +1,10 @@
 //! Scenes that name files: found beside the scene, refused with their reason, found again by `mpm resume`.
 
+mod common;
+
+use common::mpm;
 use mpm_io::Results;
 use std::path::Path;
-use std::process::{Command, Output};
 
 /// A tetrahedron.
 const SURFACE: &str = "solid t
@@ -31,10 +33,6 @@ fn scene(shape: &str) -> String {
 
 const TETRAHEDRON: &str = "Surface(file: \"shapes/t.stl\"), points_per_cell: 2";
 
-fn mpm(directory: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mpm")).args(arguments).current_dir(directory).output().expect("it starts")
-}
-
 /// A folder `scenes` with the scene `a.ron` and files in `scenes/shapes`.
 fn folder(shape: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
     let directory = tempfile::tempdir().unwrap();
@@ -45,14 +43,6 @@ fn folder(shape: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
         std::fs::write(shapes.join(name), content).unwrap();
     }
     directory
-}
-
-fn error(shape: &str, files: &[(&str, &str)]) -> String {
-    let directory = folder(shape, files);
-    let output = mpm(directory.path(), &["check", "scenes/a.ron"]);
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    text
 }
 
 #[test]
@@ -91,25 +81,15 @@ fn points_come_from_tables() {
     assert_eq!(Results::open(directory.path().join("a.h5")).unwrap().points(0).unwrap().len(), 2);
 }
 
-#[test]
-fn wrong_files_are_refused_where_the_scene_names_them() {
-    let said = error(TETRAHEDRON, &[("t.stl", &SURFACE.replacen("0 0 2", "0 0 3", 1))]);
-    assert!(said.contains("a.ron:5:") && said.contains("t.stl: the surface is open: the edge from "), "{said}");
-    let said = error(TETRAHEDRON, &[("t.stl", "solid\nfacet")]);
-    assert!(said.contains("t.stl: facet 1: "), "{said}");
-    let said = error(TETRAHEDRON, &[]);
-    assert!(said.contains("t.stl: No such file"), "{said}");
-    let said = error("Points(file: \"shapes/p.csv\")", &[("p.csv", "x,y,z,volume\n0.1,0.1,0.1,-1\n")]);
-    assert!(said.contains("p.csv, line 2: the volume is -1"), "{said}");
-}
-
 /// The screw of an STL file, turned in a block of soil from which it is cut out.
 #[test]
 fn a_screw_turns_in_soil() {
     let folder = tempfile::tempdir().expect("a folder for results");
     let screw = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/screw.ron");
     let screw = screw.to_str().expect("a path in UTF-8");
-    let run = mpm(folder.path(), &["run", "-q", screw, "-o", "screw.h5"]);
+    let mut run = common::command(folder.path(), &["run", "-q", screw, "-o", "screw.h5"]);
+    // Large enough for all threads.
+    let run = run.env_remove("RAYON_NUM_THREADS").output().expect("the program starts");
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let results = Results::open(folder.path().join("screw.h5")).expect("readable results");
     assert_eq!(results.fractions().last(), Some(&1.0));

@@ -1,34 +1,16 @@
 //! What is made of results: `mpm inspect`, `mpm plot`, `mpm export`.
 
+mod common;
+
+use common::{flat, mpm, says};
 use mpm_io::Results;
 use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-fn mpm(directory: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mpm"))
-        .args(arguments)
-        .current_dir(directory)
-        .output()
-        .expect("the program starts")
-}
-
-/// Standard output of a command that succeeds.
-#[track_caller]
-fn says(directory: &Path, arguments: &[&str]) -> String {
-    let output = mpm(directory, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("output is UTF-8")
-}
-
-/// Exit code 2 and one message on standard error alone.
+/// What it says of wrong input, in one line.
 #[track_caller]
 fn complains(directory: &Path, arguments: &[&str]) -> String {
-    let output = mpm(directory, arguments);
-    let text = String::from_utf8(output.stderr).expect("messages are UTF-8");
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
-    assert!(output.stdout.is_empty() && !text.contains("panicked"), "{arguments:?}: {text}");
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    flat(&common::complains(directory, 2, arguments))
 }
 
 /// A plastic block, pressed and sheared, with domains.

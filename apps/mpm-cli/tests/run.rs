@@ -1,16 +1,9 @@
 //! Runs from scene file to results file.
 
-use mpm_io::Results;
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
-fn mpm(directory: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mpm"))
-        .args(arguments)
-        .current_dir(directory)
-        .output()
-        .expect("the program starts")
-}
+use common::mpm;
+use mpm_io::Results;
 
 fn shipped(scene: &str) -> String {
     format!("{}/../../scenes/{scene}", env!("CARGO_MANIFEST_DIR"))

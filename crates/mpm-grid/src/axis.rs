@@ -36,7 +36,7 @@ pub enum AxisError {
         cells: usize,
     },
     /// Neighbouring coordinates that do not increase (or are not finite).
-    #[error("node coordinates must be finite and increase strictly: {next} follows {previous}")]
+    #[error("node coordinates must be finite and increase strictly: {next:?} follows {previous:?}")]
     Order {
         /// The lower node's coordinate.
         previous: f64,

@@ -67,7 +67,11 @@ pub enum LayoutError {
         centre: [f64; 2],
     },
     /// An angular sector that is empty, exceeds a turn, or has cells of half a turn or more.
-    #[error("a sector of {sectors} cells cannot span the angles {from} to {to}")]
+    #[error(
+        "a sector of {sectors} cells cannot span the angles from {} to {} degrees, expected more than 0 and less than \
+         180 degrees a cell, and less than a turn in all",
+        from.to_degrees(), to.to_degrees()
+    )]
     Sector {
         /// Angle of the first line of nodes `[rad]`.
         from: f64,

@@ -119,13 +119,13 @@ pub enum MotionError {
     #[error("every number of a mesh motion must be finite")]
     NotFinite,
     /// A stretch between two planes that coincide.
-    #[error("anchor and driven plane of axis {axis} coincide")]
+    #[error("anchor and driven plane of the axis {} coincide", letter(*axis))]
     CoincidentPlanes {
         /// Direction, from 0.
         axis: usize,
     },
     /// A stretch that carries the driven plane to or through its anchor.
-    #[error("the driven plane of axis {axis} reaches its anchor at load fraction {fraction}")]
+    #[error("the driven plane of the axis {} reaches its anchor at load fraction {fraction}", letter(*axis))]
     ThroughAnchor {
         /// Direction, from 0.
         axis: usize,
@@ -183,6 +183,11 @@ pub enum MotionError {
         /// The position `[L]`.
         position: Vec<f64>,
     },
+}
+
+/// What a direction is called.
+fn letter(axis: usize) -> char {
+    "XYZ".chars().nth(axis).unwrap_or('?')
 }
 
 impl<const D: usize> MeshMotion<D> {

@@ -30,7 +30,8 @@ use mpm_basis::{
     Fallback, Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
 use mpm_grid::{
-    Axis, DrivenPlane, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region, Reindexing, Span, Vector,
+    Axis, DrivenPlane, LatticeError, Layout, LayoutError, LoadFraction, Mesh, MeshMotion, NodeId, Ramp, Region,
+    Reindexing, Span, Vector,
 };
 use mpm_material::{Elasticity, Hencky, VonMises};
 
@@ -107,8 +108,12 @@ fn made(scene: &Scene, files: &dyn SceneFiles, room: Room) -> Result<Compiled, S
     })
 }
 
+/// Why a shape has no place in a ring mesh.
+const NEEDS_BOX: &str =
+    "such a body can only be filled in a box mesh; a ring mesh takes `Ring`, `Tube` and `Points`";
+
 /// The bases of one space: makes bodies of points under the one that the scene names.
-trait FillBody<const D: usize> {
+trait FillBody<const D: usize>: std::fmt::Debug {
     fn fill(
         &self,
         domains: &DomainsInput,
@@ -208,7 +213,10 @@ fn check_domains<const D: usize, B: FillBody<D>>(basis: &B, domains: &DomainsInp
     match given.into_iter().find(|(name, given)| *given && !basis.options().contains(name)) {
         None => Ok(()),
         Some((name, _)) => {
-            Err(SceneError::new(format!("domains.{name}"), "the scene's basis does not have this option"))
+            let options: Vec<String> = basis.options().iter().map(|option| format!("`{option}`")).collect();
+            let has = if options.is_empty() { "none".into() } else { options.join(", ") };
+            let reason = format!("the basis `{basis:?}` has no option `{name}`; it has {has}");
+            Err(SceneError::new(format!("domains.{name}"), reason))
         }
     }
 }
@@ -322,7 +330,13 @@ fn layout<const D: usize>(mesh: &MeshInput, room: Room) -> Result<Layout<D>, Sce
             });
             check_ring(&radii, sectors.0, room).map_err(|it| SceneError::new("mesh", it))?;
             let ring = Layout::ring(plane_point(centre), radii, sectors.0, span, height);
-            return ring.map_err(|it| SceneError::new("mesh", it));
+            return ring.map_err(|it| match it {
+                LayoutError::Lattice(LatticeError::TooFewCells { direction: 0, cells, least }) => {
+                    let reason = format!("expected at least {least} cells around a full ring, got {cells}");
+                    SceneError::new("mesh.sectors", reason)
+                }
+                it => SceneError::new("mesh", it),
+            });
         }
     };
     let made: Vec<Axis> = axes
@@ -430,15 +444,15 @@ fn motion<const D: usize>(input: &MotionInput<D>, layout: &Layout<D>) -> Result<
 }
 
 /// Number of the corner of a box layout that stands at `x`.
-fn box_corner<const D: usize>(layout: &Layout<D>, x: &[f64; D]) -> Result<usize, &'static str> {
-    let Layout::Box { axes, .. } = layout else { return Err("only a box has corners") };
+fn box_corner<const D: usize>(layout: &Layout<D>, x: &[f64; D]) -> Result<usize, String> {
+    let Layout::Box { axes, .. } = layout else { return Err("only a box has corners".into()) };
     let mut corner = 0;
     for (d, axis) in axes.iter().enumerate() {
         let near = 1e-9 * (axis.last() - axis.first());
         if (x[d] - axis.last()).abs() <= near {
             corner |= 1 << d;
         } else if (x[d] - axis.first()).abs() > near {
-            return Err("expected a corner of the mesh's box at rest");
+            return Err(format!("expected a corner of the mesh's box at rest, got {x:?}"));
         }
     }
     Ok(corner)
@@ -572,7 +586,7 @@ impl<'a, const D: usize> WithSurface<'a, D> {
             (ShapeInput::Tube { axis, centre, inner, outer, extent }, _) => {
                 round(layout, *axis, centre, (inner.0, outer.0), *extent).map(Solid::Round)
             }
-            _ => Err("expected a shape that is `Cylinder`, `Tube` or `Surface`".into()),
+            _ => Err("`without`: expected bodies whose shapes are `Cylinder`, `Tube` or `Surface`".into()),
         }
     }
 }
@@ -606,7 +620,7 @@ fn shape<'a, const D: usize>(
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let in_box = |shape| match layout {
         Layout::Box { .. } => Ok((shape, mesh.clone())),
-        Layout::Ring { .. } => Err("such a body can only be filled in a box mesh".into()),
+        Layout::Ring { .. } => Err(NEEDS_BOX.into()),
     };
     match own.shape {
         ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
@@ -648,7 +662,8 @@ fn ring_cells<'a, const D: usize>(
         return Err("expected a ring mesh".into());
     };
     if plane_point(centre) != *mesh_centre {
-        return Err("a ring in a ring mesh has the mesh's centre".into());
+        let [found, expected] = [plane_point(centre), *mesh_centre];
+        return Err(format!("a ring in a ring mesh has the mesh's centre {expected:?}, got {found:?}"));
     }
     let ring = |radius: f64| {
         line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
@@ -698,7 +713,7 @@ fn round<const D: usize>(
     extent: Option<(Finite, Finite)>,
 ) -> Result<Round, String> {
     let Layout::Box { axes, .. } = layout else {
-        return Err("such a body can only be filled in a box mesh".into());
+        return Err(NEEDS_BOX.into());
     };
     let ends = match (D, extent) {
         (2, _) if axis != Direction::Z => return Err("a disc of the plane has its axis along `Z`".into()),
@@ -788,7 +803,7 @@ fn supports<const D: usize, B>(
         Room::check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
         let nodes = region.nodes(layout);
         if nodes.is_empty() {
-            return Err(SceneError::new(format!("{path}.region"), "the region holds no node of the mesh"));
+            return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout)));
         }
         supports.push(Support {
             name: input.name.clone(),
@@ -799,6 +814,19 @@ fn supports<const D: usize, B>(
     }
     refuse_contradictions(&supports)?;
     Ok(supports)
+}
+
+/// Why a region holds no node: where nodes stand instead, if that can be said.
+fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
+    let missed = "the region holds no node of the mesh";
+    match (region, layout) {
+        (Region::Plane { axis, at }, Layout::Box { axes, .. }) => {
+            let axis = &axes[*axis];
+            let (cell, _) = axis.locate(at.clamp(axis.first(), axis.last()));
+            format!("{missed}: it is at {at}, nodes are at {} and {}", axis.node(cell), axis.node(cell + 1))
+        }
+        _ => missed.into(),
+    }
 }
 
 fn components<const D: usize>(
@@ -859,9 +887,10 @@ fn refuse_contradictions<const D: usize>(supports: &[Support<D>]) -> Result<(), 
                 return Err(SceneError::new(
                     format!("supports[{second}]"),
                     format!(
-                        "supports `{}` and `{}` prescribe different displacements of component {component} of node {}",
+                        "supports `{}` and `{}` prescribe different displacements of component {} of node {}",
                         a.name,
                         b.name,
+                        ["X", "Y", "Z"][component],
                         node.index()
                     ),
                 ));

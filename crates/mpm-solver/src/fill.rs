@@ -132,7 +132,7 @@ where
 
 /// The parts of shapes that are not filled piece by piece.
 fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Result<Option<Parts<D>>, String> {
-    let axes = || plan.shape_mesh.rectilinear().ok_or("such a body can only be filled in a box mesh");
+    let axes = || plan.shape_mesh.rectilinear().ok_or("a body of parts can only be filled in a box mesh");
     match &plan.shape {
         Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
         Shape::Solid(solid) => {

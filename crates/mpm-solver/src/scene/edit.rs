@@ -97,8 +97,9 @@ fn lost(parts: &[Part<'_>], k: usize, inside: &Inside, found: &str) -> String {
             format!("{place} is no list, so has no entry {index}; there are {}", names.join(", "))
         }
         (part, _) => {
-            let end = found.find([',', '\n', ')', ']', '}']).unwrap_or(found.len());
-            format!("{place} is {}, in which there is no {}", found[..end].trim(), shown(&[*part]))
+            let end = found.find([',', '\n', '(', ')', ']', '}']).unwrap_or(found.len());
+            let inner = if found[end..].starts_with('(') { "( … )" } else { "" };
+            format!("{place} is {}{inner}, in which there is no {}", found[..end].trim(), shown(&[*part]))
         }
     }
 }

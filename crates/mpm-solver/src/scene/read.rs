@@ -104,7 +104,10 @@ fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
         Error::ExpectedArray => expected("a list in brackets, `[ … ]`"),
         Error::ExpectedMap => expected("named entries in braces, `{ … }`"),
         Error::ExpectedStructLike | Error::ExpectedNamedStructLike(_) => expected("`( … )`"),
-        Error::ExpectedIdentifier => expected("a name"),
+        Error::ExpectedIdentifier | Error::InvalidIdentifier(_) | Error::SuggestRawIdentifier(_) => {
+            expected("a name")
+        }
+        Error::InvalidEscape(_) => expected("an escape such as `\\n` or `\\\\` in the text"),
         Error::ExpectedMapColon => expected("`:`"),
         Error::ExpectedArrayEnd => expected("`]`"),
         Error::ExpectedMapEnd => expected("`}`"),
