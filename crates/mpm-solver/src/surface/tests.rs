@@ -232,7 +232,7 @@ fn what_cannot_be_filled_is_refused() {
 
 #[test]
 fn pieces_that_there_is_no_room_for_are_refused_before_they_are_held() {
-    let surface = Surface::new(&cuboid([0.5, 0.5, 2.5], [3.5, 3.5, 5.5])).unwrap();
+    let surface = Surface::new(&cuboid([0.5, -0.5, 2.5], [3.5, 2.5, 5.5])).unwrap();
     let within = |bytes, n| parts(&Solid::Surface(&surface), &axes(8), n, &[], Room { bytes });
     // 6³ pieces.
     let n_pieces = within(u64::MAX, 1).unwrap().parts.len();
@@ -246,14 +246,14 @@ fn pieces_that_there_is_no_room_for_are_refused_before_they_are_held() {
     let said = within(1 << 24, 1000).unwrap_err();
     assert!(said.contains("a layer of pieces around the body would take"), "{said}");
     let rest = |bytes| {
-        let ends = (&[0.0, 0.0, 2.0], &[4.0, 4.0, 6.0]);
+        let ends = (&[0.0, -1.0, 2.0], &[4.0, 3.0, 6.0]);
         super::parts::rest(ends, &[Solid::Surface(&surface)], &axes(8), 1, Room { bytes })
     };
     assert_eq!(rest(u64::MAX).unwrap().parts.len(), 512 - 216);
     let said = rest((512 * BYTES_OF_PIECE - 1) as u64).unwrap_err();
     assert!(said.contains("5.120e2 pieces of the body would take"), "{said}");
     // A film has less volume than its pieces could hold: it is counted as it is cut.
-    let film = Surface::new(&cuboid([0.5, 0.5, 2.6], [3.5, 3.5, 2.7])).unwrap();
+    let film = Surface::new(&cuboid([0.5, -0.5, 2.6], [3.5, 2.5, 2.7])).unwrap();
     let said = parts(&Solid::Surface(&film), &axes(8), 1, &[], Room { bytes: 20 * BYTES_OF_PIECE as u64 });
     assert!(said.unwrap_err().contains("3.600e1 pieces of the body"));
 }
