@@ -42,7 +42,7 @@ fn the_first_run_works_and_python_reads_it() {
         assert!(directory.path().join(file).exists(), "{file} is missing");
     }
 
-    // As in the tests of results: an interpreter with h5py.
+    // As in the tests of results: an interpreter with h5py and pyvista.
     let python = std::env::var("MPM_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let mut read = Command::new(&python);
     read.arg(guide("examples/read.py")).arg("stretch.h5").current_dir(directory.path());
@@ -52,8 +52,17 @@ fn the_first_run_works_and_python_reads_it() {
     {
         assert!(said.contains(part), "{part} in\n{said}");
     }
-    let lines = std::fs::read_to_string(guide("examples/read.py")).expect("the guide has this file");
-    assert!(lines.lines().count() < 30);
+    let mut draw = Command::new(&python);
+    draw.arg(guide("examples/picture.py")).args(["stretch.h5", "points.png"]).current_dir(directory.path());
+    let said = succeeds(&python, draw.output().expect("the interpreter starts"));
+    assert!(said.contains("16 points at load fraction 1"), "{said}");
+    // Coloured, and larger than an empty picture.
+    let picture = std::fs::metadata(directory.path().join("points.png")).expect("a picture").len();
+    assert!(picture > 10_000, "{picture} bytes");
+    for (example, most) in [("examples/read.py", 30), ("examples/picture.py", 25)] {
+        let lines = std::fs::read_to_string(guide(example)).expect("the guide has this file");
+        assert!(lines.lines().count() < most, "{example}");
+    }
 }
 
 /// Every page is in the summary, and every file that a page links to exists.
