@@ -6,10 +6,9 @@ use crate::linear::{Place, Prediction, predict, predict_factor_entries};
 use crate::load_step::{Connected, connect, lines, periods};
 use crate::model::{Model, NamedBody};
 use crate::newton::columns;
-use crate::rehearsal::{Seconds, Stage, rehearse};
+use crate::rehearsal::{Seconds, Stage, processor_seconds, rehearse};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
-use std::time::Instant;
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,9 +109,7 @@ impl Compiled {
 fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let mesh =
         model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
-    let clock = Instant::now();
-    let (connected, _) = connect(model, &mesh, None).map_err(|it| SceneError::new("bodies", it))?;
-    let connect = clock.elapsed().as_secs_f64();
+    let (connected, connect) = connected(model, &mesh)?;
     let Connected { active, connections, pattern, .. } = &connected;
 
     let mut constraints = Constraints::<D>::none(active.len());
@@ -184,6 +181,23 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         is_iterative,
         prediction,
     })
+}
+
+/// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
+/// memory `[s]`.
+fn connected<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
+    let once = || {
+        let clock = processor_seconds();
+        let (connected, _) = connect(model, mesh, None).map_err(|it| SceneError::new("bodies", it))?;
+        Ok::<_, Error>((connected, processor_seconds() - clock))
+    };
+    let (first, cold) = once()?;
+    if cold > 0.05 {
+        return Ok((first, cold));
+    }
+    drop(first);
+    let (connected, warm) = once()?;
+    Ok((connected, warm.min(cold)))
 }
 
 fn volume<const D: usize>(named: &NamedBody<D>) -> Option<BodyVolume> {

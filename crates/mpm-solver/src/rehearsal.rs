@@ -1,17 +1,16 @@
 //! How long a run will take, found by doing each of its parts once where that is quick.
 
 use crate::error::{Error, SceneError};
-use crate::linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern};
+use crate::linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
 use crate::load_step::Connected;
 use crate::model::Model;
 use crate::newton::columns;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::Vector;
 use std::hint::black_box;
-use std::time::{Duration, Instant};
 
 /// Newton iterations of a load step that are reckoned with: elastic bodies, and those that can yield.
-const ITERATIONS: (f64, f64) = (4.0, 6.0);
+const ITERATIONS: (f64, f64) = (3.5, 5.0);
 
 /// Passes over the points beside those of the iterations: the forces in the end, and what advances the points.
 const PASSES_BESIDE: f64 = 1.0;
@@ -25,13 +24,22 @@ const MOST_TRAFFIC: f64 = 1e9;
 /// Part of its first residual that an inexact linear solution leaves, as most of Newton's do.
 const LEFT: f64 = 1e-5;
 
-/// What a large system takes for each operation of its factorisation, in steps of a small dense one of the machine.
-const DENSE_SHARE: f64 = 1.6;
+/// Time of an operation of a factorisation, in that of an operation of a small dense one.
+const SPARSE_SHARE: f64 = 1.6;
 
-/// What an iterative solution takes for the bytes it is said to move, in seconds that the machine needs to copy them.
-const COPY_SHARE: f64 = 0.6;
+/// The same of a byte that an iterative solution is said to move.
+const BYTE_SHARE: f64 = 1.75;
 
-/// Seconds that the parts of a run take on this machine, with the threads at hand.
+/// The same of an entry of the factor, to find its structure.
+const ENTRY_SHARE: f64 = 100.0;
+
+/// A part that is quicker is done again, as often as there is time: the first one meets cold memory `[s]`.
+const QUICK: f64 = 0.02;
+
+/// What the program takes to begin and to end, and each record of a load step besides its fields `[s]`.
+const BESIDE: (f64, f64) = (0.03, 6e-4);
+
+/// Seconds of processors that the parts of a run take on this machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seconds {
     /// Connecting points to nodes, once per load step `[s]`.
@@ -61,7 +69,7 @@ impl Seconds {
     /// Of the run, with `fields` columns of the points (their positions are one) recorded every so many steps `[s]`.
     pub fn total(&self, fields: usize, every: u32) -> f64 {
         let records = 1.0 + self.steps / f64::from(every.max(1));
-        self.steps * self.per_step() + records * fields as f64 * self.look
+        BESIDE.0 + self.steps * self.per_step() + records * (BESIDE.1 + fields as f64 * self.look)
     }
 }
 
@@ -86,10 +94,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
     let mut values = vec![0.0; pattern.n_entries()];
     let mut internal = vec![Vector::zeros(); pattern.n_equations() / D];
     let increment = vec![Vector::zeros(); internal.len()];
-    // The first pass meets cold memory.
-    let mut pass = f64::INFINITY;
-    for _ in 0..2 {
-        let clock = Instant::now();
+    let pass = shortest(|| {
         values.fill(0.0);
         for (named, connection) in model.bodies.iter().zip(&connected.connections) {
             let tangent = Some(TangentSums { values: &mut values, lift: None });
@@ -97,20 +102,19 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
             let summed = named.body.assemble(connection, input, Sums { internal: &mut internal, tangent });
             summed.map_err(|it| SceneError::new("bodies", it))?;
         }
-        pass = pass.min(clock.elapsed().as_secs_f64());
-    }
+        Ok::<_, SceneError>(())
+    })?;
     finish_tangent(pattern, constraints, &mut values);
     let tried = try_solution(stage, &values);
     let is_tried = tried.is_some();
     let (analyse, solve) = tried.unwrap_or_else(|| counted(stage));
 
-    let clock = Instant::now();
-    for named in &model.bodies {
-        for view in views(&*named.body) {
+    let look = shortest(|| {
+        for view in model.bodies.iter().flat_map(|named| views(&*named.body)) {
             black_box(view);
         }
-    }
-    let look = clock.elapsed().as_secs_f64();
+        Ok::<_, SceneError>(())
+    })?;
     let yields = model
         .bodies
         .iter()
@@ -140,44 +144,54 @@ fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<
     }
     let pattern: SymmetricPattern<'_> = columns(&stage.connected.pattern);
     let mut linear = LinearSolver::<D>::new(choice);
-    let clock = Instant::now();
+    let clock = processor_seconds();
     linear.analyse(pattern, stage.place).ok()?;
-    let analyse = clock.elapsed().as_secs_f64();
-    let mut solve = f64::INFINITY;
-    for _ in 0..2 {
+    let analyse = processor_seconds() - clock;
+    let solve = shortest(|| {
         let mut rhs = vec![1.0; stage.connected.pattern.n_equations()];
-        let clock = Instant::now();
-        linear.factorise(pattern, values, linear.first_method()).ok()?;
-        linear.solve(pattern, values, &mut rhs, LEFT).ok()?;
-        solve = solve.min(clock.elapsed().as_secs_f64());
-    }
+        linear.factorise(pattern, values, linear.first_method())?;
+        linear.solve(pattern, values, &mut rhs, LEFT)
+    });
+    let solve = solve.ok()?;
     Some((analyse, solve))
 }
 
 /// The same from operations and bytes, and from what the machine does with small ones.
 fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
     let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
-    let copied = copying();
+    let operation = dense_operation();
     if stage.model.solver.is_iterative::<D>(stage.prediction) {
-        let solve = COPY_SHARE * iterative_traffic * copied;
+        let solve = BYTE_SHARE * iterative_traffic * operation;
         return (solve, solve);
     }
-    // The factor is read twice to solve, and its structure is about as much work as that.
-    let through = 2.0 * size_of::<f64>() as f64 * factor_entries * copied;
-    (through, DENSE_SHARE * factor_operations * crate::linear::dense_operation() + through)
+    (ENTRY_SHARE * factor_entries * operation, SPARSE_SHARE * factor_operations * operation)
 }
 
-/// Seconds to read or write a byte of memory, one thread: a copy of more than caches hold.
-fn copying() -> f64 {
-    const NUMBERS: usize = 4 << 20;
-    let from = vec![1.0_f64; NUMBERS];
-    let mut to = vec![0.0_f64; NUMBERS];
-    let mut shortest = Duration::MAX;
-    for _ in 0..3 {
-        let clock = Instant::now();
-        to.copy_from_slice(black_box(&from));
-        black_box(&mut to);
-        shortest = shortest.min(clock.elapsed());
+/// Seconds that some work takes, the shortest of a few times if it is quick.
+fn shortest<T, E>(mut work: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
+    let (mut shortest, start) = (f64::INFINITY, processor_seconds());
+    loop {
+        let clock = processor_seconds();
+        work()?;
+        let now = processor_seconds();
+        shortest = shortest.min(now - clock);
+        if now - start > QUICK {
+            return Ok(shortest);
+        }
     }
-    shortest.as_secs_f64() / (2 * NUMBERS * size_of::<f64>()) as f64
+}
+
+/// Processor time of this process so far, all threads together `[s]`.
+#[cfg(unix)]
+pub(crate) fn processor_seconds() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// Wall time where nobody tells that of processors `[s]`.
+#[cfg(not(unix))]
+pub(crate) fn processor_seconds() -> f64 {
+    use std::{sync::OnceLock, time::Instant};
+    static START: OnceLock<Instant> = OnceLock::new();
+    START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
