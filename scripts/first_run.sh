@@ -1,6 +1,15 @@
 #!/bin/sh
-# Installs what is needed, builds `mpm` and runs the simple stretch (or the scene that is named).
+# Installs what is needed, builds `mpm`, runs the simple stretch and draws it (or runs the scene that is named).
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/setup.sh gcc pkg-config libhdf5-dev
-exec cargo run --release --locked -p mpm-cli --bin mpm -- run "${@:-scenes/simple_stretch.ron}"
+mpm() {
+    cargo run --release --locked --quiet -p mpm-cli --bin mpm -- "$@"
+}
+cargo build --release --locked -p mpm-cli --bin mpm
+if [ $# -gt 0 ]; then
+    mpm run "$@"
+else
+    mpm run scenes/simple_stretch.ron
+    mpm plot simple_stretch.h5
+fi

@@ -5,7 +5,7 @@ use mpm_basis::Basis;
 use mpm_grid::{Axis, Layout, Mesh, MeshMotion, Region, Vector};
 use mpm_material::Material;
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
-use mpm_solver::{Loads, Model, NamedBody, Prescribed, Schedule, Support, Tolerance, linear::Choice};
+use mpm_solver::{Model, Prescribed, Schedule, Support, Tolerance};
 use std::error::Error;
 
 /// The square [0, 1]² `[L]`.
@@ -31,24 +31,12 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
             basis.seed(&mesh.piece([i, j], &from, &to), &mut |seed| points.push(seed));
         }
     }
-    let body = Box::new(MaterialBody::new(basis, law, points));
-    Ok(Model {
-        layout,
-        motion,
-        bodies: vec![NamedBody { name: "square".into(), body, shape_volume: None }],
-        supports,
-        loads: Loads::default(),
-        schedule: Schedule { steps, cuts: 0 },
-        path: None,
-        tolerance: Tolerance { residual: 1e-10, iterations: 10, keep_factor_below: None },
-        solver: Choice::Auto,
-        domain_limit: None,
-        ghost: None,
-        domain_history: false,
-        condition_history: false,
-        energies: false,
-        probes: Vec::new(),
-    })
+    let mut model = Model::new(layout);
+    model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
+    (model.motion, model.supports) = (motion, supports);
+    model.schedule = Schedule { steps, cuts: 0 };
+    model.tolerance = Tolerance { residual: 1e-10, iterations: 10, ..Tolerance::default() };
+    Ok(model)
 }
 
 /// A support of one side (or any region) of the square.

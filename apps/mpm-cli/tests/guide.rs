@@ -13,34 +13,71 @@ fn succeeds(name: &str, output: Output) -> String {
     said.into_owned()
 }
 
-/// The lines of a page's shell blocks that call `mpm`.
-fn commands(page: &str) -> Vec<String> {
-    let (mut inside, mut commands) = (false, Vec::new());
-    for line in page.lines() {
-        if line.starts_with("```") {
-            inside = line == "```sh";
-        } else if inside && line.starts_with("mpm ") {
-            commands.push(line.to_owned());
+/// Pages whose commands are run, in this order, in one folder.
+const PAGES: [&str; 4] = ["first_run.md", "bodies.md", "running.md", "results.md"];
+
+/// What a page's blocks hold: files by their names, and the lines of shell that call `mpm`. The validation is another
+/// program, which only a whole build has.
+fn files_and_commands(page: &str) -> (Vec<(String, String)>, Vec<String>) {
+    let (mut files, mut commands) = (Vec::new(), Vec::new());
+    let mut lines = page.lines();
+    while let Some(line) = lines.next() {
+        let Some(info) = line.strip_prefix("```") else { continue };
+        let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+        match info.split_once(' ') {
+            Some((_, name)) => files.push((name.to_owned(), block.join("\n") + "\n")),
+            None if info == "sh" => {
+                let called =
+                    block.iter().filter(|line| line.starts_with("mpm ") && !line.starts_with("mpm validate"));
+                commands.extend(called.map(|line| line.to_string()));
+            }
+            None => {}
         }
     }
-    commands
+    (files, commands)
 }
 
 #[test]
-fn the_first_run_works_and_python_reads_it() {
+fn the_commands_of_the_guide_work_and_python_reads_what_they_write() {
     let directory = tempfile::tempdir().expect("a temporary directory");
-    let page = std::fs::read_to_string(guide("src/first_run.md")).expect("the guide has this page");
-    let commands = commands(&page);
-    assert!(commands.len() > 8, "{commands:?}");
-    for line in &commands {
-        let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
-        let mut mpm = Command::new(env!("CARGO_BIN_EXE_mpm"));
-        let output = mpm.args(&arguments).current_dir(directory.path()).output().expect("the program starts");
-        succeeds(line, output);
+    let programs = Path::new(env!("CARGO_BIN_EXE_mpm")).parent().expect("the program lies in a folder");
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap_or_default());
+    let mut count = 0;
+    for name in PAGES {
+        let page = std::fs::read_to_string(guide("src").join(name)).expect("the guide has this page");
+        let (files, commands) = files_and_commands(&page);
+        for (file, text) in files {
+            std::fs::write(directory.path().join(file), text).expect("a file can be written");
+        }
+        for line in &commands {
+            let mut shell = Command::new("sh");
+            let shell = shell.args(["-c", line]).env("PATH", &path).env("RAYON_NUM_THREADS", "1");
+            succeeds(line, shell.current_dir(directory.path()).output().expect("there is a shell"));
+        }
+        count += commands.len();
     }
-    for file in ["stretch.ron", "stretch.h5", "stretch.png", "stretch_csv", "coarse.h5"] {
+    assert!(count > 25, "{count} commands");
+    let written = [
+        "stretch.ron",
+        "stretch.h5",
+        "stretch.png",
+        "stretch_csv",
+        "coarse.h5",
+        "pile.png",
+        "corner.png",
+        "hollow.h5",
+        "energy.png",
+        "pile_csv",
+        "kept.h5",
+        "sweep/results.csv",
+        "stretch_vtu.pvd",
+    ];
+    for file in written {
         assert!(directory.path().join(file).exists(), "{file} is missing");
     }
+    let rows =
+        std::fs::read_to_string(directory.path().join("sweep/results.csv")).expect("a table").lines().count();
+    assert_eq!(rows, 1 + 6);
 
     // As in the tests of results: an interpreter with h5py and pyvista.
     let python = std::env::var("MPM_PYTHON").unwrap_or_else(|_| "python3".to_owned());

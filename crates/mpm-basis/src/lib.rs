@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
 //! How a material point influences the nodes of a background grid.
 //!
 //! A [`Basis`] turns a point, with the domain it carries, into influences `S_vp` and `∇S_vp` on
@@ -20,27 +24,6 @@
 //! and distortion. All reproduce linear fields on every mesh they suit: `Σ S = 1`, `Σ ∇S = 0`,
 //! `Σ x_v ⊗ ∇S = I`, and `Σ S x_v` is the point's position. Parts of a domain up to half a cell outside
 //! the mesh see the boundary cell's functions continued.
-//!
-//! ```
-//! use mpm_basis::{ActiveNodes, Links, Smpm, Stencils};
-//! use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, Vector};
-//!
-//! let axis = Axis::uniform(0.0, 2.0, 2)?;
-//! let layout = Layout::on_axes([axis.clone(), axis])?;
-//! let mesh = MeshMotion::Fixed.mesh_at(&layout, LoadFraction::START)?;
-//!
-//! // One point in the lower left cell: four of the nine nodes are active.
-//! let x = [Vector::<2>::new(0.25, 0.5)];
-//! let stencils = Stencils::of(&Smpm, &mesh, &x, &[()])?;
-//! let active = ActiveNodes::of(mesh.lattice(), &[stencils.clone()]);
-//! let links = Links::of(stencils, &active);
-//! assert_eq!(active.len(), 4);
-//!
-//! // Partition of unity.
-//! let (values, _) = links.group(0).point(0);
-//! assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-15);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 mod active;
 mod cells;

@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
 //! Background grids of the Material Point Method: lattices of linear cells, their motion, and the
 //! location of points in them. Knows nothing of points' state or of materials.
 //!
@@ -16,33 +20,6 @@
 //!
 //! A mesh finds the cell of a position ([`Mesh::locate`]) and hands out the nodes' shape functions
 //! there ([`Mesh::values`], [`Mesh::values_and_gradients`]). A [`Region`] names sets of nodes.
-//!
-//! ```
-//! use mpm_grid::{Axis, DrivenPlane, Layout, LoadFraction, MeshMotion, Ramp, Region, Vector};
-//!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // Four by two cells on [0, 4]×[0, 2]; the right side is pulled from x = 4 to x = 6.
-//! let axes = [Axis::uniform(0.0, 4.0, 4)?, Axis::uniform(0.0, 2.0, 2)?];
-//! let layout = Layout::on_axes(axes)?;
-//! let pulled = DrivenPlane { anchor: 0.0, driven: 4.0, displacement: Ramp::linear(2.0) };
-//! let motion = MeshMotion::stretch([Some(pulled), None])?;
-//! let mesh = motion.mesh_at(&layout, LoadFraction::new(0.5)?)?;
-//!
-//! // Shape functions reproduce the position they are evaluated at.
-//! let x = Vector::<2>::new(3.3, 0.4);
-//! let place = mesh.locate(&x, 0.0)?;
-//! assert_eq!(place.cell, [2, 0]);
-//! let mut sum = Vector::<2>::zeros();
-//! mesh.values(&place, |node, value| sum += value * mesh.position(node));
-//! assert!((sum - x).norm() < 1e-14);
-//!
-//! // The driven side is at x = 5 now and keeps its node numbers.
-//! for node in (Region::Plane { axis: 0, at: 4.0 }).nodes(&layout) {
-//!     assert_eq!(mesh.position(node)[0], 5.0);
-//! }
-//! # Ok(())
-//! # }
-//! ```
 
 mod affine;
 mod axis;

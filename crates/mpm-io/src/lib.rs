@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
 //! Results of a run on disk: one HDF5 file that h5py, VTK and ParaView open as it is.
 //!
 //! [`ResultsWriter`] observes a run and writes while it goes; [`Results`] reads the file back.
@@ -18,42 +22,6 @@
 //!
 //! A small XDMF file beside it shows the same datasets to programs without temporal VTKHDF.
 //! What a killed run leaves behind is said at [`ResultsWriter`].
-//!
-//! ```
-//! use mpm_io::{Options, Results, ResultsWriter};
-//! use mpm_solver::observe::{Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, Outcome, RunStart};
-//!
-//! struct OnePoint;
-//! impl Fields for OnePoint {
-//!     fn n_points(&self) -> usize { 1 }
-//!     fn positions(&self) -> Vec<f64> { vec![0.5, 0.25, 0.0] }
-//!     fn field(&self, field: Field) -> Vec<f64> { vec![2.0; field.components()] }
-//! }
-//!
-//! # fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-//! let directory = tempfile::tempdir()?;
-//! let path = directory.path().join("run.h5");
-//! let options = Options { program: "mpm 0.1.0".into(), fields: vec![Field::Volume], ..Options::default() };
-//!
-//! // The solver makes these calls.
-//! let mut writer = ResultsWriter::create(&path, options)?;
-//! let force = Column { name: "reaction/pulled".into(), kind: ColumnKind::Real, width: 2 };
-//! writer.start(&RunStart { columns: vec![force], points: 1, steps: 1 })?;
-//! for index in 0..2 {
-//!     let fraction = index as f64;
-//!     let row = [Entry::Real(vec![fraction, 0.0])];
-//!     writer.load_step(&LoadStep { index, fraction, row: &row, residuals: &[], timings: &[], fields: &OnePoint })?;
-//! }
-//! writer.finish(&Outcome::Completed, &[])?;
-//!
-//! let results = Results::open(&path)?;
-//! assert_eq!(results.status(), "completed");
-//! assert_eq!(results.column("reaction/pulled")?.row(1), [1.0, 0.0]);
-//! assert_eq!(results.fractions(), [0.0, 1.0]);
-//! assert_eq!(results.field("volume", 1)?.values(), [2.0]);
-//! # Ok(())
-//! # }
-//! ```
 
 mod calls;
 mod checkpoint;

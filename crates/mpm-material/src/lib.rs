@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
 //! Finite-strain constitutive laws: what stress, and what stiffness, a material point answers
 //! to a trial deformation.
 //!
@@ -13,34 +17,6 @@
 //! 1e-16 absolutely; the excess keeps sixteen digits of strains of any size.
 //!
 //! The laws are [`Hencky`] (elastic) and [`VonMises`] (perfectly plastic).
-//!
-//! # Example
-//!
-//! A bar stretched to twice its length between rigid lateral walls, elastic and plastic:
-//!
-//! ```
-//! use mpm_material::{Elasticity, Hencky, SymmetricTensor, VonMises, respond};
-//!
-//! # fn main() -> Result<(), mpm_material::ParameterError> {
-//! let elasticity = Elasticity::from_young_poisson(1000.0, 0.3)?;
-//! let stretch = 2.0_f64;
-//! let excess = SymmetricTensor { xx: stretch * stretch - 1.0, ..SymmetricTensor::ZERO };
-//!
-//! let elastic = respond(&Hencky(elasticity), &excess, &());
-//! assert!((elastic.kirchhoff.xx - elasticity.p_wave() * stretch.ln()).abs() < 1e-9);
-//!
-//! let law = VonMises::new(elasticity, 100.0)?;
-//! let plastic = respond(&law, &excess, &Default::default());
-//! let limit = elasticity.bulk() * stretch.ln() + (2.0_f64 / 3.0).sqrt() * 100.0;
-//! assert!(plastic.plastic);
-//! assert!((plastic.kirchhoff.xx - limit).abs() < 1e-9);
-//!
-//! // Stiffness against a further displacement along x with a gradient along x.
-//! let a = plastic.modes.spatial_tangent::<2>();
-//! assert!(a[0][0][(0, 0)] < elastic.modes.spatial_tangent::<2>()[0][0][(0, 0)]);
-//! # Ok(())
-//! # }
-//! ```
 
 mod elasticity;
 mod hencky;

@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
 //! Conjugate gradients with a geometric multigrid preconditioner, for symmetric matrices of `D × D` blocks
 //! whose nodes stand on a lattice that is filled in part: the tangents of implicit material point methods.
 //!
@@ -10,31 +14,6 @@
 //!
 //! Sweeps run over strips of lattice lines, all even strips and then all odd ones: strips of one kind do
 //! not couple, so threads change nothing but the time.
-//!
-//! ```
-//! use mpm_multigrid::{Multigrid, Nodes, Pattern};
-//!
-//! // A chain of 100 nodes with one equation each, held at its first: K = tridiag(-1, 2, -1).
-//! let n = 100;
-//! let column_start: Vec<usize> = (0..=n).map(|j| 2 * j - usize::from(j == n)).collect();
-//! let row: Vec<usize> = (0..n).flat_map(|j| [j, j + 1]).take(2 * n - 1).collect();
-//! let mut values: Vec<f64> = (0..n).flat_map(|_| [2.0, -1.0]).take(2 * n - 1).collect();
-//! values[2 * n - 2] = 1.0;
-//!
-//! let index: Vec<[u32; 3]> = (0..n as u32).map(|i| [i, 0, 0]).collect();
-//! let lines = [(0..n).map(|i| i as f64).collect(), vec![0.0], vec![0.0]];
-//! let nodes = Nodes { index: &index, lines: &lines, periodic: [None; 3] };
-//! let pattern = Pattern { column_start: &column_start, row: &row };
-//!
-//! let mut multigrid = Multigrid::<1>::analyse(pattern, nodes);
-//! multigrid.prepare(pattern, &values)?;
-//! let mut x = vec![0.0; n];
-//! x[n - 1] = 1.0;
-//! let solved = multigrid.solve(&mut x, 1e-12, 100)?;
-//! assert!(solved.iterations < 20);
-//! assert!((x[n - 1] - n as f64).abs() < 1e-8);
-//! # Ok::<(), mpm_multigrid::Failure>(())
-//! ```
 
 mod arithmetic;
 mod blocks;

@@ -1,22 +1,9 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
 //! Pictures of results: curves over two axes, and bodies with their domains, to scale; as SVG, PNG or an
 //! animated GIF. Everything drawn is plain numbers.
-//!
-//! ```
-//! use mpm_plot::{Curve, Curves, Figure, Legend, Panel, Stroke};
-//!
-//! let curve = Curve { name: "force".into(), colour: 1, stroke: Stroke::Line, points: vec![(0.0, 0.0), (1.0, 2.0)] };
-//! let panel = Panel::Curves(Curves {
-//!     title: "A spring".into(),
-//!     axes: ["displacement".into(), "force".into()],
-//!     range: [(0.0, 1.0), (0.0, 2.0)],
-//!     logarithmic: [false, false],
-//!     legend: Legend::UpperLeft,
-//!     curves: vec![curve],
-//! });
-//! let svg = Figure::new(&[panel]).svg()?;
-//! assert!(svg.starts_with("<svg") && svg.contains("A spring"));
-//! # Ok::<(), mpm_plot::PlotError>(())
-//! ```
 
 mod animation;
 mod colours;

@@ -4,9 +4,47 @@ use crate::domains::DomainLimit;
 use crate::linear::Choice;
 use crate::vortex::Vortex;
 use mpm_assembly::{Body, views};
-use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Vector};
+use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Region, Vector};
 
 /// All that a run needs to know.
+///
+/// A scene is compiled into one ([`crate::compile`]). Without a scene, with a body of any basis and law:
+///
+/// ```
+/// use mpm_assembly::{MaterialBody, Points};
+/// use mpm_basis::{Basis, Smpm};
+/// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
+/// use mpm_material::{Elasticity, Hencky};
+/// use mpm_solver::observe::{LoadStep, Observer, ObserverError};
+/// use mpm_solver::{Model, Prescribed, Schedule, run};
+///
+/// struct Silent;
+/// impl Observer for Silent {
+///     fn load_step(&mut self, _: &LoadStep<'_>) -> Result<(), ObserverError> {
+///         Ok(())
+///     }
+/// }
+///
+/// // A cell with one point, pressed to nine tenths of its height.
+/// let axis = Axis::uniform(0.0, 1.0, 1)?;
+/// let layout = Layout::on_axes([axis.clone(), axis])?;
+/// let mut points = Points::default();
+/// let (low, high) = (Vector::<2>::repeat(-1.0), Vector::<2>::repeat(1.0));
+/// Smpm.seed(&Mesh::at_rest(&layout).piece([0, 0], &low, &high), &mut |seed| points.push(seed));
+/// let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3)?);
+///
+/// let mut model = Model::new(layout);
+/// model.add_body("block", Box::new(MaterialBody::new(Smpm, law, points)));
+/// let side = |axis: usize, at: f64| Region::<2>::Plane { axis, at };
+/// model.add_support("left", &side(0, 0.0), [Some(Prescribed::Held), None]);
+/// model.add_support("base", &side(1, 0.0), [None, Some(Prescribed::Held)]);
+/// model.add_support("top", &side(1, 1.0), [None, Some(Prescribed::Driven(Ramp::linear(-0.1)))]);
+/// model.schedule = Schedule::equal(2);
+/// let summary = run(&mut model, &mut Silent)?;
+/// assert_eq!((summary.steps, summary.cuts, summary.points), (2, 0, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[non_exhaustive]
 pub struct Model<const D: usize> {
     /// Where the mesh's nodes stand at rest.
     pub layout: Layout<D>,
@@ -39,6 +77,45 @@ pub struct Model<const D: usize> {
     pub energies: bool,
     /// What the history follows besides supports, in the order of the scene.
     pub probes: Vec<Probe<D>>,
+}
+
+impl<const D: usize> Model<D> {
+    /// A mesh at rest without bodies, supports and loads; one load step.
+    pub fn new(layout: Layout<D>) -> Self {
+        Self {
+            layout,
+            motion: MeshMotion::Fixed,
+            bodies: Vec::new(),
+            supports: Vec::new(),
+            loads: Loads::default(),
+            schedule: Schedule::equal(1),
+            path: None,
+            tolerance: Tolerance::default(),
+            solver: Choice::Auto,
+            domain_limit: None,
+            ghost: None,
+            domain_history: false,
+            condition_history: false,
+            energies: false,
+            probes: Vec::new(),
+        }
+    }
+
+    /// Puts a body behind the others.
+    pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
+        self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });
+    }
+
+    /// Puts a support of the mesh's nodes in a region (at rest) behind the others.
+    pub fn add_support(
+        &mut self,
+        name: impl Into<String>,
+        region: &Region<D>,
+        components: [Option<Prescribed>; D],
+    ) {
+        let nodes = region.nodes(&self.layout);
+        self.supports.push(Support { name: name.into(), nodes, components, moment_about: None });
+    }
 }
 
 /// Points of a body that are followed through the history.
@@ -193,6 +270,13 @@ pub struct Schedule {
     pub cuts: u8,
 }
 
+impl Schedule {
+    /// So many equal load steps, each of which may be halved ten times.
+    pub const fn equal(steps: u32) -> Self {
+        Self { steps, cuts: 10 }
+    }
+}
+
 /// Control of the path: the load fraction is found, and may decrease.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathControl {
@@ -231,6 +315,12 @@ pub struct Tolerance {
     /// Part of the out-of-balance force that an iteration may leave for its factorisation to be kept, if it
     /// may be at all `[-]`.
     pub keep_factor_below: Option<f64>,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { residual: 1e-9, iterations: 25, keep_factor_below: None }
+    }
 }
 
 #[cfg(test)]

@@ -198,7 +198,8 @@ impl<'a> Bodies<'a> {
         let spacing = spacing(all.clone(), if self.solid { 3 } else { 2 });
         let mut points = Vec::new();
         for (point, x) in all.enumerate() {
-            let hidden = self.arguments.slice.is_some_and(|(axis, at)| (x[axis] - at).abs() > 0.5 * spacing);
+            // More than half: a plane of the mesh lies halfway between points.
+            let hidden = self.arguments.slice.is_some_and(|(axis, at)| (x[axis] - at).abs() > 0.75 * spacing);
             if !hidden {
                 let (at, depth) = self.place(x);
                 points.push((point, at, depth));

@@ -16,6 +16,7 @@ pub use number::{Coordinates, Count, Finite, Fraction, Poisson, Positive};
 pub use position::{Position, position_of};
 pub use read::ReadError;
 
+use crate::model::{Schedule, Tolerance};
 use crate::observe::Field;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -835,7 +836,7 @@ fn default_path_iterations() -> Count {
 }
 
 fn default_cuts() -> u8 {
-    10
+    Schedule::equal(1).cuts
 }
 
 /// How linear systems are solved.
@@ -868,7 +869,12 @@ pub struct ToleranceInput {
 
 impl Default for ToleranceInput {
     fn default() -> Self {
-        Self { residual: Positive(1e-9), iterations: Count(25), keep_factor_below: None }
+        let Tolerance { residual, iterations, keep_factor_below } = Tolerance::default();
+        Self {
+            residual: Positive(residual),
+            iterations: Count(iterations),
+            keep_factor_below: keep_factor_below.map(Positive),
+        }
     }
 }
 
