@@ -126,6 +126,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let prediction = predict::<D>(columns, place);
     let stage = Stage {
         model,
+        mesh: &mesh,
         connected: &connected,
         connect,
         constraints: &constraints,

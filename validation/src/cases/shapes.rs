@@ -111,7 +111,7 @@ fn points(findings: &mut Findings) -> Result<(), Broken> {
     let differ = a.iter().zip(&b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len());
     findings.checks.push(
         Check::new("points from a table: numbers that differ from the box's", differ as f64, 0.0)
-            .remark(format!("of {}; {plastic} points are plastic at the end", a.len())),
+            .remark(format!("{plastic} points are plastic at the end")),
     );
     Ok(())
 }
