@@ -34,7 +34,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     let mut model = Model::new(layout);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
-    model.schedule = Schedule { steps, cuts: 0 };
+    model.schedule = Schedule { cuts: 0, ..Schedule::equal(steps) };
     model.tolerance = Tolerance { residual: 1e-10, iterations: 10, ..Tolerance::default() };
     Ok(model)
 }

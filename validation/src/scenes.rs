@@ -3,7 +3,7 @@
 use crate::Broken;
 use crate::history::History;
 use mpm_io::FolderFiles;
-use mpm_solver::scene::{Count, Scene};
+use mpm_solver::scene::{Count, PredictorInput, Scene};
 use mpm_solver::{Compiled, Error, StepFailure, Summary, compile_with};
 use std::path::{Path, PathBuf};
 
@@ -65,6 +65,15 @@ pub fn with_cuts(mut scene: Scene, cuts: u8) -> Scene {
     match &mut scene {
         Scene::PlaneStrain(scene) => scene.schedule.cuts = cuts,
         Scene::Solid(scene) => scene.schedule.cuts = cuts,
+    }
+    scene
+}
+
+/// The scene with every load step begun at rest.
+pub fn from_rest(mut scene: Scene) -> Scene {
+    match &mut scene {
+        Scene::PlaneStrain(scene) => scene.schedule.predictor = PredictorInput::Rest,
+        Scene::Solid(scene) => scene.schedule.predictor = PredictorInput::Rest,
     }
     scene
 }

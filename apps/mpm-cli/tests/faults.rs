@@ -340,7 +340,7 @@ fn files_that_are_not_what_they_should_be_are_refused() {
         ("none.h5", "cannot open checkpoint none.h5: No such file"),
         ("flipped.h5", "checkpoint flipped.h5: check sum: the file is damaged"),
         ("cut.h5", "checkpoint cut.h5: check sum: the file is damaged"),
-        ("empty.h5", "checkpoint empty.h5: format: is \"\", expected \"mpm-checkpoint 2\""),
+        ("empty.h5", "checkpoint empty.h5: format: is \"\", expected \"mpm-checkpoint 3\""),
         ("a.h5", "checkpoint a.h5: format:"),
         ("a.ron", "checkpoint a.ron: format:"),
     ] {

@@ -63,7 +63,7 @@ fn the_commands_of_the_guide_work_and_python_reads_what_they_write() {
         "stretch.png",
         "stretch_csv",
         "coarse.h5",
-        "pile.png",
+        "pile.svg",
         "corner.png",
         "hollow.h5",
         "energy.png",

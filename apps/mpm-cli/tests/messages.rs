@@ -237,6 +237,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("schedule.rs", "", "of checkpoints"),
     ("record.rs", "has ", "of checkpoints"),
     ("course.rs", "", "of checkpoints"),
+    ("secant.rs", "", "of checkpoints"),
     ("load_step.rs", "has {} rows", "of checkpoints"),
     ("timing.rs", "", "names of times, and of checkpoints"),
     ("von_mises.rs", "the accumulated plastic strain", "of checkpoints"),

@@ -14,7 +14,7 @@ use crate::error::{CheckpointError, reason};
 const FORMAT: &str = "mpm-checkpoint";
 
 /// A reader refuses any other.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Length of the block before the HDF5 file proper that holds its length and check sum [bytes].
 const BLOCK: usize = 512;

@@ -7,8 +7,8 @@ use crate::fill::{Face, Filled, Plan, Shape, fill, line_at};
 use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
-    Tolerance, Turn,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Predictor, Prescribed, Probe, Schedule,
+    Support, Tolerance, Turn,
 };
 use crate::observe::{Field, Observer};
 use crate::record::Summary;
@@ -16,8 +16,8 @@ use crate::room::Room;
 use crate::scene::{
     AxisInput, BodyInput, ControlInput, CornerWeightsInput, Direction, DomainsInput, Finite, GimpUpdateInput,
     LoadInput, MaterialInput, MeanDilatationInput, MeshInput, MotionInput, PathMeasureInput, PlaneBasis,
-    PlanePoint, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn, ShapeInput,
-    SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, ToleranceInput,
+    PlanePoint, PredictorInput, ProbePointsInput, RampInput, RegionInput, ReindexingInput, Scene, SceneIn,
+    ShapeInput, SolidBasis, SolverInput, StabilisationInput, StepControlInput, SupportInput, ToleranceInput,
     TrianglesInput, TurnInput,
 };
 use crate::state::{State, StateLayout};
@@ -1037,7 +1037,11 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
     if cuts > 40 {
         return Err(SceneError::new("schedule.cuts", format!("expected at most 40 halvings, got {cuts}")));
     }
-    Ok(Schedule { steps: scene.schedule.steps.0, cuts })
+    let predictor = match scene.schedule.predictor {
+        PredictorInput::LastStep => Predictor::LastStep,
+        PredictorInput::Rest => Predictor::Rest,
+    };
+    Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
 }
 
 fn path_control(control: &StepControlInput) -> Option<PathControl> {

@@ -1,9 +1,9 @@
 //! How far the next step along the path goes: path control's counterpart of `schedule.rs`.
 
 use crate::model::{PathControl, PathMeasure};
-use crate::path::{Attempt, Length, Secant};
+use crate::path::{Attempt, Length};
+use crate::secant::Secant;
 use crate::state::{ControlProgress, StoredSecant};
-use mpm_grid::{NodeId, Vector};
 
 /// What is to be tried next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,11 +46,7 @@ impl<const D: usize> Course<D> {
     pub(crate) fn store(&self) -> (ControlProgress, StoredSecant) {
         let Self { at, span, aim, along, landing, level, cuts, .. } = *self;
         let secant = self.secant.as_ref().map(|it| (it.fraction, it.length));
-        let increment = self.secant.iter().flat_map(|it| &it.increment);
-        let stored = StoredSecant {
-            nodes: increment.clone().map(|(node, _)| node.index() as u64).collect(),
-            increment: increment.flat_map(|(_, u)| u.iter().copied()).collect(),
-        };
+        let stored = self.secant.as_ref().map(Secant::store).unwrap_or_default();
         (ControlProgress::Path { at, span, aim, along, landing, level, cuts, secant }, stored)
     }
 
@@ -80,22 +76,7 @@ impl<const D: usize> Course<D> {
         if level > floor {
             return Err(format!("has halved a step {level} times, expected at most {floor}"));
         }
-        let StoredSecant { nodes, increment } = stored;
-        if nodes.len().checked_mul(D) != Some(increment.len()) || (secant.is_none() && !nodes.is_empty()) {
-            let (n, m) = (nodes.len(), increment.len());
-            return Err(format!("has a last step of {m} numbers on {n} nodes, expected {D} on each"));
-        }
-        let ascending = nodes.windows(2).all(|pair| pair[0] < pair[1]);
-        if !ascending || nodes.last().is_some_and(|&last| last >= n_nodes as u64) {
-            return Err(format!("has a last step on nodes that do not ascend below {n_nodes}"));
-        }
-        if !increment.iter().all(|u| u.is_finite()) || secant.is_some_and(|(fraction, _)| !fraction.is_finite())
-        {
-            return Err("has a last step that is not finite".into());
-        }
-        let nodes = nodes.iter().filter_map(|&node| NodeId::from_index(node as usize));
-        let increment = nodes.zip(increment.chunks_exact(D).map(Vector::from_column_slice)).collect();
-        let secant = secant.map(|(fraction, length)| Secant { increment, fraction, length });
+        let secant = Secant::recall(secant, stored, n_nodes)?;
         Ok(Self { control, floor, at, span, aim, along, landing, secant, level, cuts })
     }
 

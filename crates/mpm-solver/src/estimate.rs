@@ -134,7 +134,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         prediction: &prediction,
     };
     let seconds = rehearse(&stage)?;
-    let is_iterative = model.solver.is_iterative::<D>(&prediction);
+    let is_iterative = model.solver.is_iterative(&prediction);
     let factor_entries = if is_iterative {
         prediction.factor_entries as usize
     } else {

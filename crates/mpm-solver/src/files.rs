@@ -54,7 +54,8 @@ pub struct PointTable {
 }
 
 impl PointTable {
-    /// The points as parts of a body; cubes where the file has no domains.
+    /// The points as parts of a body; cubes where the file has no domains. In the order of the file, or in
+    /// that of the cells where the file's order is none that memory can be read in.
     pub(crate) fn parts<const D: usize>(&self, mesh: &Mesh<D>) -> Result<Parts<D>, String> {
         let n = self.row.len();
         let lengths = (self.position.len(), self.volume.len(), self.domain.len());
@@ -65,6 +66,7 @@ impl PointTable {
             return Err(format!("{} has columns of different lengths", self.file));
         }
         let mut parts = Vec::with_capacity(n);
+        let mut cells = Vec::with_capacity(n);
         for k in 0..n {
             let wrong = |what: String| format!("{}, {} {}: {what}", self.file, self.row_kind, self.row[k]);
             let centre = Vector::<D>::from_column_slice(&self.position[k * D..(k + 1) * D]);
@@ -78,14 +80,23 @@ impl PointTable {
             if !(volume.is_finite() && volume > 0.0) {
                 return Err(wrong(format!("the volume is {volume}, expected a finite number above 0")));
             }
-            if mesh.locate(&centre, 0.0).is_err() {
-                return Err(wrong(format!("the point at {} lies outside the mesh", listed(centre.as_slice()))));
+            match mesh.locate(&centre, 0.0) {
+                Ok(place) => cells.push(place.cell),
+                Err(_) => {
+                    let at = listed(centre.as_slice());
+                    return Err(wrong(format!("the point at {at} lies outside the mesh")));
+                }
             }
             let half_vectors = match self.domain.is_empty() {
                 true => Block::identity() * (0.5 * volume.powf(1.0 / D as f64)),
                 false => self.half_vectors(k).map_err(wrong)?,
             };
             parts.push(Part { centre, half_vectors, volume });
+        }
+        if are_scattered(&cells) {
+            let mut order: Vec<usize> = (0..n).collect();
+            order.sort_by(|&a, &b| cells[a].iter().rev().cmp(cells[b].iter().rev()));
+            parts = order.iter().map(|&k| parts[k]).collect();
         }
         Ok(Parts { parts, faces: Vec::new(), volume: None })
     }
@@ -114,6 +125,14 @@ impl PointTable {
         }
         Ok(half_vectors)
     }
+}
+
+/// Whether more than a quarter of the steps from point to point lead to a cell that is no neighbour. Sums over
+/// points in a random order were measured to take 3.6 times as long (360,000 points in the plane): each is fetched
+/// from memory alone.
+fn are_scattered<const D: usize>(cells: &[[u32; D]]) -> bool {
+    let far = |pair: &&[[u32; D]]| (0..D).any(|d| pair[0][d].abs_diff(pair[1][d]) > 1);
+    cells.windows(2).filter(far).count() > cells.len() / 4
 }
 
 fn listed(numbers: &[f64]) -> String {
@@ -151,6 +170,24 @@ mod tests {
         let parts = table().parts(&mesh()).unwrap().parts;
         assert_eq!(parts[0].half_vectors, Block::<2>::identity() * 0.5);
         assert_eq!(parts[1].half_vectors, Block::<2>::identity() * 0.25);
+    }
+
+    #[test]
+    fn scattered_points_are_put_into_the_order_of_cells_and_others_are_left() {
+        let axis = Axis::uniform(0.0, 10.0, 10).unwrap();
+        let mesh = Mesh::at_rest(&Layout::on_axes([axis.clone(), axis]).unwrap());
+        let parts = |place: &dyn Fn(usize) -> (f64, f64)| {
+            let position: Vec<f64> = (0..100).flat_map(|k| <[f64; 2]>::from(place(k))).collect();
+            let table = PointTable { row: (0..100).collect(), volume: vec![1.0; 100], position, ..table() };
+            table.parts(&mesh).unwrap().parts
+        };
+        // Rows of the mesh, from the top down, are no disorder; every 37th cell is one.
+        let rows = |k: usize| (0.5 + (k % 10) as f64, 9.5 - (k / 10) as f64);
+        let kept = parts(&rows);
+        assert!(kept.iter().enumerate().all(|(k, part)| (part.centre.x, part.centre.y) == rows(k)));
+        let sorted = parts(&|k| rows(k * 37 % 100));
+        let key = |part: &Part<2>| (part.centre.y, part.centre.x);
+        assert!(sorted.windows(2).all(|pair| key(&pair[0]) < key(&pair[1])));
     }
 
     #[test]

@@ -29,6 +29,7 @@ mod rehearsal;
 mod room;
 pub mod scene;
 mod schedule;
+mod secant;
 mod state;
 mod surface;
 mod timing;
@@ -40,8 +41,8 @@ pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory};
 pub use load_step::{resume, run};
 pub use model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Prescribed, Probe, Schedule, Support,
-    Tolerance, Turn,
+    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Predictor, Prescribed, Probe, Schedule,
+    Support, Tolerance, Turn,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

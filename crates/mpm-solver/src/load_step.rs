@@ -6,13 +6,14 @@ use crate::energy::StepEnergy;
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, LinearSolver, Method, Place};
-use crate::model::{Model, NamedBody, Prescribed};
+use crate::model::{Model, NamedBody, Predictor, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
 use crate::observe::{Moment, Observer, Outcome};
-use crate::path::{self, Attempt, Length, Secant};
+use crate::path::{self, Attempt, Length};
 use crate::record::{Record, StepResult, Summary};
 use crate::schedule::{Pace, Step};
-use crate::state::{State, StateError, StoredSecant, check_covered};
+use crate::secant::Secant;
+use crate::state::{ControlProgress, State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
@@ -36,7 +37,7 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let control = match model.path {
-        None => Control::Pace(Pace::new(model.schedule)),
+        None => Control::Pace(Pace::new(model.schedule), None),
         Some(control) => Control::Course(Course::new(control, model.schedule.cuts)),
     };
     let so_far = SoFar { record, control, linear: LinearSolver::new(model.solver), timings: Timings::new() };
@@ -60,7 +61,15 @@ pub fn resume<const D: usize>(
     let timings = Timings::recall(&state.progress.spent).map_err(wrong)?;
     let progress = &state.progress.control;
     let control = match model.path {
-        None => Control::Pace(Pace::recall(model.schedule, progress).map_err(wrong)?),
+        None => {
+            let pace = Pace::recall(model.schedule, progress).map_err(wrong)?;
+            let measures = match progress {
+                ControlProgress::Load { last, .. } => last.map(|fraction| (fraction, 0.0)),
+                ControlProgress::Path { .. } => None,
+            };
+            let nodes = model.layout.lattice().n_nodes();
+            Control::Pace(pace, Secant::recall(measures, &state.secant, nodes).map_err(wrong)?)
+        }
         Some(control) => {
             let (floor, nodes) = (model.schedule.cuts, model.layout.lattice().n_nodes());
             if record.rows() - 1 > model.schedule.steps as usize {
@@ -72,7 +81,7 @@ pub fn resume<const D: usize>(
         }
     };
     let at = match &control {
-        Control::Pace(pace) => pace.at(),
+        Control::Pace(pace, _) => pace.at(),
         Control::Course(course) => fraction(course.at()),
     };
     check_covered(model, at)?;
@@ -92,7 +101,8 @@ struct SoFar<const D: usize> {
 
 /// What chooses the load steps.
 enum Control<const D: usize> {
-    Pace(Pace),
+    /// Equal load steps, and the last one, where the next one is guessed from it.
+    Pace(Pace, Option<Secant<D>>),
     Course(Course<D>),
 }
 
@@ -104,7 +114,7 @@ fn go_on<const D: usize>(
 ) -> Result<Summary, Error> {
     let SoFar { mut record, mut control, mut linear, mut timings } = so_far;
     let outcome = match &mut control {
-        Control::Pace(pace) => steps(pace, &mut linear, model, observer, &mut record, &mut timings),
+        Control::Pace(pace, last) => steps(pace, last, &mut linear, model, observer, &mut record, &mut timings),
         Control::Course(course) => steps_along(course, &mut linear, model, observer, &mut record, &mut timings),
     };
     // The state of the last load step, where the points still are and the record has come.
@@ -112,7 +122,7 @@ fn go_on<const D: usize>(
         Err(error @ (Error::Step { .. } | Error::StepLimit { .. } | Error::Cancelled { .. })) => {
             let state = || {
                 let control = match &control {
-                    Control::Pace(pace) => (pace.store(), StoredSecant::default()),
+                    Control::Pace(pace, last) => store(pace, last.as_ref()),
                     Control::Course(course) => course.store(),
                 };
                 State::of(model, &record, control, &linear, &timings)
@@ -132,8 +142,14 @@ fn go_on<const D: usize>(
     Ok(record.summary(model, &timings))
 }
 
+/// The progress of equal load steps.
+fn store<const D: usize>(pace: &Pace, last: Option<&Secant<D>>) -> (ControlProgress, StoredSecant) {
+    (pace.store(last.map(|it| it.fraction)), last.map(Secant::store).unwrap_or_default())
+}
+
 fn steps<const D: usize>(
     pace: &mut Pace,
+    last: &mut Option<Secant<D>>,
     linear: &mut LinearSolver<D>,
     model: &mut Model<D>,
     observer: &mut dyn Observer,
@@ -148,11 +164,11 @@ fn steps<const D: usize>(
     while let Some(step) = pace.next() {
         linear.settle();
         let mut attempt = |drive| load_step(model, &step, drive, linear, &mut workspace, timings);
-        let result = attempt(Drive::Load).or_else(|reason| {
+        let result = attempt(Drive::Load(last.as_ref())).or_else(|reason| {
             // Where shorter steps are no help, stages may be; else the first reason is the reason.
-            let last = !reason.is_at_start() && reason != StepFailure::Cancelled && pace.is_at_floor();
+            let is_last = !reason.is_at_start() && reason != StepFailure::Cancelled && pace.is_at_floor();
             let first = |it| if it == StepFailure::Cancelled { it } else { reason.clone() };
-            if last { attempt(Drive::Stages).map_err(first) } else { Err(reason) }
+            if is_last { attempt(Drive::Stages).map_err(first) } else { Err(reason) }
         });
         match result {
             Ok(mut result) => {
@@ -160,14 +176,19 @@ fn steps<const D: usize>(
                     named.body.commit();
                 }
                 pace.succeed();
+                // Nobody guesses from the last step of a run.
+                *last = (model.schedule.predictor == Predictor::LastStep && pace.next().is_some()).then(|| {
+                    let increment = result.equilibrium.increment.iter().copied();
+                    let change = step.end.get() - step.start.get();
+                    Secant::of(&result.connected.active, increment, change, 0.0)
+                });
                 let controlled = domains::control(model, step.end, record.rows());
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
                 record.show_step(model, &step, &result, pace.cuts(), observer, timings)?;
                 workspace.connected = Some((result.connected, None));
                 controlled?;
                 linear.settle();
-                let control = || (pace.store(), StoredSecant::default());
-                let state = || State::of(model, record, control(), linear, timings);
+                let state = || State::of(model, record, store(pace, last.as_ref()), linear, timings);
                 observer.keep(Moment::Step(record.rows() - 1), &state).map_err(Error::Observer)?;
             }
             Err(StepFailure::Cancelled) => {
@@ -230,12 +251,10 @@ fn steps_along<const D: usize>(
                 step.end = fraction(end);
                 let controlled = domains::control(model, step.end, record.rows());
                 result.domains = *controlled.as_ref().unwrap_or(&DomainCounts::default());
-                let nodes = result.connected.active.nodes().iter().copied();
                 let increment = result.equilibrium.increment.iter().enumerate();
                 let increment =
                     increment.map(|(v, u)| u - origin.get(v).copied().unwrap_or_else(Vector::zeros));
-                let increment = nodes.zip(increment).collect();
-                let secant = Secant { increment, fraction: end - start.get(), length };
+                let secant = Secant::of(&result.connected.active, increment, end - start.get(), length);
                 course.succeed(secant, end, result.equilibrium.residuals.len());
                 record.show_step(model, &step, &result, course.cuts(), observer, timings)?;
                 workspace.connected = Some((result.connected, None));
@@ -267,8 +286,8 @@ fn fraction(value: f64) -> LoadFraction {
 
 /// What decides the load fraction at the end of a load step.
 enum Drive<'a, 'b, const D: usize> {
-    /// The step.
-    Load,
+    /// The step, guessed from the last one where there is one.
+    Load(Option<&'a Secant<D>>),
     /// The step, balanced in stages.
     Stages,
     /// The step; its length is measured.
@@ -359,11 +378,20 @@ fn balance<const D: usize>(
     // Where the step ends; along a path, only its solution says.
     let mut reached = step.end;
     let mut equilibrium = match drive {
-        Drive::Load => newton::solve(&problem, linear, workspace, timings)?,
+        Drive::Load(last) => {
+            let guess = last.map(|last| {
+                let scale = (step.end.get() - step.start.get()) / last.fraction;
+                let mut guess = last.carried(&problem);
+                guess.iter_mut().for_each(|u| *u *= scale);
+                path::impose(&constraints, constraints.increment(), &mut guess);
+                guess
+            });
+            newton::solve(&problem, guess, linear, workspace, timings)?
+        }
         Drive::Stages => newton::solve_in_stages(&problem, linear, workspace, timings)?,
         Drive::Measured(attempt) => {
             attempt.end = step.end.get();
-            let equilibrium = newton::solve(&problem, linear, workspace, timings)?;
+            let equilibrium = newton::solve(&problem, None, linear, workspace, timings)?;
             if attempt.measure == Length::Dissipation
                 && equilibrium.method > Method::Llt
                 && step.end.get() < 1.0

@@ -15,15 +15,7 @@ use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Region, Vector};
 /// use mpm_basis::{Basis, Smpm};
 /// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
 /// use mpm_material::{Elasticity, Hencky};
-/// use mpm_solver::observe::{LoadStep, Observer, ObserverError};
 /// use mpm_solver::{Model, Prescribed, Schedule, run};
-///
-/// struct Silent;
-/// impl Observer for Silent {
-///     fn load_step(&mut self, _: &LoadStep<'_>) -> Result<(), ObserverError> {
-///         Ok(())
-///     }
-/// }
 ///
 /// // A cell with one point, pressed to nine tenths of its height.
 /// let axis = Axis::uniform(0.0, 1.0, 1)?;
@@ -40,7 +32,7 @@ use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Region, Vector};
 /// model.add_support("base", &side(1, 0.0), [None, Some(Prescribed::Held)]);
 /// model.add_support("top", &side(1, 1.0), [None, Some(Prescribed::Driven(Ramp::linear(-0.1)))]);
 /// model.schedule = Schedule::equal(2);
-/// let summary = run(&mut model, &mut Silent)?;
+/// let summary = run(&mut model, &mut ())?;
 /// assert_eq!((summary.steps, summary.cuts, summary.points), (2, 0, 1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -268,13 +260,25 @@ pub struct Schedule {
     pub steps: u32,
     /// Halvings of a nominal step before the run gives up.
     pub cuts: u8,
+    /// Where Newton's iteration begins.
+    pub predictor: Predictor,
 }
 
 impl Schedule {
     /// So many equal load steps, each of which may be halved ten times.
     pub const fn equal(steps: u32) -> Self {
-        Self { steps, cuts: 10 }
+        Self { steps, cuts: 10, predictor: Predictor::LastStep }
     }
+}
+
+/// Where the iteration of a load step begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Predictor {
+    /// At the displacement of the step before; where that does not converge at once, at rest.
+    #[default]
+    LastStep,
+    /// At rest.
+    Rest,
 }
 
 /// Control of the path: the load fraction is found, and may decrease.

@@ -149,18 +149,28 @@ pub(crate) enum Wanted {
     ForceAndTangent,
 }
 
-/// Balances the forces of a load step: full Newton from `Δu = 0`, prescribed displacements held
-/// exactly from the first iterate on.
+/// Balances the forces of a load step: full Newton from a guess, where there is one (prescribed components
+/// and all), and where that converges at once; else from `Δu = 0`. Prescribed displacements are held exactly
+/// from the first iterate on.
 pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
+    guess: Option<Vec<Vector<D>>>,
     linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
-    let (start, lift) =
-        (Equilibrium::start(problem.active.len(), linear.first_method()), problem.constraints.increment());
-    let found = iterate(start, lift, problem, linear, workspace, &mut weakest, timings);
+    let rest = || Equilibrium::start(problem.active.len(), linear.first_method());
+    let (guessed, rest) = (guess.map(|increment| Equilibrium { increment, ..rest() }), rest());
+    if let Some(state) = guessed {
+        let start = Start { state, lift: &[], is_guess: true };
+        match iterate(start, problem, linear, workspace, &mut weakest, timings) {
+            Err(failure) if failure != StepFailure::Cancelled => weakest = None,
+            outcome => return outcome,
+        }
+    }
+    let start = Start { state: rest, lift: problem.constraints.increment(), is_guess: false };
+    let found = iterate(start, problem, linear, workspace, &mut weakest, timings);
     found.map_err(|failure| match weakest {
         // A failure after an all but singular tangent is that tangent's.
         Some(pivot) if pivot.relative.abs() < SINGULAR && failure != StepFailure::Cancelled => {
@@ -200,7 +210,8 @@ pub(crate) fn solve_in_stages<const D: usize>(
         }
         let stage = Problem { external: &external, tolerance, ..*problem };
         let start = Equilibrium { residuals: Vec::new(), stages: state.stages + 1, ..state.clone() };
-        match iterate(start, lift, &stage, linear, workspace, &mut weakest, timings) {
+        let start = Start { state: start, lift, is_guess: false };
+        match iterate(start, &stage, linear, workspace, &mut weakest, timings) {
             Ok(balanced) => {
                 residuals.extend(&balanced.residuals);
                 state = balanced;
@@ -218,11 +229,18 @@ pub(crate) fn solve_in_stages<const D: usize>(
     }
 }
 
-/// Newton's iteration from `state`; the prescribed increments `lift` are still to be made, and made
-/// whole by the first correction (none if empty).
+/// Where Newton's iteration begins.
+struct Start<'a, const D: usize> {
+    state: Equilibrium<D>,
+    /// Prescribed increments that are still to be made, whole by the first correction; none if empty [L].
+    lift: &'a [Vector<D>],
+    /// Whether the iteration ends as soon as it does not converge well: it can begin elsewhere.
+    is_guess: bool,
+}
+
+/// Newton's iteration.
 fn iterate<const D: usize>(
-    mut state: Equilibrium<D>,
-    lift: &[Vector<D>],
+    Start { mut state, lift, is_guess }: Start<'_, D>,
     problem: &Problem<'_, D>,
     linear: &mut LinearSolver<D>,
     workspace: &mut Workspace<D>,
@@ -241,7 +259,9 @@ fn iterate<const D: usize>(
     let mut lifted = if driven { vec![Vector::zeros(); n] } else { Vec::new() };
     let sums = PassSums { values: &mut workspace.values, lift: &mut lifted };
     evaluate_into(problem, &mut state, Wanted::ForceAndTangent, sums, &mut out_of_balance, timings)?;
-    if !driven && problem.is_balanced(&out_of_balance, &state.reaction) {
+    // A guess that is as good as the tolerance may yet be worse than what an iteration ends with.
+    let is_done = if is_guess { Problem::is_rounding } else { Problem::is_balanced };
+    if !driven && is_done(problem, &out_of_balance, &state.reaction) {
         return Ok(state);
     }
     for (force, lifted) in out_of_balance.iter_mut().zip(&lifted) {
@@ -291,6 +311,9 @@ fn iterate<const D: usize>(
         if residual < problem.tolerance.residual || problem.is_balanced(&out_of_balance, &state.reaction) {
             return Ok(state);
         }
+        if is_guess && !converges_well(&state) {
+            break;
+        }
         let best = state.residuals.iter().copied().fold(f64::INFINITY, f64::min);
         if !residual.is_finite() || residual > DIVERGED * best {
             break;
@@ -320,9 +343,14 @@ impl<const D: usize> Problem<'_, D> {
         self.tolerance.keep_factor_below.is_some_and(|most| residual <= most * before)
     }
 
+    /// Whether what is out of balance is no more than rounding.
+    fn is_rounding(&self, out_of_balance: &[Vector<D>], _reaction: &[Vector<D>]) -> bool {
+        norm(out_of_balance) <= self.round_off
+    }
+
     /// Whether what is out of balance is small against the forces, or no more than rounding.
     pub(crate) fn is_balanced(&self, out_of_balance: &[Vector<D>], reaction: &[Vector<D>]) -> bool {
-        norm(out_of_balance) <= self.round_off
+        self.is_rounding(out_of_balance, reaction)
             || self.relative(out_of_balance, reaction) < self.tolerance.residual
     }
 }
@@ -341,6 +369,15 @@ fn accuracy(residuals: &[f64], tolerance: f64) -> f64 {
     };
     let needed = residuals.last().map_or(0.0, |last| 0.02 * tolerance / last);
     foreseen.min(MOST_LEFT).max(needed).max(LEAST_LEFT)
+}
+
+/// Whether every correction was taken whole, and the last one halved the residual at least.
+fn converges_well<const D: usize>(state: &Equilibrium<D>) -> bool {
+    let halved = match state.residuals[..] {
+        [.., before, last] => last <= 0.5 * before,
+        _ => true,
+    };
+    halved && state.shortened == 0
 }
 
 /// Whether quadratic convergence would carry the next residual well below the tolerance.

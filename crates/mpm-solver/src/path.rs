@@ -17,9 +17,10 @@
 use crate::error::{PathFailure, StepFailure};
 use crate::linear::LinearSolver;
 use crate::newton::{Equilibrium, Problem, Wanted, Workspace, correction, evaluate, inverted, substitute};
+use crate::secant::Secant;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Constraints;
-use mpm_grid::{LoadFraction, NodeId, Vector};
+use mpm_grid::{LoadFraction, Vector};
 
 /// Half the difference of load fractions over which loading is differentiated.
 const HALF_DIFFERENCE: f64 = 1e-5;
@@ -42,17 +43,6 @@ pub(crate) enum Length {
     Displacement,
     /// Dissipated energy `[F L]`.
     Dissipation,
-}
-
-/// The last step, as a direction for the next.
-#[derive(Clone)]
-pub(crate) struct Secant<const D: usize> {
-    /// Displacement of every node that was active `[L]`, ascending in the node.
-    pub increment: Vec<(NodeId, Vector<D>)>,
-    /// Change of the load fraction.
-    pub fraction: f64,
-    /// Its length.
-    pub length: f64,
 }
 
 /// One step to be tried, and what came of it.
@@ -259,7 +249,7 @@ impl<const D: usize> Solver<'_, '_, D> {
             let (mut first, second) = self.directions(&trial, state)?;
             // Across the path: along it the tangent is singular at a limit point.
             let shift = attempt.secant.map_or(0.0, |secant| {
-                let onwards = carried(self.problem, secant);
+                let onwards = secant.carried(self.problem);
                 -self.weighted(&onwards, &first) / self.weighted(&onwards, &second)
             });
             for (first, second) in first.iter_mut().zip(&second) {
@@ -271,7 +261,7 @@ impl<const D: usize> Solver<'_, '_, D> {
         }
         if let (Some(secant), Some(aim), true) = (attempt.secant, attempt.aim, attempt.guess_by_secant) {
             let scale = aim / secant.length;
-            state.increment = carried(self.problem, secant);
+            state.increment = secant.carried(self.problem);
             for (v, increment) in state.increment.iter_mut().enumerate() {
                 *increment *= scale;
                 *increment += self.origin.get(v).copied().unwrap_or_else(Vector::zeros);
@@ -297,7 +287,7 @@ impl<const D: usize> Solver<'_, '_, D> {
                 let unit = gauge(self.problem, &self.weights, Length::Displacement, &second, &[])?;
                 let aim = *attempt.aim.get_or_insert(unit.length * attempt.seed);
                 // Onwards is where the last step went.
-                let onwards = attempt.secant.map_or(1.0, |secant| unit.slope(&carried(self.problem, secant)));
+                let onwards = attempt.secant.map_or(1.0, |secant| unit.slope(&secant.carried(self.problem)));
                 (aim / unit.length).copysign(onwards)
             }
             Length::Dissipation => self.dissipating(attempt, |step| {
@@ -452,41 +442,13 @@ fn impose_at<const D: usize>(
 }
 
 /// Sets the prescribed components.
-fn impose<const D: usize>(constraints: &Constraints<D>, prescribed: &[Vector<D>], increment: &mut [Vector<D>]) {
+pub(crate) fn impose<const D: usize>(
+    constraints: &Constraints<D>,
+    prescribed: &[Vector<D>],
+    increment: &mut [Vector<D>],
+) {
     constraints.free_part(increment);
     for (increment, prescribed) in increment.iter_mut().zip(prescribed) {
         *increment += prescribed;
     }
-}
-
-/// The last step's displacement on the nodes of this step; a node that was not active then takes the
-/// mean of those with which it shares points.
-fn carried<const D: usize>(problem: &Problem<'_, D>, secant: &Secant<D>) -> Vec<Vector<D>> {
-    let known: Vec<Option<Vector<D>>> = problem
-        .active
-        .nodes()
-        .iter()
-        .map(|node| {
-            let place = secant.increment.binary_search_by_key(node, |entry| entry.0).ok()?;
-            Some(secant.increment[place].1)
-        })
-        .collect();
-    let mut sums = vec![(Vector::<D>::zeros(), 0.0); known.len()];
-    for connection in problem.connections {
-        let links = connection.links();
-        for group in 0..links.n_groups() {
-            let nodes = links.group_nodes(group);
-            if nodes.iter().all(|&node| known[node as usize].is_some()) {
-                continue;
-            }
-            for &node in nodes {
-                for increment in nodes.iter().filter_map(|&other| known[other as usize]) {
-                    let (sum, count) = &mut sums[node as usize];
-                    *sum += increment;
-                    *count += 1.0;
-                }
-            }
-        }
-    }
-    known.iter().zip(sums).map(|(known, (sum, count))| known.unwrap_or(sum / f64::max(count, 1.0))).collect()
 }

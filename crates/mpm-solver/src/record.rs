@@ -592,11 +592,14 @@ fn rho(tau: &SymmetricTensor) -> f64 {
     deviator.norm()
 }
 
+/// Nodes of a grid in the plane up to which nothing is predicted to be iterated.
+const SMALL: usize = 2000;
+
 /// Whether conjugate gradients may solve a model's linear systems.
 fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
     match model.solver {
         Choice::Direct => false,
         Choice::Iterative => true,
-        Choice::Auto => D == 3,
+        Choice::Auto => D == 3 || model.layout.lattice().n_nodes() > SMALL,
     }
 }

@@ -145,7 +145,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
 fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<(f64, f64)> {
     let Prediction { factor_operations, iterative_traffic, .. } = *stage.prediction;
     let choice: Choice = stage.model.solver;
-    let is_quick = match choice.is_iterative::<D>(stage.prediction) {
+    let is_quick = match choice.is_iterative(stage.prediction) {
         true => iterative_traffic <= MOST_TRAFFIC,
         false => factor_operations <= MOST_OPERATIONS,
     };
@@ -170,7 +170,7 @@ fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<
 fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
     let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
     let operation = dense_operation();
-    if stage.model.solver.is_iterative::<D>(stage.prediction) {
+    if stage.model.solver.is_iterative(stage.prediction) {
         let solve = BYTE_SHARE * iterative_traffic * operation;
         return (solve, solve);
     }

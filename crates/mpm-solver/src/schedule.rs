@@ -93,9 +93,10 @@ impl Pace {
         self.fraction(self.position)
     }
 
-    pub(crate) fn store(&self) -> ControlProgress {
+    /// With the change of the load fraction in the last step, where the next one is guessed from it.
+    pub(crate) fn store(&self, last: Option<f64>) -> ControlProgress {
         let Self { done, position, level, cuts, .. } = *self;
-        ControlProgress::Load { done, position, level, cuts }
+        ControlProgress::Load { done, position, level, cuts, last }
     }
 
     /// Where a walk through these steps can have come to.
@@ -103,7 +104,7 @@ impl Pace {
     /// # Errors
     /// What cannot be.
     pub(crate) fn recall(schedule: Schedule, progress: &ControlProgress) -> Result<Self, String> {
-        let &ControlProgress::Load { done, position, level, cuts } = progress else {
+        let &ControlProgress::Load { done, position, level, cuts, last } = progress else {
             return Err("is that of path control, expected equal load steps".into());
         };
         let pace = Self { schedule, done, position, level, cuts };
@@ -112,6 +113,9 @@ impl Pace {
         }
         if level > schedule.cuts {
             return Err(format!("has halved a step {level} times, expected at most {}", schedule.cuts));
+        }
+        if let Some(wrong) = last.filter(|it| !(*it > 0.0 && *it <= 1.0)) {
+            return Err(format!("has a last step over {wrong} of the load, expected above 0 to 1"));
         }
         if position >= pace.parts() || !position.is_multiple_of(pace.parts() >> level) {
             return Err(format!(
@@ -134,7 +138,7 @@ mod tests {
 
     #[test]
     fn equal_steps_end_on_their_stations() {
-        let mut pace = Pace::new(Schedule { steps: 3, cuts: 4 });
+        let mut pace = Pace::new(Schedule { cuts: 4, ..Schedule::equal(3) });
         let mut ends = Vec::new();
         while let Some(step) = pace.next() {
             ends.push(step.end.get());
@@ -145,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_cut_step_grows_again_and_meets_every_station() {
-        let mut pace = Pace::new(Schedule { steps: 2, cuts: 3 });
+        let mut pace = Pace::new(Schedule { cuts: 3, ..Schedule::equal(2) });
         assert!(pace.cut() && pace.cut());
         let mut ends = Vec::new();
         while let Some(step) = pace.next() {
@@ -159,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_floor_is_reached_after_the_stated_cuts() {
-        let mut pace = Pace::new(Schedule { steps: 1, cuts: 2 });
+        let mut pace = Pace::new(Schedule { cuts: 2, ..Schedule::equal(1) });
         assert!(pace.cut() && pace.cut() && !pace.cut());
         assert_eq!(pace.next().unwrap().end.get(), 0.25);
     }

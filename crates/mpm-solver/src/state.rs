@@ -21,7 +21,7 @@ pub struct State {
     pub bodies: Vec<StoredPoints>,
     /// Of every load on points: the points and the part that each carries.
     pub shares: Vec<Vec<(usize, f64)>>,
-    /// The last step along the path; empty without path control.
+    /// Displacement of the last step, where the next one is guessed from it.
     pub secant: StoredSecant,
     /// The order of elimination that was at hand, if any.
     pub order: Option<StoredOrder>,
@@ -53,6 +53,8 @@ pub enum ControlProgress {
         level: u8,
         /// Halvings so far.
         cuts: u64,
+        /// Change of the load fraction in the last step, where the next one is guessed from it.
+        last: Option<f64>,
     },
     /// Steps along the path.
     Path {
@@ -86,11 +88,11 @@ impl ControlProgress {
 
 impl Default for ControlProgress {
     fn default() -> Self {
-        Self::Load { done: 0, position: 0, level: 0, cuts: 0 }
+        Self::Load { done: 0, position: 0, level: 0, cuts: 0, last: None }
     }
 }
 
-/// Displacement of the last step along the path.
+/// Displacement of the last step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StoredSecant {
     /// Numbers of the nodes, ascending.

@@ -126,13 +126,6 @@ fn too_many_points_end_the_run_with_their_reason() {
     assert_eq!((seen.values.len(), seen.positions.len()), (step + 1, 3 * points));
 }
 
-#[test]
-fn a_basis_without_domains_refuses() {
-    let scene = text("doughnut_limit", &[("basis: Cpdi1", "basis: Smpm")]);
-    let error = compile(&Scene::from_ron(&scene).unwrap()).err().expect("refused");
-    assert_eq!(error.path, "domains.control");
-}
-
 /// A block sheared with its mesh, the points split after the first of four steps.
 #[test]
 fn a_uniform_deformation_of_split_points_is_found_exactly() {

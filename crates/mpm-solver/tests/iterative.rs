@@ -90,6 +90,54 @@ fn small_systems_are_solved_directly_and_large_ones_are_not() {
     assert!(estimate.is_iterative, "{:?}", estimate.prediction);
 }
 
+/// A square that settles and widens.
+fn square(cells: u32, basis: &str, poisson: &str, solver: &str) -> String {
+    let wide = cells - 8;
+    format!(
+        r#"PlaneStrain(
+            mesh: Box(axes: [Uniform(from: 0, to: {cells}, cells: {cells}), Uniform(from: 0, to: {cells}, cells: {cells})]),
+            basis: {basis},
+            materials: {{ "a": Hencky(young: 1e4, poisson: {poisson}, density: 1) }},
+            bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: ({wide}, {wide})), points_per_cell: 2)],
+            supports: [
+                (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
+                (name: "left", region: Plane(axis: X, at: 0), fix: [X]),
+            ],
+            loads: [BodyForce(acceleration: (0, -2))],
+            schedule: (steps: 1),
+            solver: {solver},
+        )"#
+    )
+}
+
+#[test]
+fn large_systems_in_the_plane_are_iterated_too() {
+    for basis in ["Smpm", "Gimp", "Cpdi2q"] {
+        let small = compile(&Scene::from_ron(&square(20, basis, "0.3", "Auto")).unwrap()).unwrap();
+        assert!(!small.estimate().unwrap().is_iterative);
+        let (direct, _) = run(&square(150, basis, "0.3", "Direct"));
+        let (auto, _) = run(&square(150, basis, "0.3", "Auto"));
+        assert_eq!((direct.methods, &auto.methods[..]), (vec![0], &[3][..]), "{basis}");
+        assert!(auto.iterations[0] < 60, "{basis}: {:?}", auto.iterations);
+        let largest = direct.displacement.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        let apart = direct.displacement.iter().zip(&auto.displacement);
+        let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(largest > 0.1 && apart < 1e-7 * largest, "{basis}: {apart:e} of {largest:e}");
+    }
+}
+
+/// Where iterations cost more than the factorisation that they were to save, it is made.
+#[test]
+fn what_takes_too_many_iterations_is_factorised() {
+    let (auto, _) = run(&square(150, "Smpm", "0.4999", "Auto"));
+    assert_eq!(auto.methods, [0]);
+    assert!((30..100).contains(&auto.iterations[0]), "spent once: {:?}", auto.iterations);
+    let (direct, _) = run(&square(150, "Smpm", "0.4999", "Direct"));
+    let apart = auto.displacement.iter().zip(&direct.displacement);
+    let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-7, "{apart:e}");
+}
+
 /// A strip pulled until its tangent is indefinite: what conjugate gradients cannot solve is factorised.
 #[test]
 fn an_indefinite_tangent_is_factorised() {

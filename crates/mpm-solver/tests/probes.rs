@@ -198,22 +198,3 @@ fn what_is_not_asked_for_is_not_there() {
         seen.columns.iter().all(|column| !column.name.contains("energy") && !column.name.contains("probe"))
     );
 }
-
-#[test]
-fn wrong_probes_are_refused() {
-    let good = pulled(ELASTIC, 1);
-    for (from, to, path, reason) in [
-        ("\"right\"", "\"corner\"", "probes[1].name", "expected a name of its own"),
-        (
-            "\"right\", body: \"square\"",
-            "\"right\", body: \"ring\"",
-            "probes[1].body",
-            "no body named `ring`; the scene has: square",
-        ),
-        ("from: (1, 0)", "from: (3, 0)", "probes[1].points", "holds no material point of body `square`"),
-        ("basis: Smpm", "basis: Cpdi1, domains: (control: Split())", "probes[0]", "points are split"),
-    ] {
-        let error = compile(&Scene::from_ron(&good.replace(from, to)).unwrap()).err().unwrap();
-        assert!(error.path == path && error.reason.contains(reason), "{error:?}");
-    }
-}

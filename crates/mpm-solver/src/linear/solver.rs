@@ -11,6 +11,9 @@ use mpm_multigrid::{Failure, Multigrid, Nodes, Pattern};
 /// Iterations after which a system is left to the direct solver.
 const MOST_ITERATIONS: u32 = 400;
 
+/// The least limit of iterations where the solver is chosen by its predicted cost.
+const LEAST_BUDGET: u32 = 30;
+
 /// Entries of a factor for which an iterative run still takes the direct solver's help: 8 GB.
 const MOST_ENTRIES_AS_HELP: f64 = 1e9;
 
@@ -28,12 +31,20 @@ pub enum Choice {
 
 impl Choice {
     /// Whether a system of `D` equations a node is solved by iteration.
-    pub fn is_iterative<const D: usize>(self, prediction: &Prediction) -> bool {
+    pub fn is_iterative(self, prediction: &Prediction) -> bool {
         match self {
             Choice::Direct => false,
             Choice::Iterative => true,
-            // In the plane factors stay small.
-            Choice::Auto => D == 3 && prediction.prefers_iterative(),
+            Choice::Auto => prediction.prefers_iterative(),
+        }
+    }
+
+    /// Iterations after which a system is left to the direct solver: at once where that was asked not to be
+    /// taken, else when as much has been spent as a factorisation is predicted to cost.
+    fn most_iterations(self, prediction: &Prediction) -> u32 {
+        match self {
+            Choice::Auto => (prediction.break_even() as u32).clamp(LEAST_BUDGET, MOST_ITERATIONS),
+            Choice::Direct | Choice::Iterative => MOST_ITERATIONS,
         }
     }
 }
@@ -94,11 +105,11 @@ impl<const D: usize> LinearSolver<D> {
         place: Place<'_>,
     ) -> Result<Analysis, OutOfMemory> {
         self.helped = false;
-        let prediction = predict::<D>(pattern, place);
-        if !self.choice.is_iterative::<D>(&prediction) {
+        let prediction = (self.choice != Choice::Direct).then(|| predict::<D>(pattern, place));
+        let Some(prediction) = prediction.filter(|it| self.choice.is_iterative(it)) else {
             self.iterative = None;
             return self.direct.analyse(pattern, place.index, place.periodic, D);
-        }
+        };
         let fingerprint = fingerprint(pattern, place.index);
         if self.iterative.as_ref().is_some_and(|kept| kept.fingerprint == fingerprint) {
             return Ok(Analysis::Reused);
@@ -173,7 +184,7 @@ impl<const D: usize> LinearSolver<D> {
         };
         let b = rhs.to_vec();
         let (method, refinements) = (Method::ConjugateGradients, 0);
-        match iterative.multigrid.solve(rhs, tolerance, MOST_ITERATIONS) {
+        match iterative.multigrid.solve(rhs, tolerance, self.choice.most_iterations(&iterative.prediction)) {
             Ok(solved) => {
                 let (backward_error, iterations) = (solved.residual, solved.iterations);
                 Ok(SolveReport { backward_error, refinements, method, iterations })

@@ -547,7 +547,8 @@ pub enum ShapeInput<const D: usize> {
     /// dimensions `z`, `volume`, and, if points have domains, `r1x`, `r1y`, … `r3z`: vectors from the point to the middles of
     /// its domain's sides, right-handed. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
     /// points have domains, `domain` (rows by dimensions by dimensions, one vector after the other). Without
-    /// domains they are cubes of the points' volumes.
+    /// domains they are cubes of the points' volumes. Points are kept in the order of the file, unless most of them stand
+    /// far from the one before: then in the order of the cells that hold them, row by row.
     Points {
         /// The file, beside the scene: HDF5 if it ends in `.h5` or `.hdf5`, else CSV.
         file: String,
@@ -774,9 +775,23 @@ pub struct ScheduleInput {
     /// by doubling, and every one of the equal steps ends where it would have.
     #[serde(default = "default_cuts")]
     pub cuts: u8,
+    /// Where the iteration of a load step begins.
+    #[serde(default)]
+    pub predictor: PredictorInput,
     /// What sets the load fraction of a load step.
     #[serde(default)]
     pub control: StepControlInput,
+}
+
+/// Where the iteration of a load step begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum PredictorInput {
+    /// At the displacement of the step before, in proportion to the change of the load fraction. Where that does
+    /// not converge at once, the step begins again at rest.
+    #[default]
+    LastStep,
+    /// At rest, as other codes do. Path control has a guess of its own.
+    Rest,
 }
 
 /// What sets the load fraction of a load step.
@@ -842,8 +857,9 @@ fn default_cuts() -> u8 {
 /// How linear systems are solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SolverInput {
-    /// By the solver that is predicted to be quicker: in the plane and in space up to some ten thousand
-    /// equations the direct one, beyond the iterative one. `mpm check` tells both costs.
+    /// By the solver that is predicted to be quicker: up to some ten thousand equations the direct one, beyond
+    /// the iterative one, which leaves to the other what takes it more iterations than a factorisation is worth.
+    /// `mpm check` tells both costs.
     #[default]
     Auto,
     /// By sparse factorisation.
