@@ -252,6 +252,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("error.rs", "the run's record could not", "of full disks, in `faults.rs`"),
     ("surface/mod.rs", "the surface has {0} facets", "a billion of them"),
     ("compile.rs", "the part of the mesh around the bodies", "depends on the machine"),
+    ("surface/parts.rs", "{count:.3e} pieces of the body", "depends on the machine"),
+    ("surface/parts.rs", "a layer of pieces", "depends on the machine"),
+    ("compile.rs", "the axis that is stretched in part", "depends on the machine"),
+    ("rehearsal.rs", "plastic state", "name of a column"),
     // No scene is known that ends so.
     ("basis/src/lib.rs", "its domain inverted", "Newton finds no equilibrium before"),
     ("basis/src/lib.rs", "its domain left the mesh", "the load step after finds the point outside"),

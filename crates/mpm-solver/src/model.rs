@@ -243,7 +243,7 @@ impl<const D: usize> Loads<D> {
             forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
         }
         for (_, vortex) in self.vortices.iter().filter(|(index, _)| *index == body) {
-            forces.extend(views(points).iter().enumerate().map(|(point, view)| {
+            forces.extend(views(points).enumerate().map(|(point, view)| {
                 let rest = view.reference_position.expect("kept where a vortex acts");
                 (point, vortex.body_force(&rest, at) * view.reference_volume)
             }));
