@@ -76,7 +76,7 @@ impl<const D: usize> Probe<D> {
 
     /// Every material point.
     pub fn points(&self) -> Vec<PointView<D>> {
-        mpm_assembly::views(&*self.body)
+        mpm_assembly::views(&*self.body).collect()
     }
 
     /// `f_int` under an increment of displacement `[F]`.

@@ -119,6 +119,11 @@ fn collapse_in_space() {
 }
 
 #[test]
+fn round_bodies_and_points_of_a_table() {
+    passes("cylinder, tube, points from a table");
+}
+
+#[test]
 fn bar_of_a_surface() {
     passes("bar of STL shape");
 }

@@ -19,7 +19,7 @@ pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Comp
     if as_json {
         return say(&format!("{:#}\n", json(&estimate, &input.scene)));
     }
-    say(&sizes(&estimate, input.scene.title(), &unwritten(&input.scene)))
+    say(&sizes(&estimate, &input.scene, &unwritten(&input.scene)))
 }
 
 /// Everything that a machine might ask for; memory in bytes.
@@ -34,13 +34,25 @@ fn json(it: &Estimate, scene: &Scene) -> Value {
         "linear_solver": if it.is_iterative { "iterative" } else { "direct" }, "load_steps": it.steps,
         "memory": {
             "total": memory.total(), "points": memory.points, "connectivity": memory.connectivity,
-            "tangent": memory.tangent, "solver": memory.solver,
+            "tangent": memory.tangent, "solver": memory.solver, "work": memory.work, "program": memory.program,
+        },
+        "seconds": {
+            "total": total(it, scene), "per_load_step": it.seconds.per_step(), "connect": it.seconds.connect,
+            "analyse": it.seconds.analyse, "pass": it.seconds.pass, "solve": it.seconds.solve,
+            "look": it.seconds.look, "newton_iterations": it.seconds.iterations,
+            "solution_tried": it.seconds.is_tried,
         },
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene),
     })
 }
 
-fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
+/// Seconds of the run: positions are recorded besides the fields.
+fn total(it: &Estimate, scene: &Scene) -> f64 {
+    it.seconds.total(1 + scene.output().fields.len(), scene.output().every.0)
+}
+
+fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String]) -> String {
+    let title = scene.title();
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -76,17 +88,33 @@ fn sizes(it: &Estimate, title: &str, unwritten: &[String]) -> String {
     line(
         "memory",
         format!(
-            "about {}: points {}, connectivity {}, tangent {}, solver {}",
+            "about {}: points {}, connectivity {}, tangent {}, solver {}, vectors and record {}, program {}",
             bytes(memory.total()),
             bytes(memory.points),
             bytes(memory.connectivity),
             bytes(memory.tangent),
-            bytes(memory.solver)
+            bytes(memory.solver),
+            bytes(memory.work),
+            bytes(memory.program)
         ),
     );
-    let per_point = 1e9 * it.pass_seconds / it.points as f64;
-    line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", it.pass_seconds));
+    let seconds = &it.seconds;
+    let per_point = 1e9 * seconds.pass / it.points as f64;
+    line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", seconds.pass));
     line("load steps", count(it.steps));
+    let (told, iterations) = (if seconds.is_tried { "tried" } else { "counted" }, seconds.iterations);
+    line(
+        "time",
+        format!(
+            "about {:.2e} s, {:.2e} a load step with {iterations} Newton iterations: connecting {:.1e}, each iteration \
+             {:.1e} for the points and {:.1e} to solve ({told})",
+            total(it, scene),
+            seconds.per_step(),
+            seconds.connect + seconds.analyse,
+            seconds.pass,
+            seconds.solve
+        ),
+    );
 
     let unused = [
         (it.cells - it.cells_with_material, "empty cells"),

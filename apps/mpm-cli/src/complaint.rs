@@ -11,19 +11,25 @@ use std::process::ExitCode;
 
 /// Why the program ends early: a message and an exit code.
 pub struct Complaint {
-    report: Report,
+    /// Left out where another process has told it.
+    report: Option<Report>,
     code: u8,
 }
 
 impl Complaint {
     /// The simulation could not finish.
     pub fn unfinished(message: String) -> Self {
-        Self { report: Report::new(MietteDiagnostic::new(message)), code: 1 }
+        Self { report: Some(Report::new(MietteDiagnostic::new(message))), code: 1 }
     }
 
     /// The input is wrong as a whole.
     pub fn input(message: String) -> Self {
-        Self { report: Report::new(MietteDiagnostic::new(message)), code: 2 }
+        Self { report: Some(Report::new(MietteDiagnostic::new(message))), code: 2 }
+    }
+
+    /// Another process has told what is wrong.
+    pub fn told(code: u8) -> Self {
+        Self { report: None, code }
     }
 
     /// The input is wrong at one place (in bytes) of its text.
@@ -33,11 +39,12 @@ impl Complaint {
         let label = LabeledSpan::new_primary_with_span(label, (place.start, length));
         let diagnostic = MietteDiagnostic::new(message).with_label(label);
         let source = Source { name: file.display().to_string(), text: text.to_string() };
-        Self { report: Report::new(diagnostic).with_source_code(source), code: 2 }
+        Self { report: Some(Report::new(diagnostic).with_source_code(source)), code: 2 }
     }
 
     /// Prints the message to standard error.
     pub fn deliver(&self) -> ExitCode {
+        let Some(report) = &self.report else { return ExitCode::from(self.code) };
         let terminal = std::io::stderr().is_terminal();
         let colour = std::env::var_os("NO_COLOR").is_none_or(|it| it.is_empty());
         let theme = match (terminal, colour) {
@@ -51,12 +58,19 @@ impl Complaint {
             .with_links(false)
             .without_syntax_highlighting();
         let mut text = String::new();
-        if handler.render_report(&mut text, self.report.as_ref()).is_err() {
-            text = format!("{}\n", self.report);
+        if handler.render_report(&mut text, report.as_ref()).is_err() {
+            text = format!("{report}\n");
         }
         // Nobody is left to tell if this fails.
         let _ = std::io::stderr().write_all(text.as_bytes());
         ExitCode::from(self.code)
+    }
+}
+
+/// The message alone.
+impl std::fmt::Display for Complaint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.report.as_ref().map_or(Ok(()), |report| write!(f, "{report}"))
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[command(group = ArgGroup::new("format").required(true))]
 pub struct ExportArguments {
     /// The results file.
-    results: PathBuf,
+    pub results: PathBuf,
     /// Tables: history.csv with a line per load step, points_0000.csv … with a line per material point.
     #[arg(long, group = "format")]
     csv: bool,

@@ -1,6 +1,7 @@
 //! From a path to a compiled scene, or to a complaint that points into the file.
 
 use crate::complaint::Complaint;
+use crate::reading::Files;
 use mpm_io::FolderFiles;
 use mpm_solver::scene::{EditError, Position, ReadError, Scene, position_of, set_value};
 use mpm_solver::{Compiled, SceneError, compile_with};
@@ -45,14 +46,14 @@ pub fn set(file: &Path, mut text: String, settings: &[String]) -> Result<Input, 
     for setting in settings {
         (text, scene) = set_one(&text, setting)?;
     }
-    let files = FolderFiles::beside(file);
+    let files = Files(FolderFiles::beside(file));
     let compiled =
         compile_with(&scene, &files).map_err(|error| refused_setting(file, &text, settings, error))?;
     Ok(Input { text, scene, compiled })
 }
 
 /// Reads and compiles the scene in `text`, which comes from `file`; `files` has what it names.
-pub fn parse(file: &Path, text: String, files: &FolderFiles) -> Result<Input, Complaint> {
+pub fn parse(file: &Path, text: String, files: &Files) -> Result<Input, Complaint> {
     let scene = read_text(file, &text)?;
     let compiled = compile_with(&scene, files).map_err(|error| refused(file, &text, error))?;
     Ok(Input { text, scene, compiled })

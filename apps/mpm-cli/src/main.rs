@@ -9,6 +9,7 @@ mod input;
 mod inspect;
 mod keeper;
 mod plot;
+mod reading;
 mod reference;
 mod report;
 mod run;
@@ -65,6 +66,14 @@ enum Command {
     Export(export::ExportArguments),
     /// Run the validation suite: closed forms, references, what must not change; print its table.
     Validate(validate::ValidateArguments),
+    /// Read a file in full and print nothing, for another process that wants to know whether HDF5 survives it.
+    #[command(hide = true)]
+    ReadBack {
+        /// What it holds.
+        kind: reading::Kind,
+        /// The file.
+        file: PathBuf,
+    },
     /// Print the language of scenes as a JSON schema.
     Schema {
         /// Print it as Markdown for people.
@@ -158,9 +167,16 @@ fn main() -> ExitCode {
         Command::New(arguments) => templates::new(&arguments).and_then(|text| say(&text)),
         Command::Check { scene, settings, json } => check::check(&scene, &settings.set, json),
         Command::Sweep(arguments) => sweep::sweep(&arguments),
-        Command::Inspect { results, json } => inspect::inspect(&results, json).and_then(|text| say(&text)),
-        Command::Plot(arguments) => plot::plot(&arguments).and_then(|text| say(&text)),
-        Command::Export(arguments) => export::export(&arguments).and_then(|text| say(&text)),
+        Command::Inspect { results, json } => {
+            reading::apart(&results, || inspect::inspect(&results, json).and_then(|text| say(&text)))
+        }
+        Command::Plot(arguments) => {
+            reading::apart(&arguments.results, || plot::plot(&arguments).and_then(|text| say(&text)))
+        }
+        Command::Export(arguments) => {
+            reading::apart(&arguments.results, || export::export(&arguments).and_then(|text| say(&text)))
+        }
+        Command::ReadBack { kind, file } => reading::read_back(kind, &file),
         Command::Validate(arguments) => validate::validate(&arguments),
         Command::Completions { shell } => completions(shell),
         Command::Man { output } => manual(output.as_deref()),

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Args)]
 pub struct PlotArguments {
     /// The results file.
-    results: PathBuf,
+    pub results: PathBuf,
     /// Picture, .png or .svg; with `--frames`, the folder of the pictures [default: the results' name with .png, or
     /// with `_frames`].
     #[arg(short, long, value_name = "FILE")]

@@ -3,6 +3,7 @@
 use crate::complaint::Complaint;
 use crate::input::Input;
 use crate::keeper::{self, Keeper};
+use crate::reading::{self, Files, Kind};
 use crate::watch::Watch;
 use crate::{ResumeArguments, RunArguments, input, inspect, report, say};
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
@@ -29,7 +30,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     let keeper = Keeper::new(keeper::beside(&path), head, &arguments.checkpoints)?;
     let writer = ResultsWriter::create(&path, options(&input));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
-    let files = Files { scene: &arguments.scene, results: &path };
+    let files = Paths { scene: &arguments.scene, results: &path };
     let outcome = carry_out(input, None, writer, keeper, &files, arguments.quiet || arguments.json);
     // Results that cannot be read back are no reason to forget why the run ended.
     let said = if arguments.json { inspect::inspect(&path, true).and_then(|text| say(&text)) } else { Ok(()) };
@@ -43,7 +44,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     let refuse = |error: CheckpointError| Complaint::input(error.to_string());
     let checkpoint = Checkpoint::open(file).map_err(refuse)?;
     let mut head = checkpoint.head().clone();
-    let input = input::parse(file, head.scene.clone(), &FolderFiles::new(&head.folder))?;
+    let input = input::parse(file, head.scene.clone(), &Files(FolderFiles::new(&head.folder)))?;
     let state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
     if head.program != PROGRAM {
         let note = format!(
@@ -69,14 +70,15 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     if arguments.checkpoints.checkpoint.is_none() {
         keeper.has_kept(state.progress.rows().saturating_sub(1));
     }
+    reading::survives(&path, Kind::Results)?;
     let writer = ResultsWriter::resume(&path, options(&input));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
-    let files = Files { scene: file, results: &path };
+    let files = Paths { scene: file, results: &path };
     carry_out(input, Some(&state), writer, keeper, &files, arguments.quiet)
 }
 
 /// Where a run comes from and goes to.
-struct Files<'a> {
+struct Paths<'a> {
     scene: &'a Path,
     results: &'a Path,
 }
@@ -86,7 +88,7 @@ fn carry_out(
     state: Option<&State>,
     writer: ResultsWriter,
     keeper: Keeper,
-    files: &Files<'_>,
+    files: &Paths<'_>,
     quiet: bool,
 ) -> Result<(), Complaint> {
     keeper::listen(keeper.cancellation())?;

@@ -1,6 +1,7 @@
 //! `mpm sweep`: a scene over a grid of values, each combination a run of its own, one table of results.
 
 use crate::complaint::Complaint;
+use crate::reading::{self, Kind};
 use crate::{input, inspect, keeper, say};
 use clap::Args;
 use mpm_io::{Results, component_name};
@@ -158,13 +159,18 @@ impl Combination {
         self.folder.join("results.h5")
     }
 
-    fn standing(&self) -> Standing {
+    fn read(&self) -> Result<Results, String> {
         let path = self.results();
-        if !path.exists() {
+        reading::survives(&path, Kind::Results).map_err(|complaint| complaint.to_string())?;
+        Results::open(&path).map_err(|error| error.to_string())
+    }
+
+    fn standing(&self) -> Standing {
+        if !self.results().exists() {
             return Standing::Open("not run".into());
         }
-        match Results::open(&path) {
-            Err(error) => Standing::Open(error.to_string()),
+        match self.read() {
+            Err(reason) => Standing::Open(reason),
             Ok(results) if results.scene() != self.text => Standing::Open("of another scene".into()),
             Ok(results) => match results.status() {
                 "completed" => Standing::Completed,
@@ -180,7 +186,7 @@ impl Combination {
     fn run(&self, threads: usize) -> Result<(), Complaint> {
         let cannot = |error: std::io::Error| cannot_write(&self.folder, &error);
         std::fs::create_dir_all(&self.folder).map_err(cannot)?;
-        let is_ours = Results::open(self.results()).is_ok_and(|results| results.scene() == self.text);
+        let is_ours = self.read().is_ok_and(|results| results.scene() == self.text);
         std::fs::write(self.folder.join("scene.ron"), &self.text).map_err(cannot)?;
         let log = std::fs::File::create(self.folder.join("log.txt")).map_err(cannot)?;
         let start = |arguments: &[&str]| {

@@ -225,6 +225,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("surface/mod.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
     ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
+    ("compile.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
     ("compile.rs", "expected a ring mesh", "asked of ring meshes only"),
     ("fill.rs", "a box can only be filled", "the compiler says so before"),
     ("fill.rs", "a body of parts can only", "the compiler says so before"),
@@ -251,6 +252,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("error.rs", "the run's record could not", "of full disks, in `faults.rs`"),
     ("surface/mod.rs", "the surface has {0} facets", "a billion of them"),
     ("compile.rs", "the part of the mesh around the bodies", "depends on the machine"),
+    ("surface/parts.rs", "{count:.3e} pieces of the body", "depends on the machine"),
+    ("surface/parts.rs", "a layer of pieces", "depends on the machine"),
+    ("compile.rs", "the axis that is stretched in part", "depends on the machine"),
+    ("rehearsal.rs", "plastic state", "name of a column"),
     // No scene is known that ends so.
     ("basis/src/lib.rs", "its domain inverted", "Newton finds no equilibrium before"),
     ("basis/src/lib.rs", "its domain left the mesh", "the load step after finds the point outside"),

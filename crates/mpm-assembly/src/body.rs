@@ -368,7 +368,13 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 }
 
-/// All points of a body, viewed in parallel, in order.
-pub fn views<const D: usize>(body: &dyn Body<D>) -> Vec<PointView<D>> {
-    (0..body.n_points()).into_par_iter().map(|point| body.point(point)).collect()
+/// All points of a body in order, viewed in parallel, a block at a time: all views together would need as much
+/// memory as the points themselves.
+pub fn views<const D: usize>(body: &dyn Body<D>) -> impl Iterator<Item = PointView<D>> {
+    const BLOCK: usize = 8192;
+    let n = body.n_points();
+    (0..n).step_by(BLOCK).flat_map(move |first| {
+        let block = first..n.min(first + BLOCK);
+        block.into_par_iter().map(|point| body.point(point)).collect::<Vec<_>>()
+    })
 }

@@ -23,6 +23,7 @@
 //! A small XDMF file beside it shows the same datasets to programs without temporal VTKHDF.
 //! What a killed run leaves behind is said at [`ResultsWriter`].
 
+mod calls;
 mod checkpoint;
 mod earlier;
 mod error;
@@ -36,6 +37,7 @@ mod vtkhdf;
 mod writer;
 mod xdmf;
 
+pub use calls::Calls;
 pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
 pub use error::{CheckpointError, ResultsError};
 pub use export::component_name;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use hdf5::File;
 use mpm_solver::observe::Column;
 
+use crate::calls::{Call, Closing};
 use crate::error::{ResultsError, reason};
 use crate::source::Source;
 use crate::writer::PhaseName;
@@ -67,7 +68,7 @@ pub struct PhaseTime {
 #[derive(Debug)]
 pub struct Results {
     path: PathBuf,
-    file: File,
+    file: Closing,
     scene: String,
     program: String,
     status: String,
@@ -90,7 +91,9 @@ impl Results {
         let path = path.as_ref().to_path_buf();
         hdf5::silence_errors(true);
         fs::File::open(&path).map_err(|error| ResultsError::open(&path, error))?;
+        let _call = Call::begin();
         let file = File::open(&path).map_err(|error| ResultsError::open(&path, reason(&error)))?;
+        let file = Closing::new(file);
         let source = Source { path: &path };
 
         let format = source.text(&file, "format")?;
@@ -216,6 +219,7 @@ impl Results {
     /// # Errors
     /// [`ResultsError::Malformed`] if the datasets are not what they should be.
     pub fn timings(&self) -> Result<Vec<PhaseTime>, ResultsError> {
+        let _call = Call::begin();
         if !self.file.link_exists("timings") {
             return Ok(Vec::new());
         }
@@ -248,6 +252,7 @@ impl Results {
     /// # Errors
     /// [`ResultsError::Malformed`] if the group cannot be listed.
     pub fn fields(&self) -> Result<Vec<String>, ResultsError> {
+        let _call = Call::begin();
         if !self.file.link_exists("VTKHDF") {
             return Ok(Vec::new());
         }

@@ -6,6 +6,7 @@ use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, File, Group, H5Type};
 use mpm_solver::observe::{Column, ColumnKind};
 
+use crate::calls::Call;
 use crate::error::{ResultsError, reason};
 
 /// The path, for errors.
@@ -21,6 +22,7 @@ impl Source<'_> {
 
     /// A text attribute of the root.
     pub(crate) fn text(&self, file: &File, name: &str) -> Result<String, ResultsError> {
+        let _call = Call::begin();
         let text = file.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>());
         let text = text.map_err(|error| self.malformed(name, reason(&error)))?;
         Ok(String::from_utf8_lossy(text.as_bytes()).into_owned())
@@ -28,6 +30,7 @@ impl Source<'_> {
 
     /// An attribute that counts something.
     pub(crate) fn count(&self, group: &Group, name: &str) -> Result<usize, ResultsError> {
+        let _call = Call::begin();
         let count = group.attr(name).and_then(|attribute| attribute.read_scalar::<i64>());
         let count = count.map_err(|error| self.malformed(name, reason(&error)))?;
         usize::try_from(count).map_err(|_| self.malformed(name, format!("is {count}")))
@@ -35,6 +38,7 @@ impl Source<'_> {
 
     /// A group by its path.
     pub(crate) fn group(&self, file: &File, name: &str) -> Result<Group, ResultsError> {
+        let _call = Call::begin();
         file.group(name).map_err(|error| self.malformed(name, reason(&error)))
     }
 
@@ -49,6 +53,7 @@ impl Source<'_> {
         if prefix.matches('/').count() > DEEPEST {
             return Err(self.malformed("history", "is nested too deeply"));
         }
+        let _call = Call::begin();
         let names = group.member_names().map_err(|error| self.malformed("history", reason(&error)))?;
         for name in names {
             let path = format!("{prefix}{name}");
@@ -90,6 +95,7 @@ impl Source<'_> {
 
     /// All of a dataset with one number per row.
     pub(crate) fn vector<T: H5Type + Clone>(&self, file: &File, name: &str) -> Result<Vec<T>, ResultsError> {
+        let _call = Call::begin();
         let dataset = file.dataset(name).map_err(|error| self.malformed(name, reason(&error)))?;
         match self.shape(&dataset, name)? {
             (rows, 1) => Ok(self.slice(file, name, 0, rows)?.1),
@@ -105,6 +111,7 @@ impl Source<'_> {
         first: usize,
         rows: usize,
     ) -> Result<(usize, Vec<T>), ResultsError> {
+        let _call = Call::begin();
         let dataset = file.dataset(name).map_err(|error| self.malformed(name, reason(&error)))?;
         let (stored, width) = self.shape(&dataset, name)?;
         let end = first.checked_add(rows).filter(|&end| end <= stored);

@@ -286,7 +286,7 @@ fn model<const D: usize, B: FillBody<D>>(
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
     }
     let layout = layout(&scene.mesh, room)?;
-    let motion = motion(&scene.motion, &layout)?;
+    let motion = motion(&scene.motion, &layout, room)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
@@ -385,7 +385,26 @@ fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, 
     Err(SceneError::new(path, format!("{direction:?} is not a direction of a scene in {D} dimensions")))
 }
 
-fn motion<const D: usize>(input: &MotionInput<D>, layout: &Layout<D>) -> Result<MeshMotion<D>, SceneError> {
+/// An even axis that is stretched in part is one no more: its nodes are listed.
+fn check_stretch<const D: usize>(
+    layout: &Layout<D>,
+    axis: usize,
+    (anchor, driven): (f64, f64),
+    room: Room,
+) -> Result<(), String> {
+    let Layout::Box { axes, .. } = layout else { return Ok(()) };
+    let axis = &axes[axis];
+    if anchor.min(driven) <= axis.first() && anchor.max(driven) >= axis.last() {
+        return Ok(());
+    }
+    room.check("the axis that is stretched in part", f64::from(axis.cells()) + 1.0, size_of::<f64>())
+}
+
+fn motion<const D: usize>(
+    input: &MotionInput<D>,
+    layout: &Layout<D>,
+    room: Room,
+) -> Result<MeshMotion<D>, SceneError> {
     match input {
         MotionInput::Fixed => Ok(MeshMotion::Fixed),
         MotionInput::Stretch(stretches) => {
@@ -396,6 +415,8 @@ fn motion<const D: usize>(input: &MotionInput<D>, layout: &Layout<D>) -> Result<
                 if planes[axis].is_some() {
                     return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
                 }
+                check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), room)
+                    .map_err(|it| SceneError::new(&path, it))?;
                 planes[axis] = Some(DrivenPlane {
                     anchor: stretch.anchor.0,
                     driven: stretch.driven.0,
@@ -1034,8 +1055,9 @@ fn nearest<const D: usize>(
 
 fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneError> {
     let cuts = scene.schedule.cuts;
-    if cuts > 40 {
-        return Err(SceneError::new("schedule.cuts", format!("expected at most 40 halvings, got {cuts}")));
+    if cuts > Schedule::MOST_CUTS {
+        let reason = format!("expected at most {} halvings, got {cuts}", Schedule::MOST_CUTS);
+        return Err(SceneError::new("schedule.cuts", reason));
     }
     let predictor = match scene.schedule.predictor {
         PredictorInput::LastStep => Predictor::LastStep,

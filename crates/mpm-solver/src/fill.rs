@@ -137,13 +137,14 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
         Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
         Shape::Solid(solid) => {
             let faces: Vec<_> = plan.faces.iter().map(|face| (face.axis, face.at, face.within)).collect();
-            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &faces).map(Some)
+            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &faces, plan.room).map(Some)
         }
         Shape::Rest { from, to, without } => {
             if !plan.faces.is_empty() {
                 return Err("a box without other bodies can carry no traction".into());
             }
-            rest((from, to), without, axes()?, basis.pieces_per_cell(plan.points_per_cell)?).map(Some)
+            rest((from, to), without, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, plan.room)
+                .map(Some)
         }
         Shape::Parts(parts) => Ok(Some(parts.clone())),
     }

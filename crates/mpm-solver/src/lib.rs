@@ -25,6 +25,7 @@ mod ordering;
 mod path;
 mod probe;
 mod record;
+mod rehearsal;
 mod room;
 pub mod scene;
 mod schedule;
@@ -46,5 +47,6 @@ pub use model::{
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
 pub use record::Summary;
+pub use rehearsal::Seconds;
 pub use schedule::{Pace, Step};
 pub use state::{BodyLayout, ControlProgress, Progress, State, StateError, StateLayout, StoredSecant};

@@ -252,7 +252,7 @@ impl<const D: usize> Loads<D> {
             forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
         }
         for (_, vortex) in self.vortices.iter().filter(|(index, _)| *index == body) {
-            forces.extend(views(points).iter().enumerate().map(|(point, view)| {
+            forces.extend(views(points).enumerate().map(|(point, view)| {
                 let rest = view.reference_position.expect("kept where a vortex acts");
                 (point, vortex.body_force(&rest, at) * view.reference_volume)
             }));
@@ -274,6 +274,9 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// Halvings at most: a part of a step is a whole number of the smallest ones, in 64 bits.
+    pub const MOST_CUTS: u8 = 40;
+
     /// So many equal load steps, each of which may be halved ten times.
     pub const fn equal(steps: u32) -> Self {
         Self { steps, cuts: 10, predictor: Predictor::LastStep }

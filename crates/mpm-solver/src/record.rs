@@ -503,7 +503,7 @@ impl<const D: usize> BodyFields<'_, D> {
     fn plane_outlines(&self) -> Vec<f64> {
         let mut values = Vec::with_capacity(self.n_points() * Field::Outline.components());
         for named in self.bodies {
-            for (point, view) in views(&*named.body).iter().enumerate() {
+            for (point, view) in views(&*named.body).enumerate() {
                 let corners = named.body.outline(point);
                 let last = corners.last().copied().unwrap_or(view.position);
                 let corners = corners.into_iter().chain(std::iter::repeat(last)).take(4);

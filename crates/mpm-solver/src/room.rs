@@ -39,6 +39,11 @@ impl Room {
         ))
     }
 
+    /// How many things of `each` bytes there is room for.
+    pub(crate) fn most(self, each: usize) -> usize {
+        usize::try_from(self.bytes / each.max(1) as u64).unwrap_or(usize::MAX)
+    }
+
     /// Refuses supports that are sought among more nodes than a run could hold.
     pub(crate) fn check_search(nodes: f64) -> Result<(), String> {
         if nodes <= MOST_SOUGHT {

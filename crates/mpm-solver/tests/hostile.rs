@@ -122,6 +122,19 @@ fn what_cannot_be_is_refused_before_memory_is_asked_for() {
         "points_per_cell: 2), (name: \"b\", material: \"soft\", shape: Box(from: (39998, 39998), to: (39999, 39999)), points_per_cell: 1)]",
     );
     check(&apart, &("", "", "the part of the mesh around the bodies would take at least"));
+    // An axis is stretched in part: its nodes would be listed.
+    let long = SCENE.replace(X_AXIS, "[Uniform(from: 0, to: 5e8, cells: 500000000)");
+    let stretched =
+        long.replace("motion: Fixed", "motion: Stretch([(axis: X, anchor: 0, driven: 4, displacement: 1)])");
+    assert_ne!(long, stretched);
+    check(&stretched, &("", "", "the axis that is stretched in part would take at least"));
+    // Pieces of a round body, before they are cut.
+    let round = SCENE.replace(
+        "Box(from: (0, 0), to: (2, 2)), points_per_cell: 2",
+        "Cylinder(centre: (2, 2), radius: 1.5), points_per_cell: 3000",
+    );
+    assert_ne!(round, SCENE);
+    check(&round, &("", "", "a layer of pieces around the body would take at least"));
     // Nested beyond what a stack holds.
     for (open, close) in [("(", ")"), ("[", "]"), ("All([", "])"), ("{\"a\":", "}")] {
         for depth in [200, 100_000] {

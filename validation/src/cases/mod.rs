@@ -15,6 +15,7 @@ mod patch;
 mod path;
 mod remedies;
 mod rotation;
+mod shapes;
 mod simple_stretch;
 mod space;
 mod step_control;
@@ -54,6 +55,7 @@ pub const CASES: &[Case] = &[
     space::CANTILEVER,
     space::COLLAPSE,
     bar::CASE,
+    shapes::CASE,
     newton_rate::CASE,
     tangent::CASE,
     rotation::CASE,

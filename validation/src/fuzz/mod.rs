@@ -12,6 +12,7 @@ mod text;
 pub use targets::Target;
 
 use crate::Broken;
+use mpm_io::Calls;
 use random::Random;
 use std::fs;
 use std::os::unix::fs::FileExt;
@@ -30,6 +31,9 @@ const LONGEST: u64 = 10;
 const LONGEST_BY_CLOCK: u64 = 300;
 /// Exit code of a process that has found a hang.
 const HANGS: i32 = 77;
+/// Exit code of a process in which HDF5 does not come back from a results file: `mpm` reads them in a process that it
+/// ends then.
+const HDF5_HANGS: i32 = 78;
 /// Cases of a process: HDF5 never lets go of some of the files that it could not make sense of.
 const PORTION: u64 = 5_000;
 
@@ -54,6 +58,8 @@ pub struct Report {
     depths: [u64; DEPTHS.len()],
     /// Cases that crashed the HDF5 library itself, and no more than the process that read the file.
     pub crashes_of_hdf5: u64,
+    /// Cases in which HDF5 did not come back from a results file.
+    pub hangs_of_hdf5: u64,
     /// Findings: number of the case, and what happened.
     pub findings: Vec<(u64, String)>,
 }
@@ -62,12 +68,13 @@ impl Report {
     /// Cases run.
     pub fn executions(&self) -> u64 {
         let ended = self.findings.iter().filter(|it| !it.1.starts_with(PANIC)).count() as u64;
-        self.depths.iter().sum::<u64>() + self.crashes_of_hdf5 + ended
+        self.depths.iter().sum::<u64>() + self.crashes_of_hdf5 + self.hangs_of_hdf5 + ended
     }
 
     fn add(&mut self, other: Self) {
         self.depths.iter_mut().zip(other.depths).for_each(|(all, more)| *all += more);
         self.crashes_of_hdf5 += other.crashes_of_hdf5;
+        self.hangs_of_hdf5 += other.hangs_of_hdf5;
         self.findings.extend(other.findings);
     }
 }
@@ -78,7 +85,12 @@ impl std::fmt::Display for Report {
         for (name, count) in DEPTHS.iter().zip(self.depths) {
             write!(f, " {count} {name},")?;
         }
-        write!(f, " {} crash HDF5 itself, {} findings", self.crashes_of_hdf5, self.findings.len())?;
+        let (crash, hang) = (self.crashes_of_hdf5, self.hangs_of_hdf5);
+        write!(
+            f,
+            " {crash} crash HDF5 itself, {hang} keep it busy without end, {} findings",
+            self.findings.len()
+        )?;
         for (case, what) in &self.findings {
             write!(f, "\n  case {case}: {what}")?;
         }
@@ -148,6 +160,11 @@ fn portion(plan: &Plan, worker: &Path, mut from: u64, to: u64) -> Result<Report,
         }
         if output.status.success() {
             break;
+        }
+        if output.status.code() == Some(HDF5_HANGS) {
+            report.hangs_of_hdf5 += 1;
+            from = case + 1;
+            continue;
         }
         let what = match output.status.code() {
             Some(HANGS) => Some(format!("takes longer than {LONGEST} s")),
@@ -219,7 +236,7 @@ pub fn work(arguments: &[String]) -> Result<ExitCode, Broken> {
             }
             let by_clock = clock.elapsed().as_secs() > LONGEST_BY_CLOCK;
             if by_clock || processor_time() - processor > LONGEST as f64 {
-                std::process::exit(HANGS);
+                std::process::exit(if Calls::now().is_inside() { HDF5_HANGS } else { HANGS });
             }
         }
     });

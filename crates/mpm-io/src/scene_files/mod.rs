@@ -22,21 +22,31 @@ impl FolderFiles {
     pub fn beside(scene: &Path) -> Self {
         Self::new(scene.parent().unwrap_or(Path::new("")))
     }
+
+    /// Where a file is that a scene names.
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// Whether a table of points is read as HDF5: `.h5` or `.hdf5`.
+    pub fn is_hdf5(path: &Path) -> bool {
+        path.extension().is_some_and(|it| it == "h5" || it == "hdf5")
+    }
 }
 
 impl SceneFiles for FolderFiles {
     fn surface(&self, file: &str) -> Result<Surface, String> {
-        let path = self.folder.join(file);
+        let path = self.path(file);
         let named = |reason: String| format!("{}: {reason}", path.display());
         let triangles = stl::read(&path).map_err(named)?;
         Surface::new(&triangles).map_err(|it| named(it.to_string()))
     }
 
     fn points(&self, file: &str, dimensions: usize) -> Result<PointTable, String> {
-        let path = self.folder.join(file);
+        let path = self.path(file);
         let name = path.display().to_string();
-        let hdf5 = path.extension().is_some_and(|it| it == "h5" || it == "hdf5");
-        let read = if hdf5 { points::hdf5(&path, dimensions) } else { points::csv(&path, dimensions) };
+        let read =
+            if Self::is_hdf5(&path) { points::hdf5(&path, dimensions) } else { points::csv(&path, dimensions) };
         read.map(|table| PointTable { file: name.clone(), ..table }).map_err(|it| format!("{name}: {it}"))
     }
 }

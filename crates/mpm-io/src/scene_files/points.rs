@@ -1,5 +1,6 @@
 //! Material points from a table, CSV or HDF5.
 
+use crate::calls::Call;
 use crate::error::reason;
 use hdf5::File;
 use hdf5::types::{FloatSize, TypeDescriptor};
@@ -78,6 +79,7 @@ fn line_of_record(text: &[u8], before: &csv::Position) -> u64 {
 /// Datasets of an HDF5 file.
 pub(super) fn hdf5(path: &Path, dimensions: usize) -> Result<PointTable, String> {
     hdf5::silence_errors(true);
+    let _call = Call::begin();
     let file = File::open(path).map_err(|error| reason(&error))?;
     let volume = numbers(&file, "volume", &[])?;
     let rows = volume.len();

@@ -1,6 +1,7 @@
 //! LLᵀ and LBLᵀ: faer's supernodal factorisations, with our order, memory and reading of pivots.
 
 use super::{Method, OutOfMemory, Pivot, Report, SymmetricPattern};
+use crate::rehearsal::processor_seconds;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::perm::PermRef;
@@ -12,6 +13,7 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
+use std::hint::black_box;
 
 /// Structure of the factor of a pattern, eliminated in this order (new to old).
 pub(super) fn analyse(
@@ -60,6 +62,19 @@ pub(super) struct Cholesky {
     /// Order of the pivots within supernodes and its inverse (LBLᵀ only).
     exchange: Vec<usize>,
     exchange_inverse: Vec<usize>,
+}
+
+/// Seconds that an operation of a dense factorisation takes here, one thread `[s]`.
+pub(crate) fn dense_operation() -> f64 {
+    const SIZE: usize = 384;
+    let matrix = faer::Mat::from_fn(SIZE, SIZE, |i, j| if i == j { SIZE as f64 } else { 0.5 });
+    let once = || {
+        let clock = processor_seconds();
+        black_box(black_box(&matrix).llt(Side::Lower).is_ok());
+        processor_seconds() - clock
+    };
+    let shortest = (0..4).map(|_| once()).fold(f64::INFINITY, f64::min);
+    shortest / (SIZE.pow(3) as f64 / 3.0)
 }
 
 impl Cholesky {

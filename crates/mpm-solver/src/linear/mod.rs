@@ -50,6 +50,7 @@ pub use solver::{Choice, LinearSolver, Place};
 
 use crate::ordering::{BlockGraph, elimination_order};
 use cholesky::Cholesky;
+pub(crate) use cholesky::dense_operation;
 use lu::Lu;
 use residual::{Residual, holds_nothing, image_of_known, product};
 

@@ -773,7 +773,8 @@ pub struct ScheduleInput {
     pub steps: Count,
     /// How often a step that does not converge may be halved before the run ends; steps grow again
     /// by doubling, and every one of the equal steps ends where it would have.
-    #[serde(default = "default_cuts")]
+    #[serde(default = "default_cuts", deserialize_with = "number::halvings")]
+    #[schemars(range(min = 0, max = Schedule::MOST_CUTS))]
     pub cuts: u8,
     /// Where the iteration of a load step begins.
     #[serde(default)]
@@ -911,7 +912,8 @@ pub struct OutputInput {
     /// is in none of them. Costs a pass over the points per load step.
     pub energies: bool,
     /// Whether the condition number of every load step's last tangent is estimated (`/history/condition`), by ten
-    /// linear solutions more. Without it the summary has a lower bound, from the pivots.
+    /// linear solutions more: 10 to 30 % more time in the plane, up to 80 % in space with the direct solver. Without it
+    /// the summary has a lower bound, from the pivots, which is free.
     pub condition: bool,
     /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
     pub checkpoint: Option<CheckpointInput>,

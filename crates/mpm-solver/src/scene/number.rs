@@ -1,5 +1,6 @@
 //! Numbers that are checked as they are read, so that a wrong one is reported where it stands.
 
+use crate::model::Schedule;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -166,6 +167,15 @@ impl<'de, const D: usize> Deserialize<'de> for Coordinates<D> {
         }
         deserializer.deserialize_tuple(D, Numbers)
     }
+}
+
+/// Reads how often a step may be halved.
+pub(super) fn halvings<'de, De: Deserializer<'de>>(deserializer: De) -> Result<u8, De::Error> {
+    let n = i64::deserialize(deserializer)?;
+    let fits = u8::try_from(n).ok().filter(|&n| n <= Schedule::MOST_CUTS);
+    fits.ok_or_else(|| {
+        De::Error::custom(format!("expected a whole number from 0 to {}, got {n}", Schedule::MOST_CUTS))
+    })
 }
 
 /// Reads a map in which no key may stand twice (the last would win).

@@ -118,7 +118,7 @@ fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
         }
         Error::ExpectedComma => expected("`,` or a closing bracket"),
         Error::TrailingCharacters => expected("the end of the scene"),
-        Error::IntegerOutOfBounds => format!("the whole number {found} is out of range"),
+        Error::IntegerOutOfBounds => expected("a whole number of at most 64 bits"),
         Error::UnclosedBlockComment => "this comment is not closed".into(),
         Error::InvalidValueForType { expected, found } => format!("expected {expected}, got {found}"),
         Error::ExpectedDifferentLength { expected, found } => format!("expected {expected}, got {found}"),

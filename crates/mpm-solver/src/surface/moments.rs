@@ -103,6 +103,9 @@ fn slice(polygon: Polygon, d: usize, lines: &[f64], each: &mut dyn FnMut(usize, 
     }
 }
 
+/// What a piece of the layer that is cut takes `[bytes]`.
+pub(super) const BYTES_IN_LAYER: usize = size_of::<Moments>() + size_of::<Shadow>();
+
 /// Calls `each` for every piece `[x, y, z]` in which the surface encloses anything at all (or seems to, by
 /// rounding), z slowest and x fastest. The lines of the pieces ascend and span the surface.
 pub(super) fn for_each(surface: &Surface, lines: &[Vec<f64>; 3], mut each: impl FnMut([usize; 3], &Moments)) {

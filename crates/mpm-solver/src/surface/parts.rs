@@ -7,11 +7,16 @@
 use super::moments::{self, Moments};
 use super::{Round, Surface};
 use crate::fill::line_at;
+use crate::room::Room;
 use mpm_grid::{Axis, Block, Vector};
 use nalgebra::Vector3;
 
 /// Pieces at most, full or not, so that none is looked at in vain for hours.
 const MOST_PIECES: f64 = 4e9;
+
+/// What a piece that holds something takes, as such, as a part, and in the list of places `[bytes]`.
+pub(super) const BYTES_OF_PIECE: usize =
+    size_of::<Held>() + size_of::<Part<3>>() + size_of::<([usize; 3], usize)>();
 
 /// Coordinates so close to a line of the grid count as on it [pieces].
 const SNAP: f64 = 1e-6;
@@ -99,10 +104,11 @@ pub(crate) fn parts<const D: usize>(
     axes: &[Axis; D],
     n: u32,
     faces: &[Bounds<D>],
+    room: Room,
 ) -> Result<Parts<D>, String> {
-    let grid = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n)?;
+    let grid = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n, room)?;
     let surface = grid.surface(solid);
-    let mut held = grid.held(&surface)?;
+    let mut held = grid.held(&surface, room)?;
     let slivers = grid.merge_slivers(&mut held);
     let made = grid.parts(&mut held)?;
     let mut place: Vec<([usize; 3], usize)> = held.iter().enumerate().map(|(k, it)| (it.piece, k)).collect();
@@ -121,6 +127,7 @@ pub(crate) fn rest<const D: usize>(
     without: &[Solid<'_>],
     axes: &[Axis; D],
     n: u32,
+    room: Room,
 ) -> Result<Parts<D>, String> {
     for d in 0..D {
         if from[d] >= to[d] {
@@ -130,9 +137,14 @@ pub(crate) fn rest<const D: usize>(
             return Err(format!("a box without other bodies has its ends on mesh lines, got {end}"));
         }
     }
-    let grid =
-        Grid::around(axes, std::array::from_fn(|d| if d < D { (from[d], to[d]) } else { (0.0, 1.0) }), n)?;
+    let grid = Grid::around(
+        axes,
+        std::array::from_fn(|d| if d < D { (from[d], to[d]) } else { (0.0, 1.0) }),
+        n,
+        room,
+    )?;
     let [nx, ny, nz] = [0, 1, 2].map(|d| grid.lines[d].len() - 1);
+    check_pieces(nx as f64 * ny as f64 * nz as f64, room)?;
     let mut held = Vec::with_capacity(nx * ny * nz);
     for piece in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k]))) {
         let (half, volume) = (grid.half(&piece), grid.volume(&piece));
@@ -140,12 +152,12 @@ pub(crate) fn rest<const D: usize>(
         held.push(Held { piece, moments: Moments { volume, first: Vector3::zeros(), second }, full: true });
     }
     for solid in without {
-        let own = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n)?;
+        let own = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n, room)?;
         // Pieces of one cell are numbered alike in both grids.
         let offset =
             [0, 1, 2].map(|d| (i64::from(own.cells[d][0]) - i64::from(grid.cells[d][0])) * i64::from(n));
         let offset = if D == 2 { [offset[0], offset[1], 0] } else { offset };
-        for cut in own.held(&own.surface(solid))? {
+        for cut in own.held(&own.surface(solid), room)? {
             let at = [0, 1, 2].map(|d| usize::try_from(cut.piece[d] as i64 + offset[d]).unwrap_or(usize::MAX));
             if at[0] >= nx || at[1] >= ny || at[2] >= nz {
                 continue;
@@ -165,6 +177,11 @@ pub(crate) fn rest<const D: usize>(
     held.retain(|it| share(it) > ROUNDING);
     grid.merge_slivers(&mut held);
     Ok(Parts { parts: grid.parts(&mut held)?, ..Parts::default() })
+}
+
+/// Refuses more pieces of a body than there is room for.
+fn check_pieces(count: f64, room: Room) -> Result<(), String> {
+    room.check(format_args!("{count:.3e} pieces of the body"), count, BYTES_OF_PIECE)
 }
 
 /// The part that a piece belongs to; `place` ascends.
@@ -191,10 +208,15 @@ struct Held {
 
 impl Grid {
     /// The pieces of all cells between some ends; in the plane the third direction goes from 0 to 1.
-    fn around<const D: usize>(axes: &[Axis; D], ends: [(f64, f64); 3], n: u32) -> Result<Self, String> {
+    fn around<const D: usize>(
+        axes: &[Axis; D],
+        ends: [(f64, f64); 3],
+        n: u32,
+        room: Room,
+    ) -> Result<Self, String> {
         let mut grid = Self::default();
         for (d, axis) in axes.iter().enumerate() {
-            grid.span(d, axis, ends[d], n)?;
+            grid.span(d, axis, ends[d], n, room)?;
         }
         if D == 2 {
             grid.lines[2] = vec![0.0, 1.0];
@@ -232,7 +254,14 @@ impl Grid {
     }
 
     /// Lines along one direction, of all cells that the body reaches into.
-    fn span(&mut self, d: usize, axis: &Axis, (from, to): (f64, f64), n: u32) -> Result<(), String> {
+    fn span(
+        &mut self,
+        d: usize,
+        axis: &Axis,
+        (from, to): (f64, f64),
+        n: u32,
+        room: Room,
+    ) -> Result<(), String> {
         let cell = |x: f64| axis.locate(x.clamp(axis.first(), axis.last())).0;
         let near = |x: f64| SNAP * axis.size(cell(x)) / f64::from(n) + SINGLE * x.abs();
         if from < axis.first() - near(from) || to > axis.last() + near(to) {
@@ -249,6 +278,8 @@ impl Grid {
         if count > MOST_PIECES {
             return Err(format!("{count:e} material points along one direction are too many"));
         }
+        let what = format_args!("{count:e} material points along one direction");
+        room.check(what, count, size_of::<f64>() + size_of::<u32>())?;
         self.lines[d] = vec![axis.node(first)];
         for cell in first..=last {
             let (low, high) = (axis.node(cell), axis.node(cell + 1));
@@ -287,19 +318,29 @@ impl Grid {
     }
 
     /// What every piece holds, z slowest and x fastest.
-    fn held(&self, surface: &Surface) -> Result<Vec<Held>, String> {
+    fn held(&self, surface: &Surface, room: Room) -> Result<Vec<Held>, String> {
+        let [nx, ny, _] = [0, 1, 2].map(|d| (self.lines[d].len() - 1) as f64);
+        room.check("a layer of pieces around the body", nx * ny, moments::BYTES_IN_LAYER)?;
+        // No piece holds more than the largest of them.
+        let longest = |lines: &Vec<f64>| lines.windows(2).map(|ends| ends[1] - ends[0]).fold(0.0, f64::max);
+        let least = surface.volume() / self.lines.iter().map(longest).product::<f64>();
+        check_pieces((least * (1.0 - ROUNDING)).floor(), room)?;
+        let most = room.most(BYTES_OF_PIECE);
         let mut held = Vec::new();
+        let mut more = 0_usize;
         let mut wrong = None;
         moments::for_each(surface, &self.lines, |piece, moments| {
             let share = moments.volume / self.volume(&piece);
             if !(-1e-6..=1.0 + 1e-6).contains(&share) && wrong.is_none() {
                 wrong = Some((piece, share));
+            } else if share > ROUNDING && held.len() == most {
+                more += 1;
             } else if share > ROUNDING {
                 held.push(Held { piece, moments: *moments, full: share > 1.0 - ROUNDING });
             }
         });
         match wrong {
-            None => Ok(held),
+            None => check_pieces((held.len() + more) as f64, room).map(|()| held),
             Some((piece, share)) => {
                 let x = self.centre(&piece);
                 let how = if share < 0.0 { "outside in" } else { "more than once" };

@@ -1,0 +1,190 @@
+//! Files that HDF5 may not survive: it can crash or loop inside itself where a file is damaged.
+//!
+//! Commands that do nothing but read do so in a second process of this program, which may die. Those that go on
+//! (`resume`, `sweep`, scenes with tables of points) first have a second process read the file in full.
+
+use crate::complaint::Complaint;
+use clap::ValueEnum;
+use mpm_io::{Calls, FolderFiles, Results, ResultsError};
+use mpm_solver::files::{PointTable, SceneFiles, Surface};
+use std::io;
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// Set in the second process: seconds that a call into HDF5 may take.
+const READER: &str = "MPM_READER";
+/// Replaces the seconds that a call into HDF5 may take.
+const SECONDS: &str = "MPM_READ_SECONDS";
+/// What a call may take at least: a disk may have to wake up `[s]`.
+const AT_LEAST: f64 = 10.0;
+/// What even a slow disk gives `[B/s]`.
+const RATE: f64 = 10e6;
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// Results of a run.
+    Results,
+    /// A table of points in the plane.
+    Points2,
+    /// A table of points in space.
+    Points3,
+}
+
+/// Does in a second process what this one was started for, which is to read results: what it prints and how it
+/// ends is passed on.
+pub fn apart(file: &Path, read: impl FnOnce() -> Result<(), Complaint>) -> Result<(), Complaint> {
+    if let Some(seconds) = seconds_of(READER) {
+        watch(seconds);
+        return read();
+    }
+    let mut command = match itself() {
+        Ok(command) => command,
+        // Nothing that could be started: better unguarded than not at all.
+        Err(_) => return read(),
+    };
+    command.args(std::env::args_os().skip(1));
+    match ended(&mut command, file, "results file")?.code() {
+        Some(0) => Ok(()),
+        code => Err(Complaint::told(code.and_then(|it| u8::try_from(it).ok()).unwrap_or(1))),
+    }
+}
+
+/// Has a second process read a file in full; whether what it holds makes sense is for the reader to say.
+pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
+    let (Ok(mut command), true) = (itself(), file.is_file()) else { return Ok(()) };
+    let value = kind.to_possible_value();
+    command.arg("read-back").args(value.iter().map(|it| it.get_name())).arg("--").arg(file);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let what = if kind == Kind::Results { "results file" } else { "table of points" };
+    ended(&mut command, file, what).map(drop)
+}
+
+/// What a second process does for [`survives`].
+pub fn read_back(kind: Kind, file: &Path) -> Result<(), Complaint> {
+    watch(seconds_of(READER).unwrap_or_else(|| patience(file)));
+    let name = || file.display().to_string();
+    match kind {
+        Kind::Results => read_results(file).map_err(|error| Complaint::input(error.to_string())),
+        Kind::Points2 => FolderFiles::default().points(&name(), 2).map(drop).map_err(Complaint::input),
+        Kind::Points3 => FolderFiles::default().points(&name(), 3).map(drop).map_err(Complaint::input),
+    }
+}
+
+fn read_results(file: &Path) -> Result<(), ResultsError> {
+    let results = Results::open(file)?;
+    for column in results.columns() {
+        results.column(&column.name)?;
+    }
+    for row in 0..results.rows() {
+        results.residuals(row)?;
+    }
+    results.timings()?;
+    let fields = results.fields()?;
+    for step in 0..results.fractions().len() {
+        results.points(step)?;
+        for field in &fields {
+            results.field(field, step)?;
+        }
+    }
+    Ok(())
+}
+
+/// The files of a scene, those of HDF5 read by a second process first.
+pub struct Files(pub FolderFiles);
+
+impl SceneFiles for Files {
+    fn surface(&self, file: &str) -> Result<Surface, String> {
+        self.0.surface(file)
+    }
+
+    fn points(&self, file: &str, dimensions: usize) -> Result<PointTable, String> {
+        let path = self.0.path(file);
+        if FolderFiles::is_hdf5(&path) {
+            let kind = if dimensions == 2 { Kind::Points2 } else { Kind::Points3 };
+            survives(&path, kind).map_err(|complaint| complaint.to_string())?;
+        }
+        self.0.points(file, dimensions)
+    }
+}
+
+/// This program once more.
+fn itself() -> io::Result<Command> {
+    std::env::current_exe().map(Command::new)
+}
+
+/// Starts a second process that reads a file, and waits for its end; that it was killed is a complaint.
+fn ended(command: &mut Command, file: &Path, what: &str) -> Result<ExitStatus, Complaint> {
+    let seconds = patience(file);
+    let clock = Instant::now();
+    let status = command.env(READER, seconds.to_string()).status();
+    let status = status.map_err(|error| Complaint::unfinished(format!("cannot start a reader: {error}")))?;
+    let name = file.display();
+    match how(status, clock.elapsed() >= Duration::from_secs_f64(seconds)) {
+        End::Ordered => Ok(status),
+        End::Late => Err(Complaint::input(format!(
+            "{what} {name}: HDF5 did not come back within {seconds:.0} s from reading it: it is damaged, or lies on a very \
+             slow disk ({SECONDS} sets the seconds)"
+        ))),
+        End::Crashed => Err(Complaint::input(format!(
+            "{what} {name}: HDF5 crashes ({status}) where it reads it: it is damaged"
+        ))),
+    }
+}
+
+/// How a second process ended.
+enum End {
+    Ordered,
+    Late,
+    Crashed,
+}
+
+fn how(status: ExitStatus, late: bool) -> End {
+    match status.code() {
+        Some(0..=255) => End::Ordered,
+        // See `watch`.
+        _ if late && has_aborted(status) => End::Late,
+        _ => End::Crashed,
+    }
+}
+
+#[cfg(unix)]
+fn has_aborted(status: ExitStatus) -> bool {
+    const SIGABRT: i32 = 6;
+    std::os::unix::process::ExitStatusExt::signal(&status) == Some(SIGABRT)
+}
+
+#[cfg(not(unix))]
+fn has_aborted(_: ExitStatus) -> bool {
+    true
+}
+
+/// Seconds that a call into HDF5 may take in a file.
+fn patience(file: &Path) -> f64 {
+    let bytes = file.metadata().map_or(0, |it| it.len());
+    seconds_of(SECONDS).unwrap_or(AT_LEAST + bytes as f64 / RATE)
+}
+
+fn seconds_of(variable: &str) -> Option<f64> {
+    let seconds = std::env::var(variable).ok()?.parse().ok()?;
+    (0.1..=1e9).contains(&seconds).then_some(seconds)
+}
+
+/// Ends this process where HDF5 does not come back, and without a last word of HDF5, which is in the middle of
+/// something.
+fn watch(seconds: f64) {
+    std::thread::spawn(move || {
+        let (mut seen, mut clock) = (Calls::now(), Instant::now());
+        loop {
+            std::thread::sleep(Duration::from_millis(50));
+            let calls = Calls::now();
+            if calls != seen || !calls.is_inside() {
+                (seen, clock) = (calls, Instant::now());
+            }
+            if clock.elapsed().as_secs_f64() > seconds {
+                std::process::abort();
+            }
+        }
+    });
+}

@@ -1,0 +1,80 @@
+//! The memory that `mpm check` predicts is what a run takes.
+#![cfg(target_os = "linux")]
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// A cube under its own weight.
+fn cube(cells: u32, solver: &str) -> String {
+    let axis = format!("Uniform(from: 0, to: 8, cells: {cells})");
+    format!(
+        r#"Solid(
+    mesh: Box(axes: [{axis}, {axis}, {axis}]),
+    basis: Smpm,
+    materials: {{ "clay": Hencky(young: 1e5, poisson: 0.3, density: 80) }},
+    bodies: [(name: "cube", material: "clay", shape: Box(from: (0, 0, 0), to: (8, 8, 8)), points_per_cell: 2)],
+    supports: [
+        (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),
+        (name: "left", region: Plane(axis: X, at: 0), fix: [X]),
+        (name: "front", region: Plane(axis: Y, at: 0), fix: [Y]),
+    ],
+    loads: [BodyForce(acceleration: (0, 0, -1))],
+    solver: {solver},
+    schedule: (steps: 2),
+    output: (fields: [CauchyStress]),
+)"#
+    )
+}
+
+fn mpm(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mpm"));
+    command.env("RAYON_NUM_THREADS", "1").args(arguments).current_dir(folder);
+    command
+}
+
+/// Memory that a run of `a.ron` is predicted to take, and its largest resident memory.
+fn predicted_and_taken(folder: &Path) -> (f64, f64) {
+    let output = mpm(folder, &["check", "a.ron", "--json"]).output().expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}");
+    let told: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let predicted = told["memory"]["total"].as_f64().expect("a number");
+    let seconds = told["seconds"]["total"].as_f64().expect("a number");
+    assert!(seconds > 0.0 && seconds < 1e3, "{seconds}");
+
+    let mut run =
+        mpm(folder, &["run", "a.ron", "-q"]).stdout(Stdio::null()).spawn().expect("the program starts");
+    let status = format!("/proc/{}/status", run.id());
+    let mut most = 0.0_f64;
+    let ended = loop {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kibibytes = line.and_then(|it| it.trim().strip_suffix("kB")?.trim().parse::<f64>().ok());
+        most = most.max(1024.0 * kibibytes.unwrap_or(0.0));
+        if let Some(ended) = run.try_wait().expect("a child") {
+            break ended;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    };
+    assert!(ended.success());
+    (predicted, most)
+}
+
+#[test]
+fn the_memory_of_a_run_is_predicted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plane = include_str!("../../../scenes/collapse.ron")
+        .replace("cells: 16", "cells: 64")
+        .replace("cells: 8", "cells: 32");
+    assert_eq!(plane.matches("cells: 64").count(), 1, "the scene has changed");
+    let plane = plane.replace("steps: 40", "steps: 3");
+    let scenes = [cube(2, "Auto"), cube(14, "Direct"), cube(16, "Iterative"), cube(22, "Auto"), plane];
+    for (k, scene) in scenes.iter().enumerate() {
+        std::fs::write(folder.path().join("a.ron"), scene).expect("a file");
+        let (predicted, taken) = predicted_and_taken(folder.path());
+        let ratio = predicted / taken;
+        println!("{k}: {:.1} MB predicted, {:.1} MB taken", predicted * 1e-6, taken * 1e-6);
+        assert!((0.77..1.3).contains(&ratio), "{k}: {predicted} predicted, {taken} taken");
+    }
+}
