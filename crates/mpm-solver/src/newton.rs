@@ -44,7 +44,7 @@ const SEARCHES: usize = 5;
 
 /// Part of the tolerance that an iteration from a guess goes on to, so that it ends as near to equilibrium as one
 /// from rest, whose last residual is far below the tolerance: where a body softens, what is left grows from step to step.
-const FROM_GUESS: f64 = 1e-3;
+const FROM_GUESS: f64 = 1e-2;
 
 /// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
 const DIVERGED: f64 = 1e8;

@@ -787,8 +787,8 @@ pub struct ScheduleInput {
 /// Where the iteration of a load step begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum PredictorInput {
-    /// At the displacement of the step before, in proportion to the change of the load fraction. Where that does
-    /// not converge at once, the step begins again at rest.
+    /// At the displacement of the step before, in proportion to the change of the load fraction, and on to a
+    /// hundredth of the tolerance. Where that does not converge at once, the step begins again at rest.
     #[default]
     LastStep,
     /// At rest, as other codes do. Path control has a guess of its own.
