@@ -94,7 +94,9 @@ fn cubes_in_space() {
     assert_eq!(runs.len(), 4);
     for run in runs {
         let (predicted, peak) = (run["predicted_memory"].as_f64(), run["peak_memory"].as_f64());
-        assert!(run["processor"].as_f64() > Some(0.0) && predicted > Some(0.0) && predicted < peak, "{run}");
+        let (predicted, peak) = (predicted.expect("a number"), peak.expect("a number"));
+        // Small cubes weigh less than the program `mpm`, which is what is predicted.
+        assert!(run["processor"].as_f64() > Some(0.0) && peak > 0.0 && peak < 2.0 * predicted, "{run}");
     }
 }
 
