@@ -90,8 +90,16 @@ where
     plan.room.check(format_args!("{count:e} material points"), count, bytes_of_point::<D, B, M>())?;
     let mut flat = None;
     if let Some(parts) = &made {
+        let is_solid = |part: &&Part<D>| {
+            let sides = part.half_vectors.column_iter().map(|side| side.norm());
+            let volumes = [part.volume, parallelepiped(part).volume()];
+            sides.chain(volumes).all(|it| it > 0.0 && it.is_finite())
+        };
+        flat = parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre);
+    }
+    if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
         seed_parts(&basis, parts, &mut points, &mut faces);
-    } else {
+    } else if made.is_none() {
         let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
         for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
             // Ends can be so close together, or so far apart, that their numbers do not tell how far.

@@ -135,6 +135,12 @@ fn what_cannot_be_is_refused_before_memory_is_asked_for() {
     );
     assert_ne!(round, SCENE);
     check(&round, &("", "", "a layer of pieces around the body would take at least"));
+    // Parts of a round body so long that their numbers overflow.
+    let cylinder = include_str!("../../../scenes/cylinder.ron");
+    let endless =
+        cylinder.replace("Uniform(from: 0, to: 50, cells: 16)", "Uniform(from: 0, to: 1e300, cells: 16)");
+    assert_ne!(endless, cylinder);
+    check(&endless, &("", "", "that a point stands for has no volume that can be computed"));
     // Nested beyond what a stack holds.
     for (open, close) in [("(", ")"), ("[", "]"), ("All([", "])"), ("{\"a\":", "}")] {
         for depth in [200, 100_000] {
