@@ -73,8 +73,13 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         let _ = write!(steps, ", {} balanced in stages", count(summary.staged_steps));
     }
     line("load steps", steps);
-    let halved = format!("{}, {} corrections shortened", count(summary.iterations), count(summary.shortened));
-    line("iterations", halved);
+    let mut iterations =
+        format!("{}, {} corrections shortened", count(summary.iterations), count(summary.shortened));
+    if summary.dropped_iterations > 0 {
+        let _ =
+            write!(iterations, "; {} more for guesses that were dropped", count(summary.dropped_iterations));
+    }
+    line("iterations", iterations);
     line("indefinite steps", count(summary.indefinite_steps));
     match (summary.domains_capped, summary.domains_split) {
         (0, 0) => {}

@@ -90,6 +90,8 @@ pub(crate) struct Equilibrium<const D: usize> {
     pub linear_iterations: u64,
     /// Corrections of which only a part was taken.
     pub shortened: u32,
+    /// Linear solutions that a guess took which was dropped; not among the `residuals`.
+    pub dropped: u64,
     /// Stages in which the step was balanced; 0 where it was balanced at once.
     pub stages: u32,
     /// Node at which LLᵀ last met a pivot that was not positive.
@@ -123,6 +125,7 @@ impl<const D: usize> Equilibrium<D> {
             method,
             linear_iterations: 0,
             shortened: 0,
+            dropped: 0,
             stages: 0,
             unstable_node: None,
             smallest_determinant: f64::INFINITY,
@@ -164,14 +167,16 @@ pub(crate) fn solve<const D: usize>(
     timings: &mut Timings,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut weakest = None;
-    let rest = || Equilibrium::start(problem.active.len(), linear.first_method());
-    let (guessed, rest) = (guess.map(|increment| Equilibrium { increment, ..rest() }), rest());
-    if let Some(state) = guessed {
+    let mut rest = Equilibrium::start(problem.active.len(), linear.first_method());
+    if let Some(increment) = guess {
+        let before = timings.count(Phase::Solve);
+        let state = Equilibrium { increment, ..rest.clone() };
         let start = Start { state, lift: &[], is_guess: true };
         match iterate(start, problem, linear, workspace, &mut weakest, timings) {
             Err(failure) if failure != StepFailure::Cancelled => weakest = None,
             outcome => return outcome,
         }
+        rest.dropped = timings.count(Phase::Solve) - before;
     }
     let start = Start { state: rest, lift: problem.constraints.increment(), is_guess: false };
     let found = iterate(start, problem, linear, workspace, &mut weakest, timings);

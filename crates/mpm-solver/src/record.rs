@@ -37,8 +37,10 @@ pub(crate) struct StepResult<const D: usize> {
 pub struct Summary {
     /// Converged load steps.
     pub steps: usize,
-    /// Linear solutions.
+    /// Linear solutions on the way to the states that were kept.
     pub iterations: u64,
+    /// Linear solutions for guesses of these states that were dropped.
+    pub dropped_iterations: u64,
     /// Times a step was halved.
     pub cuts: u64,
     /// Newton corrections of which only a part was taken.
@@ -94,6 +96,7 @@ pub(crate) const MOST_COUNTED: u64 = 1 << 53;
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Totals {
     iterations: u64,
+    dropped: u64,
     cuts: u64,
     shortened: u64,
     staged_steps: u64,
@@ -218,10 +221,11 @@ impl Record {
         if *rows == 0 || *rows > u64::from(u32::MAX) {
             return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
         }
-        let Totals { iterations, cuts, shortened, indefinite_steps, domains, refinements, .. } = *totals;
-        let counters =
-            [iterations, cuts, shortened, indefinite_steps, domains.capped, domains.split, refinements];
-        if let Some(counter) = counters.into_iter().find(|counter| *counter > MOST_COUNTED) {
+        let Totals { iterations, dropped, cuts, shortened, indefinite_steps, domains, refinements, .. } =
+            *totals;
+        let counters = [iterations, dropped, cuts, shortened, indefinite_steps, refinements];
+        let of_domains = [domains.capped, domains.split];
+        if let Some(counter) = counters.iter().chain(&of_domains).find(|counter| **counter > MOST_COUNTED) {
             return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
         }
         if !(totals.dissipated.is_finite() && totals.external_work.is_finite()) {
@@ -385,6 +389,7 @@ impl Record {
         self.at = step.end;
         let totals = &mut self.summary;
         totals.iterations += iterations;
+        totals.dropped += equilibrium.dropped;
         totals.cuts = cuts;
         totals.shortened += u64::from(equilibrium.shortened);
         totals.staged_steps += u64::from(equilibrium.stages > 0);
@@ -425,6 +430,7 @@ impl Record {
         Summary {
             steps: self.rows.saturating_sub(1),
             iterations: totals.iterations,
+            dropped_iterations: totals.dropped,
             cuts: totals.cuts,
             shortened: totals.shortened,
             staged_steps: totals.staged_steps,

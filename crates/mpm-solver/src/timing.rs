@@ -135,6 +135,11 @@ impl Timings {
         result
     }
 
+    /// How often a phase was gone through.
+    pub(crate) fn count(&self, phase: Phase) -> u64 {
+        self.phases[phase as usize].count
+    }
+
     /// Seconds and count of every phase, and the counters of what was skipped.
     pub(crate) fn store(&self) -> Spent {
         let phases = self.phases.iter().map(|timing| (timing.seconds, timing.count)).collect();

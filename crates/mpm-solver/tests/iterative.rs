@@ -126,6 +126,17 @@ fn large_systems_in_the_plane_are_iterated_too() {
     }
 }
 
+/// Path control in the plane takes the signs of pivots.
+#[test]
+fn path_control_in_the_plane_factorises() {
+    let is_iterative = |control: &str| {
+        let text = square(150, "Smpm", "0.3", "Auto").replace("(steps: 1)", &format!("(steps: 9, {control})"));
+        compile(&Scene::from_ron(&text).unwrap()).unwrap().estimate().unwrap().is_iterative
+    };
+    assert!(is_iterative("control: Load"));
+    assert!(!is_iterative("control: Path(first: 0.1)"));
+}
+
 /// Where iterations cost more than the factorisation that they were to save, it is made.
 #[test]
 fn what_takes_too_many_iterations_is_factorised() {

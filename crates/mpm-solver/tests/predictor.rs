@@ -41,6 +41,7 @@ fn steady_loading_needs_fewer_iterations() {
     ] {
         let (apart, with, without) = both(scene);
         assert!(apart < 1e-9, "{scene:.60}: {apart:e} apart");
+        assert_eq!((with.dropped_iterations, without.dropped_iterations), (0, 0));
         let (with, without) = (with.iterations as f64, without.iterations as f64);
         assert!(with <= most * without, "{with} of {without} iterations");
     }
@@ -63,4 +64,15 @@ fn a_wrong_guess_costs_no_answer() {
     let (apart, with, without) = both(scene);
     assert!(apart < 1e-8, "{apart:e}");
     assert_eq!((with.steps, with.cuts), (without.steps, 0));
+}
+
+/// A block that collapses, points crossing cells: some guesses are dropped, and no step is halved for it.
+#[test]
+fn guesses_that_do_not_converge_are_dropped_and_counted() {
+    let (apart, with, without) = both(include_str!("../../../scenes/collapse.ron"));
+    assert!(apart < 1e-7, "{apart:e}");
+    assert!(with.dropped_iterations > 0 && with.cuts == 0 && without.dropped_iterations == 0);
+    assert!(with.iterations < without.iterations);
+    let solved = with.timings.iter().find(|it| it.phase == "solve").expect("it is timed").count;
+    assert_eq!(solved, with.iterations + with.dropped_iterations);
 }

@@ -251,6 +251,13 @@ fn states_of_other_scenes_are_refused_by_name() {
         let error = refused(change);
         assert!(error.item.starts_with(item) && error.reason.contains(reason), "{item}: {error}");
     }
+    let error = refused(|state| {
+        let text = state.progress.to_text().unwrap().replace("last:Some(0.1", "last:Some(-0.1");
+        state.progress = Progress::from_text(&text).unwrap();
+    });
+    assert!(error.reason.contains("a last step over -0.1"), "{error}");
+    let error = refused(|state| state.secant.increment[0] = f64::NAN);
+    assert!(error.reason.contains("a last step that is not finite"), "{error}");
     let path = shipped("path_arch", &[("steps: 100", "steps: 3")]);
     let mut seen = Seen::default();
     assert!(matches!(compiled(&path).run(&mut seen), Err(Error::StepLimit { steps: 3, .. })));
