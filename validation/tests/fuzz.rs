@@ -13,6 +13,19 @@ fn hostile_scenes_are_refused_or_run() {
 }
 
 #[test]
+fn hostile_surfaces_and_tables_are_refused_or_run() {
+    // Those of HDF5, which may crash, are for processes of their own.
+    let text = (0..600).filter(|case| case % 6 < 4);
+    let mut depths = [0; 4];
+    for case in text {
+        let found = here(Target::Bodies, 20, case..case + 1).unwrap();
+        depths.iter_mut().zip(found).for_each(|(all, more)| *all += more);
+    }
+    let [unreadable, refused, _, run] = depths;
+    assert!(unreadable > 50 && refused > 20 && run > 50, "{depths:?}");
+}
+
+#[test]
 fn what_fuzzing_looks_for_is_seen() {
     let keep = tempfile::tempdir().unwrap();
     let plan =

@@ -1,11 +1,11 @@
 //! Files that HDF5 may not survive: it can crash or loop inside itself where a file is damaged.
 //!
 //! Commands that do nothing but read do so in a second process of this program, which may die. Those that go on
-//! (`resume`, `sweep`, scenes with tables of points) first have a second process read the file in full.
+//! (`resume`, `sweep`, scenes with tables of points) first have a second process read the files in full.
 
 use crate::complaint::Complaint;
 use clap::ValueEnum;
-use mpm_io::{Calls, FolderFiles, Results, ResultsError};
+use mpm_io::{Calls, Checkpoint, FolderFiles, Results, ResultsError};
 use mpm_solver::files::{PointTable, SceneFiles, Surface};
 use std::io;
 use std::path::Path;
@@ -26,6 +26,8 @@ const RATE: f64 = 10e6;
 pub enum Kind {
     /// Results of a run.
     Results,
+    /// The state of a run.
+    Checkpoint,
     /// A table of points in the plane.
     Points2,
     /// A table of points in space.
@@ -57,7 +59,11 @@ pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
     let value = kind.to_possible_value();
     command.arg("read-back").args(value.iter().map(|it| it.get_name())).arg("--").arg(file);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let what = if kind == Kind::Results { "results file" } else { "table of points" };
+    let what = match kind {
+        Kind::Results => "results file",
+        Kind::Checkpoint => "checkpoint",
+        Kind::Points2 | Kind::Points3 => "table of points",
+    };
     ended(&mut command, file, what).map(drop)
 }
 
@@ -67,6 +73,9 @@ pub fn read_back(kind: Kind, file: &Path) -> Result<(), Complaint> {
     let name = || file.display().to_string();
     match kind {
         Kind::Results => read_results(file).map_err(|error| Complaint::input(error.to_string())),
+        Kind::Checkpoint => Checkpoint::open(file)
+            .and_then(|checkpoint| checkpoint.read_all())
+            .map_err(|error| Complaint::input(error.to_string())),
         Kind::Points2 => FolderFiles::default().points(&name(), 2).map(drop).map_err(Complaint::input),
         Kind::Points3 => FolderFiles::default().points(&name(), 3).map(drop).map_err(Complaint::input),
     }

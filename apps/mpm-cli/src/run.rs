@@ -42,6 +42,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     start_threads(arguments.threads)?;
     let file = &arguments.checkpoint_file;
     let refuse = |error: CheckpointError| Complaint::input(error.to_string());
+    reading::survives(file, Kind::Checkpoint)?;
     let checkpoint = Checkpoint::open(file).map_err(refuse)?;
     let mut head = checkpoint.head().clone();
     let input = input::parse(file, head.scene.clone(), &Files(FolderFiles::new(&head.folder)))?;

@@ -132,3 +132,43 @@ fn tables_of_points_that_crash_hdf5_are_refused() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stdout).contains("material points   4"));
 }
+
+#[test]
+fn checkpoints_that_crash_hdf5_are_refused_although_their_sum_is_right() {
+    const BLOCK: usize = 512;
+    let folder = run();
+    let (file, sum) = (folder.path().join("a.checkpoint.h5"), crc32fast::hash(POINTS));
+    let honest = fs::read(&file).unwrap();
+    let format = String::from_utf8_lossy(&honest[..BLOCK]).lines().next().unwrap().to_owned();
+    let mut forged =
+        format!("{format}\n{} bytes follow this block, CRC-32 {sum:08x}\n", POINTS.len()).into_bytes();
+    forged.resize(BLOCK, 0);
+    forged.extend(POINTS);
+    fs::write(&file, forged).unwrap();
+    let results = fs::read(folder.path().join("a.h5")).unwrap();
+    let output = mpm(folder.path(), &["resume", "a.checkpoint.h5", "-q"]);
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(
+        text.contains("checkpoint a.checkpoint.h5: HDF5 crashes") || text.contains("every_steps"),
+        "{text}"
+    );
+    assert_eq!(fs::read(folder.path().join("a.h5")).unwrap(), results);
+    fs::write(&file, honest).unwrap();
+    assert!(mpm(folder.path(), &["resume", "a.checkpoint.h5", "-q"]).status.success());
+}
+
+/// `/dev/zero` never ends, and nobody writes into a pipe that lies around.
+#[test]
+fn devices_and_pipes_are_no_tables() {
+    let folder = run();
+    let scene = |name: &str| SCENE.replace("shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 1", name);
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    for file in ["/dev/zero", "pipe"] {
+        fs::write(folder.path().join("b.ron"), scene(&format!("shape: Points(file: \"{file}\")"))).unwrap();
+        let output = mpm(folder.path(), &["check", "b.ron"]);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(file) && text.contains("no regular file"), "{text}");
+    }
+}

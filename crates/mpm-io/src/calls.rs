@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 static BEGUN: AtomicU64 = AtomicU64::new(0);
 static ENDED: AtomicU64 = AtomicU64::new(0);
 
-/// Calls into HDF5 for results files and tables of points since the program began.
+/// Calls into HDF5 that read results files, checkpoints and tables of points since the program began.
 ///
 /// Where neither number changes and they differ, HDF5 has not come back since: a program that reads files of
 /// others can look from another thread, and end itself.

@@ -5,10 +5,12 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
 
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
 use mpm_solver::linear::StoredOrder;
 use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
 
+use crate::calls::{Call, Closing};
 use crate::error::{CheckpointError, reason};
 
 const FORMAT: &str = "mpm-checkpoint";
@@ -47,7 +49,7 @@ pub struct CheckpointInterval {
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
-    file: File,
+    file: Closing,
     /// Bytes of the file: nothing in it can be larger.
     length: u64,
     head: CheckpointHead,
@@ -97,9 +99,10 @@ impl Checkpoint {
         let path = path.as_ref().to_path_buf();
         hdf5::silence_errors(true);
         let length = check_sum(&path)?;
+        let _call = Call::begin();
         let file = File::open(&path)
             .map_err(|error| CheckpointError::Open { path: path.clone(), reason: reason(&error) })?;
-        let head = CheckpointHead::default();
+        let (file, head) = (Closing::new(file), CheckpointHead::default());
         let mut checkpoint = Self { path, file, length, head, progress: Progress::default() };
         let (steps, seconds) = (checkpoint.setting("every_steps")?, checkpoint.setting("every_seconds")?);
         if steps.fract() != 0.0 || steps > f64::from(u32::MAX) {
@@ -184,6 +187,43 @@ impl Checkpoint {
         })
     }
 
+    /// Reads everything in the file, whatever it is: for who wants to know whether HDF5 survives that.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Malformed`].
+    pub fn read_all(&self) -> Result<(), CheckpointError> {
+        self.read_below(&self.file, "")
+    }
+
+    fn read_below(&self, group: &Group, path: &str) -> Result<(), CheckpointError> {
+        const DEEPEST: usize = 3; // links of a hostile file can form a ring
+        if path.matches('/').count() > DEEPEST {
+            return Err(self.malformed(path, "is nested too deeply"));
+        }
+        let _call = Call::begin();
+        let fail = |error: hdf5::Error| self.malformed(path, reason(&error));
+        for name in group.member_names().map_err(fail)? {
+            let item = format!("{path}{name}");
+            if let Ok(below) = group.group(&name) {
+                self.read_below(&below, &format!("{item}/"))?;
+                continue;
+            }
+            let dataset = group.dataset(&name).map_err(fail)?;
+            let width = dataset.shape().get(1).copied().unwrap_or(1);
+            let any = (0, usize::MAX);
+            match dataset.dtype().and_then(|kind| kind.to_descriptor()).map_err(fail)? {
+                TypeDescriptor::Float(FloatSize::U8) => {
+                    drop(self.numbers::<f64>(group, &name, &item, width, any)?)
+                }
+                TypeDescriptor::Unsigned(IntSize::U8) => {
+                    drop(self.numbers::<u64>(group, &name, &item, width, any)?)
+                }
+                _ => drop(self.numbers::<u8>(group, &name, &item, width, any)?),
+            }
+        }
+        Ok(())
+    }
+
     fn points(&self, group: &Group, item: &str, body: &BodyLayout) -> Result<StoredPoints, CheckpointError> {
         if group.len() != body.columns.len() as u64 {
             let names: Vec<&str> = body.columns.iter().map(|column| column.0).collect();
@@ -210,6 +250,7 @@ impl Checkpoint {
     }
 
     fn group(&self, name: &str) -> Result<Group, CheckpointError> {
+        let _call = Call::begin();
         self.file.group(name).map_err(|error| self.malformed(name, reason(&error)))
     }
 
@@ -231,6 +272,7 @@ impl Checkpoint {
         width: usize,
         (least, most): (usize, usize),
     ) -> Result<Vec<T>, CheckpointError> {
+        let _call = Call::begin();
         let fail = |error: hdf5::Error| self.malformed(item, reason(&error));
         let dataset = group.dataset(name).map_err(fail)?;
         let kind = dataset.dtype().and_then(|kind| kind.to_descriptor()).map_err(fail)?;

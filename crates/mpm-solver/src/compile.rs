@@ -93,12 +93,12 @@ pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, S
     made(scene, files, Room::of_machine())
 }
 
-/// As [`compile`], with so many bytes of memory in place of the machine's.
+/// As [`compile_with`], with so many bytes of memory in place of the machine's.
 ///
 /// # Errors
-/// As [`compile`].
-pub fn compile_within(scene: &Scene, bytes: u64) -> Result<Compiled, SceneError> {
-    made(scene, &NoFiles, Room { bytes })
+/// As [`compile_with`].
+pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Result<Compiled, SceneError> {
+    made(scene, files, Room { bytes })
 }
 
 fn made(scene: &Scene, files: &dyn SceneFiles, room: Room) -> Result<Compiled, SceneError> {

@@ -3,6 +3,7 @@
 //! One test, as the counts are those of the whole process.
 
 use mpm_solver::compile_within;
+use mpm_solver::files::NoFiles;
 use mpm_solver::scene::Scene;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
@@ -89,7 +90,7 @@ fn what_cannot_be_is_refused_before_memory_is_asked_for() {
     let mut check = |text: &str, case: &Case| {
         let region = Region::new(ALLOCATOR);
         let said = match Scene::from_ron(text) {
-            Ok(scene) => compile_within(&scene, ROOM).err().map(|it| it.to_string()),
+            Ok(scene) => compile_within(&scene, &NoFiles, ROOM).err().map(|it| it.to_string()),
             Err(error) => Some(error.to_string()),
         };
         let taken = region.change().bytes_allocated;

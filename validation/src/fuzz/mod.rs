@@ -1,9 +1,10 @@
-//! Hostile input: scenes, checkpoints and results files that are almost right.
+//! Hostile input: scenes, the files that they name, checkpoints and results files that are almost right.
 //!
 //! What a case is fed is a function of the seed and its number. Cases run in processes of their own with
 //! bounded memory and time per case; a case that panics, hangs, crashes or asks for too much memory
 //! is told, its input kept, and the rest goes on behind it.
 
+mod bodies;
 mod bytes;
 mod random;
 mod targets;
@@ -31,8 +32,8 @@ const LONGEST: u64 = 10;
 const LONGEST_BY_CLOCK: u64 = 300;
 /// Exit code of a process that has found a hang.
 const HANGS: i32 = 77;
-/// Exit code of a process in which HDF5 does not come back from a results file: `mpm` reads them in a process that it
-/// ends then.
+/// Exit code of a process in which HDF5 does not come back from a file: `mpm` reads them in a process that it ends
+/// then.
 const HDF5_HANGS: i32 = 78;
 /// Cases of a process: HDF5 never lets go of some of the files that it could not make sense of.
 const PORTION: u64 = 5_000;
@@ -58,7 +59,7 @@ pub struct Report {
     depths: [u64; DEPTHS.len()],
     /// Cases that crashed the HDF5 library itself, and no more than the process that read the file.
     pub crashes_of_hdf5: u64,
-    /// Cases in which HDF5 did not come back from a results file.
+    /// Cases in which HDF5 did not come back from a file.
     pub hangs_of_hdf5: u64,
     /// Findings: number of the case, and what happened.
     pub findings: Vec<(u64, String)>,
@@ -172,7 +173,7 @@ fn portion(plan: &Plan, worker: &Path, mut from: u64, to: u64) -> Result<Report,
             None if said.contains("memory allocation of") => Some("asks for too much memory".into()),
             None if said.contains("overflowed its stack") => Some("overflows the stack".into()),
             // Rust does not crash; a library in C can.
-            None if matches!(plan.target, Target::Checkpoints | Target::Results) => None,
+            None if plan.target != Target::Scenes && plan.target != Target::Traps => None,
             None => Some(format!("ends the process: {}", output.status)),
         };
         match what {
@@ -199,7 +200,7 @@ fn keep(plan: &Plan, case: u64) -> Result<(), Broken> {
     let prepared = Prepared::new(plan.target, folder.path())?;
     fs::create_dir_all(&plan.keep)?;
     let name = format!("{}-{}-{case}", plan.target.name(), plan.seed);
-    fs::write(plan.keep.join(name), prepared.input(&mut Random::of_case(plan.seed, case)))?;
+    fs::write(plan.keep.join(name), prepared.input(case, &mut Random::of_case(plan.seed, case)))?;
     Ok(())
 }
 
@@ -249,7 +250,7 @@ pub fn work(arguments: &[String]) -> Result<ExitCode, Broken> {
         notes.write_all_at(line(&depths, panics).as_bytes(), 0)?;
         CASE.store(case, Ordering::Relaxed);
         let mut random = Random::of_case(seed, case);
-        let input = prepared.input(&mut random);
+        let input = prepared.input(case, &mut random);
         match catch_unwind(AssertUnwindSafe(|| prepared.execute(case, &input, &mut random))) {
             Ok(depth) => depths[depth] += 1,
             Err(reason) => {
@@ -283,7 +284,7 @@ pub fn here(target: Target, seed: u64, cases: std::ops::Range<u64>) -> Result<[u
     let mut depths = [0; DEPTHS.len()];
     for case in cases {
         let mut random = Random::of_case(seed, case);
-        let input = prepared.input(&mut random);
+        let input = prepared.input(case, &mut random);
         depths[prepared.execute(case, &input, &mut random)] += 1;
     }
     Ok(depths)

@@ -1,10 +1,12 @@
 //! What hostile input is fed to.
 
+use super::bodies::Bodies;
 use super::bytes;
 use super::random::Random;
 use super::text::Corpus;
 use crate::Broken;
-use mpm_io::{Checkpoint, CheckpointHead, CheckpointInterval, Options, Results, ResultsWriter};
+use mpm_io::{Checkpoint, CheckpointHead, CheckpointInterval, FolderFiles, Options, Results, ResultsWriter};
+use mpm_solver::files::{NoFiles, SceneFiles};
 use mpm_solver::observe::{LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing};
 use mpm_solver::scene::{Scene, position_of};
 use mpm_solver::{Compiled, State, compile, compile_within};
@@ -27,6 +29,8 @@ pub enum Target {
     Checkpoints,
     /// Results files: all of them read, and gone on with.
     Results,
+    /// Surfaces and tables of points: read, filled with points, and taken through a load step.
+    Bodies,
     /// Nothing of ours: cases that panic, hang, crash and ask for too much memory, to show that it is seen.
     Traps,
 }
@@ -36,7 +40,7 @@ pub(super) const DEPTHS: [&str; 4] = ["refused by the reader", "refused thereaft
 
 impl Target {
     /// All that are ours.
-    pub const ALL: [Self; 3] = [Self::Scenes, Self::Checkpoints, Self::Results];
+    pub const ALL: [Self; 4] = [Self::Scenes, Self::Checkpoints, Self::Results, Self::Bodies];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -44,13 +48,14 @@ impl Target {
             Self::Scenes => "scenes",
             Self::Checkpoints => "checkpoints",
             Self::Results => "results",
+            Self::Bodies => "bodies",
             Self::Traps => "traps",
         }
     }
 
     /// The target of a name.
     pub fn of_name(name: &str) -> Option<Self> {
-        [Self::Scenes, Self::Checkpoints, Self::Results, Self::Traps].into_iter().find(|it| it.name() == name)
+        Self::ALL.into_iter().chain([Self::Traps]).find(|it| it.name() == name)
     }
 }
 
@@ -66,6 +71,7 @@ pub(super) enum Prepared {
         /// Where the file is put.
         path: PathBuf,
     },
+    Bodies(Bodies),
     Traps,
 }
 
@@ -74,6 +80,7 @@ impl Prepared {
         let path = folder.join("input.h5");
         match target {
             Target::Scenes => Ok(Self::Scenes(corpus()?)),
+            Target::Bodies => Ok(Self::Bodies(Bodies::new(folder)?)),
             Target::Traps => Ok(Self::Traps),
             Target::Checkpoints | Target::Results => {
                 let (mut honest, mut states) = (Vec::new(), Vec::new());
@@ -104,7 +111,7 @@ impl Prepared {
     }
 
     /// The input of a case.
-    pub(super) fn input(&self, random: &mut Random) -> Vec<u8> {
+    pub(super) fn input(&self, case: u64, random: &mut Random) -> Vec<u8> {
         match self {
             Self::Scenes(corpus) => corpus.changed(random),
             Self::Files { target, honest, .. } => {
@@ -117,6 +124,7 @@ impl Prepared {
                 }
                 input
             }
+            Self::Bodies(bodies) => bodies.changed(case, random),
             Self::Traps => Vec::new(),
         }
     }
@@ -134,9 +142,15 @@ impl Prepared {
                     _ => feed_results(path, states, random),
                 }
             }
+            Self::Bodies(bodies) => bodies.feed(case, input),
             Self::Traps => trap(case),
         }
     }
+}
+
+/// Where scenes of the repository name files.
+fn files_of_scenes() -> FolderFiles {
+    FolderFiles::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes"))
 }
 
 /// The scenes of the repository and of the validation, and small ones that use all of the language.
@@ -154,13 +168,13 @@ fn corpus() -> Result<Corpus, Broken> {
     }
     // Small ones as often as large ones: they come farther.
     let small = SMALL.iter().cycle().take(texts.len().next_multiple_of(SMALL.len()));
-    Ok(Corpus::new(texts.iter().map(String::as_str).chain(small.copied())))
+    Ok(Corpus::new(texts.iter().map(String::as_str).chain(small.copied())).with_words(WORDS))
 }
 
 fn feed_scene(input: &[u8], random: &mut Random) -> usize {
     let Ok(text) = std::str::from_utf8(input) else { return 0 };
     let Ok(scene) = Scene::from_ron(text) else { return 0 };
-    let mut compiled = match tamed(scene, text) {
+    let mut compiled = match tamed(scene, text, &files_of_scenes()) {
         Ok(compiled) => compiled,
         Err(()) => return 1,
     };
@@ -168,7 +182,15 @@ fn feed_scene(input: &[u8], random: &mut Random) -> usize {
     if points <= MOST_ESTIMATED && random.below(8) == 0 {
         let _ = compiled.estimate();
     }
-    if points > MOST_RUN || random.below(4) > 0 {
+    if random.below(4) > 0 {
+        return 2;
+    }
+    one_step(&mut compiled)
+}
+
+/// Takes a model through a load step if it is small; returns how far that is.
+pub(super) fn one_step(compiled: &mut Compiled) -> usize {
+    if points(compiled) > MOST_RUN {
         return 2;
     }
     let _ = compiled.run(&mut OneStep);
@@ -176,7 +198,7 @@ fn feed_scene(input: &[u8], random: &mut Random) -> usize {
 }
 
 /// Compiles a scene, with bounds to how long its load steps take.
-fn tamed(mut scene: Scene, text: &str) -> Result<Compiled, ()> {
+pub(super) fn tamed(mut scene: Scene, text: &str, files: &dyn SceneFiles) -> Result<Compiled, ()> {
     let (schedule, tolerance) = match &mut scene {
         Scene::PlaneStrain(scene) => (&mut scene.schedule, &mut scene.tolerance),
         Scene::Solid(scene) => (&mut scene.schedule, &mut scene.tolerance),
@@ -186,12 +208,13 @@ fn tamed(mut scene: Scene, text: &str) -> Result<Compiled, ()> {
         schedule.cuts = schedule.cuts.min(2);
     }
     tolerance.iterations.0 = tolerance.iterations.0.min(8);
-    compile_within(&scene, ROOM).map_err(|error| {
+    compile_within(&scene, files, ROOM).map_err(|error| {
         // Where it stands must be found whatever the text.
         let _ = position_of(text, &error.path);
     })
 }
 
+/// How many points the bodies have.
 fn points(compiled: &Compiled) -> usize {
     match compiled {
         Compiled::Plane(model) => model.bodies.iter().map(|it| it.body.n_points()).sum(),
@@ -201,9 +224,11 @@ fn points(compiled: &Compiled) -> usize {
 
 fn feed_checkpoint(path: &Path) -> usize {
     let Ok(checkpoint) = Checkpoint::open(path) else { return 0 };
+    // As `mpm resume` does, in another process.
+    let _ = checkpoint.read_all();
     let text = &checkpoint.head().scene;
     let Ok(scene) = Scene::from_ron(text) else { return 1 };
-    let Ok(mut compiled) = tamed(scene, text) else { return 1 };
+    let Ok(mut compiled) = tamed(scene, text, &NoFiles) else { return 1 };
     let Ok(state) = checkpoint.state(&compiled.state_layout()) else { return 1 };
     if points(&compiled) > MOST_RUN {
         return 2;
@@ -223,7 +248,7 @@ fn feed_results(path: &Path, states: &[State], random: &mut Random) -> usize {
     let (Ok(writer), Ok(scene)) = (ResultsWriter::resume(path, options(text)), Scene::from_ron(text)) else {
         return depth;
     };
-    let Ok(mut compiled) = tamed(scene, text) else { return depth };
+    let Ok(mut compiled) = tamed(scene, text, &NoFiles) else { return depth };
     let _ = compiled.resume(state, &mut OneStepOf(writer));
     3
 }
@@ -418,17 +443,105 @@ const SMALL: &[&str] = &[
     loads: [Vortex(body: "disc", angle: 0.1)],
     schedule: (steps: 2), output: (fields: []),
 )"#,
+    r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 2, cells: 2)]),
+    motion: Fixed, basis: Cpdi2Hexahedron, domains: (control: Cap(cells: 0.9)), solver: Iterative, stabilisation: Ghost(),
+    materials: { "a": Hencky(young: 10, poisson: 0.2, density: 1) },
+    bodies: [
+        (name: "pile", material: "a", shape: Cylinder(axis: Z, centre: (2, 2), radius: 0.8, extent: (0, 1)), points_per_cell: 1),
+        (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"]), points_per_cell: 1),
+    ],
+    supports: [
+        (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),
+        (name: "turned", region: All([Plane(axis: Z, at: 0), Box(from: (2, 1, 0), to: (3, 3, 0))]), turn: (axis: Z, centre: (2, 2), angle: 5)),
+    ],
+    loads: [BodyForce(acceleration: (0, 0, -0.1))],
+    probes: [
+        (name: "all", body: "pile", points: All), (name: "one", body: "soil", points: Near(1, 1, 1)),
+        (name: "some", body: "soil", points: Within(from: (1, 1, 0), to: (3, 3, 1))),
+    ],
+    schedule: (steps: 2, predictor: Rest, control: Load), tolerance: (residual: 1e-8, keep_factor_below: 0.1),
+    output: (fields: [Displacement, VolumeRatio, DeformationGradient], energies: true, condition: true),
+)"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 3, cells: 3), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: Gimp, domains: (gimp_update: Diagonal), solver: Direct, stabilisation: Ghost(),
+    materials: { "a": VonMises(young: 1e3, poisson: 0.3, yield_radius: 4, density: 1) },
+    bodies: [(name: "tube", material: "a", shape: Tube(centre: (1.5, 1.5), inner: 0.5, outer: 1.3), points_per_cell: 3)],
+    supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
+    loads: [BodyForce(acceleration: (0, -1))],
+    schedule: (steps: 2, predictor: LastStep), output: (fields: [ElasticStrain], energies: true),
+)"#,
+    r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
+    basis: Cpdi2Tetrahedron, domains: (fallback_beyond: 2, control: Split(cells: 0.9, growth: 4)),
+    materials: { "a": VonMises(young: 1e3, poisson: 0.3, yield_radius: 4, density: 1) },
+    bodies: [(name: "b", material: "a", shape: Box(from: (0, 0, 0), to: (1, 1, 1)), points_per_cell: 1)],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
+    loads: [BodyForce(acceleration: (0, 0.2, -1))],
+    schedule: (steps: 2), output: (fields: [CornersOutside, FallenBack], domain_history: true),
+)"#,
+];
+
+/// Words of the language that none of the scenes says.
+const WORDS: &[&str] = &[
+    "Auto",
+    "Backslash",
+    "Body",
+    "Current",
+    "None",
+    "Outline",
+    "SingleCornerNodes",
+    "Slash",
+    "SmallestCornerWeight",
+    "scale",
+    "shift",
 ];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// All names of fields and variants in a JSON schema.
+    fn names(schema: &serde_json::Value, found: &mut Vec<String>) {
+        match schema {
+            serde_json::Value::Object(entries) => {
+                for (key, value) in entries {
+                    match (key.as_str(), value) {
+                        ("properties", serde_json::Value::Object(fields)) => {
+                            found.extend(fields.keys().cloned())
+                        }
+                        ("const", serde_json::Value::String(name)) => found.push(name.clone()),
+                        ("enum", serde_json::Value::Array(all)) => {
+                            found.extend(all.iter().filter_map(|it| Some(it.as_str()?.to_owned())))
+                        }
+                        _ => {}
+                    }
+                    names(value, found);
+                }
+            }
+            serde_json::Value::Array(all) => all.iter().for_each(|it| names(it, found)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn all_of_the_language_is_fed() {
+        let corpus = corpus().unwrap();
+        let mut all = Vec::new();
+        names(schemars::schema_for!(Scene).as_value(), &mut all);
+        all.retain(|it| !corpus.says(it));
+        all.sort();
+        all.dedup();
+        assert!(all.is_empty(), "{all:?}");
+    }
+
     #[test]
     fn honest_input_is_accepted() {
         for text in SMALL {
             let scene = Scene::from_ron(text).unwrap_or_else(|error| panic!("{error}: {text}"));
-            let mut compiled = compile_within(&scene, ROOM).unwrap_or_else(|error| panic!("{error}: {text}"));
+            let mut compiled =
+                compile_within(&scene, &NoFiles, ROOM).unwrap_or_else(|error| panic!("{error}: {text}"));
             compiled.run(&mut ()).unwrap_or_else(|error| panic!("{error}: {text}"));
         }
         let folder = tempfile::tempdir().unwrap();

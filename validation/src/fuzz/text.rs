@@ -3,7 +3,7 @@
 use super::random::Random;
 
 /// Numbers that are likely to be wrong somewhere.
-const EXTREMES: &[&str] = &[
+pub(super) const EXTREMES: &[&str] = &[
     "0",
     "-0.0",
     "1",
@@ -124,6 +124,18 @@ impl Corpus {
         };
         let (words, texts) = (of(Kind::Word), of(Kind::Text));
         Self { scenes, words, texts }
+    }
+
+    /// With more words.
+    pub(super) fn with_words(mut self, words: &[&str]) -> Self {
+        self.words.extend(words.iter().map(|&it| it.to_owned()));
+        self
+    }
+
+    /// Whether a word is among those that changes put in.
+    #[cfg(test)]
+    pub(super) fn says(&self, word: &str) -> bool {
+        self.words.iter().any(|it| it == word)
     }
 
     /// One of the scenes, changed here and there.

@@ -4,6 +4,7 @@ mod points;
 mod stl;
 
 use mpm_solver::files::{PointTable, SceneFiles, Surface};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Reads the files that a scene names, from the folder that the scene lies in.
@@ -32,6 +33,15 @@ impl FolderFiles {
     pub fn is_hdf5(path: &Path) -> bool {
         path.extension().is_some_and(|it| it == "h5" || it == "hdf5")
     }
+}
+
+/// All bytes of a file. Pipes and devices, which may never end, are refused before they are opened.
+fn whole(path: &Path) -> Result<Vec<u8>, String> {
+    let fail = |error: std::io::Error| error.to_string();
+    if !fs::metadata(path).map_err(fail)?.is_file() {
+        return Err("this is no regular file".into());
+    }
+    fs::read(path).map_err(fail)
 }
 
 impl SceneFiles for FolderFiles {

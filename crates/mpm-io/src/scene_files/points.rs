@@ -15,7 +15,7 @@ const MOST_COMPRESSED: u64 = 1100;
 
 /// A table of text, its columns named by the first line.
 pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> {
-    let text = std::fs::read(path).map_err(|error| error.to_string())?;
+    let text = super::whole(path)?;
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
     let heads = reader.headers().map_err(|error| error.to_string())?.clone();

@@ -13,7 +13,7 @@ const FACET: usize = 50;
 
 /// All triangles of a file. Memory is asked for as they are read, never by what the file says of itself.
 pub(super) fn read(path: &Path) -> Result<Vec<Triangle>, String> {
-    triangles(std::fs::read(path).map_err(|error| error.to_string())?)
+    triangles(super::whole(path)?)
 }
 
 fn triangles(mut bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {
