@@ -4,7 +4,6 @@ use super::bytes;
 use super::random::Random;
 use super::targets::{one_step, tamed};
 use super::text::{Corpus, EXTREMES};
-use crate::Broken;
 use mpm_io::FolderFiles;
 use mpm_solver::files::SceneFiles;
 use mpm_solver::scene::Scene;
@@ -30,11 +29,11 @@ struct Honest {
 enum Content {
     Surface { triangles: Vec<Triangle>, is_text: bool },
     Csv(Corpus),
-    Hdf5(Vec<u8>),
+    Hdf5(&'static [u8]),
 }
 
 impl Bodies {
-    pub(super) fn new(folder: &Path) -> Result<Self, Broken> {
+    pub(super) fn new(folder: &Path) -> Self {
         let surface = |name, is_text| {
             let shape = format!("Surface(file: \"{name}\", scale: 2, shift: (0.1, 0, 0)), points_per_cell: 2");
             Honest {
@@ -55,10 +54,10 @@ impl Bodies {
             surface("text.stl", true),
             table("plane.csv", 2, csv(PLANE)),
             table("solid.csv", 3, csv(SOLID)),
-            table("plane.h5", 2, Content::Hdf5(hdf5(folder, 2)?)),
-            table("solid.h5", 3, Content::Hdf5(hdf5(folder, 3)?)),
+            table("plane.h5", 2, Content::Hdf5(PLANE_HDF5)),
+            table("solid.h5", 3, Content::Hdf5(SOLID_HDF5)),
         ];
-        Ok(Self { honest, folder: folder.into() })
+        Self { honest, folder: folder.into() }
     }
 
     fn of(&self, case: u64) -> &Honest {
@@ -81,7 +80,7 @@ impl Bodies {
             }
             Content::Csv(corpus) => corpus.changed(random),
             Content::Hdf5(honest) => {
-                let mut file = honest.clone();
+                let mut file = honest.to_vec();
                 bytes::change(&mut file, random);
                 file
             }
@@ -210,26 +209,9 @@ const SOLID: &str = "x,y,z,volume
 1.5,1.5,0.5,1
 ";
 
-/// The same, in the plane with domains.
-fn hdf5(folder: &Path, dimensions: usize) -> Result<Vec<u8>, Broken> {
-    let path = folder.join("honest.h5");
-    let file = hdf5::File::create(&path)?;
-    let rows = 4;
-    let values: &[f64] = if dimensions == 2 {
-        &[0.25, 0.25, 0.75, 0.25, 0.25, 0.75, 0.75, 0.75]
-    } else {
-        &[0.5, 0.5, 0.5, 1.5, 0.5, 0.5, 0.5, 1.5, 0.5, 1.5, 1.5, 0.5]
-    };
-    let volume = if dimensions == 2 { 0.25_f32 } else { 1.0 };
-    file.new_dataset::<f64>().shape((rows, dimensions)).create("position")?.write_raw(values)?;
-    file.new_dataset::<f32>().shape(rows).chunk(2).deflate(3).create("volume")?.write_raw(&[volume; 4])?;
-    if dimensions == 2 {
-        let domain = [0.25, 0.0, 0.0, 0.25].repeat(rows);
-        file.new_dataset::<f64>().shape((rows, 2, 2)).create("domain")?.write_raw(&domain)?;
-    }
-    file.close()?;
-    Ok(fs::read(path)?)
-}
+/// The same in HDF5, volumes compressed and in single precision.
+const PLANE_HDF5: &[u8] = include_bytes!("data/plane_points.bin");
+const SOLID_HDF5: &[u8] = include_bytes!("data/solid_points.bin");
 
 #[cfg(test)]
 mod tests {
@@ -238,13 +220,13 @@ mod tests {
     #[test]
     fn honest_files_are_read_and_run() {
         let folder = tempfile::tempdir().unwrap();
-        let bodies = Bodies::new(folder.path()).unwrap();
+        let bodies = Bodies::new(folder.path());
         for (case, honest) in bodies.honest.iter().enumerate() {
             let file = match &honest.content {
                 Content::Surface { triangles, is_text } => stl(triangles, *is_text),
                 Content::Csv(_) if honest.dimensions == 2 => PLANE.into(),
                 Content::Csv(_) => SOLID.into(),
-                Content::Hdf5(file) => file.clone(),
+                Content::Hdf5(file) => file.to_vec(),
             };
             assert_eq!(bodies.feed(case as u64, &file), 3, "{}", honest.name);
         }

@@ -80,7 +80,7 @@ impl Prepared {
         let path = folder.join("input.h5");
         match target {
             Target::Scenes => Ok(Self::Scenes(corpus()?)),
-            Target::Bodies => Ok(Self::Bodies(Bodies::new(folder)?)),
+            Target::Bodies => Ok(Self::Bodies(Bodies::new(folder))),
             Target::Traps => Ok(Self::Traps),
             Target::Checkpoints | Target::Results => {
                 let (mut honest, mut states) = (Vec::new(), Vec::new());
