@@ -16,7 +16,7 @@ mod path;
 mod remedies;
 mod rotation;
 mod shapes;
-mod simple_stretch;
+pub(crate) mod simple_stretch;
 mod space;
 mod step_control;
 mod tangent;

@@ -138,7 +138,7 @@ fn pull(history: &History) -> Vec<f64> {
 }
 
 /// Largest difference of a deformation gradient from that of the first point.
-fn inhomogeneity(history: &History, row: usize) -> f64 {
+pub(crate) fn inhomogeneity(history: &History, row: usize) -> f64 {
     let f = history.field(Field::DeformationGradient, row);
     largest(f.chunks_exact(9).flat_map(|of| of.iter().zip(&f[..9]).map(|(a, b)| (a - b).abs())))
 }

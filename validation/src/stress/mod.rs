@@ -19,6 +19,7 @@ pub const STRESS: &[Case] = &[
     grids::PERTURBED,
     grids::GRADED,
     loads::STEPS,
+    loads::ROUNDING,
     loads::EXTREMES,
     loads::TINY,
     loads::CYCLES,
