@@ -203,6 +203,11 @@ fn bodies_cut_out_of_a_box_leave_its_rest() {
     let [_, outer] = volumes("Surface(file: \"a.stl\", shift: (0, 0, 0.1))");
     // The tetrahedron from 0.6 to 3.6 loses its tip above 3.
     assert!((outer - (40.0 - 4.5 + 0.036)).abs() < 1e-9, "{outer}");
+    // What is left out by nobody is there twice.
+    for first in ["Cylinder(centre: (2, 2.1), radius: 1.3)", "Surface(file: \"a.stl\")"] {
+        let error = compile_with(&Scene::from_ron(&text(first, "")).unwrap(), &Files).err().expect("refused");
+        assert!(error.to_string().contains("body `outer` overlaps body `inner`; a box can"), "{error}");
+    }
 }
 
 /// Keeps where the points are.

@@ -45,6 +45,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
     }
     let heavy = scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. }));
     let (mut bodies, mut all_faces): BodiesAndFaces<D> = (Vec::new(), Vec::new());
+    let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
         let path = format!("bodies[{b}]");
         if scene.bodies[..b].iter().any(|other| other.name == input.name) {
@@ -53,11 +54,15 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
                 format!("a second body named `{}`", input.name),
             ));
         }
-        if let Some(other) = scene.bodies[..b].iter().find(|other| overlap(other, input)) {
-            return Err(SceneError::new(
-                format!("{path}.shape"),
-                format!("body `{}` overlaps body `{}`{}", input.name, other.name, way_out(input, other)),
-            ));
+        let refuse = |it| SceneError::new(format!("{path}.shape"), it);
+        shapes.push(WithSurface::of(&input.shape, files).map_err(refuse)?);
+        let Some((own, before)) = shapes.split_last() else { continue };
+        let others = &scene.bodies[..b];
+        let cut = cut_out(input, others, before).map_err(refuse)?;
+        let overlapped = others.iter().zip(before).find(|&other| overlap(other, (input, own)));
+        if let Some((other, _)) = overlapped {
+            let way_out = way_out(input, other);
+            return Err(refuse(format!("body `{}` overlaps body `{}`{way_out}", input.name, other.name)));
         }
         let law = scene.materials.get(&input.material).ok_or_else(|| {
             let known: Vec<&str> = scene.materials.keys().map(String::as_str).collect();
@@ -84,10 +89,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
-        let refuse = |it| SceneError::new(format!("{path}.shape"), it);
-        let own = WithSurface::of(&input.shape, files).map_err(refuse)?;
-        let cut = cut_out(input, &scene.bodies[..b], files).map_err(refuse)?;
-        let (shape, shape_mesh) = shape(&own, &cut, layout, mesh, files, room).map_err(refuse)?;
+        let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, room).map_err(refuse)?;
         let points_per_cell = match (&input.points_per_cell, &shape) {
             (None, Shape::Parts(_)) => 1,
             (Some(_), Shape::Parts(_)) => {
@@ -126,13 +128,17 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
 /// What can be done about bodies that overlap.
 fn way_out<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> &'static str {
     let [a, b] = [a, b].map(|body| matches!(body.shape, ShapeInput::Box { .. }));
-    if a == b { "" } else { "; a box that stands after a round body can leave it out: `without`" }
+    if a == b {
+        ""
+    } else {
+        "; a box can leave out a `Cylinder`, `Tube` or `Surface` that stands before it: `without`"
+    }
 }
 
 /// A shape with the surface that it names, if it names one.
-struct WithSurface<'a, const D: usize> {
-    shape: &'a ShapeInput<D>,
-    surface: Option<Surface>,
+pub(super) struct WithSurface<'a, const D: usize> {
+    pub shape: &'a ShapeInput<D>,
+    pub surface: Option<Surface>,
 }
 
 impl<'a, const D: usize> WithSurface<'a, D> {
@@ -164,25 +170,26 @@ impl<'a, const D: usize> WithSurface<'a, D> {
 /// The shapes that are cut out of a body.
 fn cut_out<'a, const D: usize>(
     body: &BodyInput<D>,
-    before: &'a [BodyInput<D>],
-    files: &dyn SceneFiles,
-) -> Result<Vec<WithSurface<'a, D>>, String> {
+    before: &[BodyInput<D>],
+    shapes: &'a [WithSurface<'a, D>],
+) -> Result<Vec<&'a WithSurface<'a, D>>, String> {
     let ShapeInput::Box { without, .. } = &body.shape else { return Ok(Vec::new()) };
     let of = |name: &String| {
-        let other = before.iter().find(|other| other.name == *name);
-        let other = other.ok_or_else(|| format!("`without`: no body named `{name}` stands before this one"))?;
+        let other = before.iter().zip(shapes).find(|other| other.0.name == *name);
+        let (other, shape) =
+            other.ok_or_else(|| format!("`without`: no body named `{name}` stands before this one"))?;
         if other.points_per_cell != body.points_per_cell {
             return Err(format!("`without`: body `{name}` has another number of points per cell"));
         }
-        WithSurface::of(&other.shape, files)
+        Ok(shape)
     };
     without.iter().map(of).collect()
 }
 
 /// What is to be filled, and the mesh whose cells it is filled by.
 fn shape<'a, const D: usize>(
-    own: &'a WithSurface<'_, D>,
-    cut: &'a [WithSurface<'_, D>],
+    own: &'a WithSurface<'a, D>,
+    cut: &[&'a WithSurface<'a, D>],
     layout: &Layout<D>,
     mesh: &Mesh<D>,
     files: &dyn SceneFiles,

@@ -1,6 +1,8 @@
 //! Bodies that would fill the same space.
 
+use super::bodies::WithSurface;
 use super::mesh::plane_point;
+use crate::files::Surface;
 use crate::scene::{BodyInput, Coordinates, Direction, Finite, PlanePoint, ShapeInput};
 
 /// What a body covers.
@@ -16,18 +18,22 @@ enum Cover<'a, const D: usize> {
         radii: [f64; 2],
         ends: [f64; 2],
     },
+    Surface(&'a Surface),
 }
 
-/// Whether two bodies cover the same space, and neither is cut out of the other. Surfaces, points, and round bodies
-/// whose axes differ are left to the user.
-pub(super) fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> bool {
-    let (Some(first), Some(second)) = (Cover::of(&a.shape), Cover::of(&b.shape)) else { return false };
+/// A body with its shape.
+type Placed<'a, const D: usize> = (&'a BodyInput<D>, &'a WithSurface<'a, D>);
+
+/// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces beside others than
+/// boxes, and round bodies whose axes differ are left to the user.
+pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Placed<'_, D>) -> bool {
+    let (Some(first), Some(second)) = (Cover::of(of_a), Cover::of(of_b)) else { return false };
     match (&first, &second) {
         (Cover::Box { from: a0, to: a1 }, Cover::Box { from: b0, to: b1 }) => {
             (0..D).all(|d| common([a0[d], a1[d]], [b0[d], b1[d]]))
         }
-        (Cover::Round { .. }, Cover::Box { .. }) => !is_cut_out(a, b) && first.meets_box(&second),
-        (Cover::Box { .. }, Cover::Round { .. }) => !is_cut_out(b, a) && second.meets_box(&first),
+        (_, Cover::Box { from, to }) => !is_cut_out(a, b) && first.meets_box(from, to),
+        (Cover::Box { from, to }, _) => !is_cut_out(b, a) && second.meets_box(from, to),
         (
             Cover::Round { axis, centre, radii, ends },
             Cover::Round { axis: other_axis, centre: other_centre, radii: other_radii, ends: other_ends },
@@ -40,6 +46,7 @@ pub(super) fn overlap<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> boo
                 && common(*ends, *other_ends)
                 && common([nearest, apart + radii[1]], *other_radii)
         }
+        _ => false,
     }
 }
 
@@ -54,12 +61,12 @@ fn common(a: [f64; 2], b: [f64; 2]) -> bool {
 }
 
 impl<'a, const D: usize> Cover<'a, D> {
-    fn of(shape: &'a ShapeInput<D>) -> Option<Self> {
+    fn of(placed: &'a WithSurface<'a, D>) -> Option<Self> {
         let round = |axis, centre: &PlanePoint, radii, extent: Option<(Finite, Finite)>| {
             let ends = extent.map_or([f64::NEG_INFINITY, f64::INFINITY], |(from, to)| [from.0, to.0]);
             Some(Self::Round { axis, centre: plane_point(centre), radii, ends })
         };
-        match shape {
+        match placed.shape {
             ShapeInput::Box { from: Coordinates(from), to: Coordinates(to), .. } => {
                 Some(Self::Box { from, to })
             }
@@ -70,27 +77,33 @@ impl<'a, const D: usize> Cover<'a, D> {
             ShapeInput::Tube { axis, centre, inner, outer, extent } => {
                 round(*axis, centre, [inner.0, outer.0], *extent)
             }
-            ShapeInput::Surface { .. } | ShapeInput::Points { .. } => None,
+            ShapeInput::Surface { .. } => placed.surface.as_ref().map(Self::Surface),
+            ShapeInput::Points { .. } => None,
         }
     }
 
-    /// Whether a round body meets a box: the distances of the box's points from the axis are all those from the nearest
-    /// one's to the farthest one's.
-    fn meets_box(&self, other: &Self) -> bool {
-        let (Self::Round { axis, centre, radii, ends }, Self::Box { from, to }) = (self, other) else {
-            return false;
-        };
-        let along = axis.index();
-        if along < D && !common(*ends, [from[along], to[along]]) {
-            return false;
+    /// Whether what is not a box itself has something in common with one.
+    fn meets_box(&self, from: &[f64; D], to: &[f64; D]) -> bool {
+        match self {
+            Self::Box { .. } => false,
+            Self::Round { axis, centre, radii, ends } => {
+                let along = axis.index();
+                // The distances of the box's points from the axis are all from the nearest one's to the farthest one's.
+                let (mut nearest, mut farthest) = (0.0_f64, 0.0_f64);
+                for (d, centre) in (0..D).filter(|&d| d != along).zip(centre) {
+                    nearest = nearest.hypot((from[d] - centre).max(centre - to[d]).max(0.0));
+                    farthest = farthest.hypot((from[d] - centre).abs().max((to[d] - centre).abs()));
+                }
+                (along >= D || common(*ends, [from[along], to[along]])) && common([nearest, farthest], *radii)
+            }
+            Self::Surface(surface) => {
+                // There are surfaces in three dimensions only.
+                let [from, to] = [from, to].map(|x| std::array::from_fn(|d| x.get(d).copied().unwrap_or(0.0)));
+                let volume: f64 = (0..3).map(|d| to[d] - from[d]).product();
+                // Files have single precision.
+                surface.volume_in(&from, &to) > 1e-6 * surface.volume().min(volume)
+            }
         }
-        let across = (0..D).filter(|&d| d != along).zip(centre);
-        let (mut nearest, mut farthest) = (0.0_f64, 0.0_f64);
-        for (d, centre) in across {
-            nearest = nearest.hypot((from[d] - centre).max(centre - to[d]).max(0.0));
-            farthest = farthest.hypot((from[d] - centre).abs().max((to[d] - centre).abs()));
-        }
-        common([nearest, farthest], *radii)
     }
 }
 
@@ -109,7 +122,9 @@ mod tests {
         let Scene::Solid(SceneIn::<3, SolidBasis> { bodies, .. }) = Scene::from_ron(&text).unwrap() else {
             panic!("a solid")
         };
-        overlap(&bodies[0], &bodies[1])
+        let [a, b] = [&bodies[0], &bodies[1]];
+        let placed = [a, b].map(|body| WithSurface { shape: &body.shape, surface: None });
+        overlap((a, &placed[0]), (b, &placed[1]))
     }
 
     #[test]

@@ -237,6 +237,28 @@ impl Surface {
         cones.sum::<f64>() / 6.0
     }
 
+    /// How much of what it encloses lies in a box `[L³]`.
+    pub(crate) fn volume_in(&self, from: &[f64; 3], to: &[f64; 3]) -> f64 {
+        let (low, high) = self.bounds();
+        if (0..3).any(|d| to[d] <= low[d] || from[d] >= high[d] || from[d] >= to[d]) {
+            return 0.0;
+        }
+        let mut inside = [0; 3];
+        let lines = [0, 1, 2].map(|d| {
+            let before = Some(low[d]).filter(|&low| low < from[d]);
+            inside[d] = usize::from(before.is_some());
+            let behind = Some(high[d]).filter(|&high| high > to[d]);
+            before.into_iter().chain([from[d], to[d]]).chain(behind).collect()
+        });
+        let mut volume = 0.0;
+        moments::for_each(self, &lines, |piece, moments| {
+            if piece == inside {
+                volume = moments.volume;
+            }
+        });
+        volume
+    }
+
     /// Lowest and highest coordinates `[L]`.
     pub fn bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
         let first = self.vertices[0];

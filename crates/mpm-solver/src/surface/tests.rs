@@ -27,6 +27,24 @@ fn a_cube_is_a_surface() {
 }
 
 #[test]
+fn what_lies_in_a_box_is_measured_wherever_the_box_lies() {
+    // Its facets are far larger than the boxes.
+    let bar = Surface::new(&cuboid([-5.0, 0.0, 0.0], [5.0, 1.0, 1.0])).unwrap();
+    for (from, to, volume) in [
+        ([-1.0, -1.0, -1.0], [1.0, 2.0, 2.0], 2.0),
+        ([-1.0, 0.25, 0.5], [1.0, 0.75, 3.0], 0.5),
+        ([-9.0, -1.0, -1.0], [9.0, 2.0, 2.0], 10.0),
+        ([4.5, 0.5, 0.5], [6.0, 0.75, 0.75], 0.5 * 0.25 * 0.25),
+        ([-1.0, 1.0, 0.0], [1.0, 2.0, 1.0], 0.0),
+        ([5.0, 0.0, 0.0], [6.0, 1.0, 1.0], 0.0),
+        ([1.0, 0.0, 0.0], [-1.0, 1.0, 1.0], 0.0),
+    ] {
+        let found = bar.volume_in(&from, &to);
+        assert!((found - volume).abs() < 1e-14, "{from:?} to {to:?}: {found}");
+    }
+}
+
+#[test]
 fn what_is_no_surface_is_refused_with_its_reason() {
     assert_eq!(error(&[]), "the surface has no facets");
     let cube = unit();
