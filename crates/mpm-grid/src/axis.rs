@@ -43,6 +43,14 @@ pub enum AxisError {
         /// The upper node's coordinate.
         next: f64,
     },
+    /// Coordinates between which there are none that can be computed.
+    #[error("an axis from {from:?} to {to:?} is too long for its nodes to be computed")]
+    Length {
+        /// The first coordinate.
+        from: f64,
+        /// The last coordinate.
+        to: f64,
+    },
     /// A size ratio that is not a positive number.
     #[error("the ratio of last to first cell size must be positive and finite, not {ratio}")]
     Ratio {
@@ -61,6 +69,9 @@ impl Axis {
             return Err(AxisError::TooLong { cells: to_usize(cells) });
         }
         check_order(from, to)?;
+        if !((to - from) * f64::from(cells)).is_finite() {
+            return Err(AxisError::Length { from, to });
+        }
         let per_length = f64::from(cells) / (to - from);
         if !per_length.is_finite() || per_length == 0.0 {
             return Err(AxisError::Order { previous: from, next: to });
@@ -75,6 +86,10 @@ impl Axis {
         }
         for pair in nodes.windows(2) {
             check_order(pair[0], pair[1])?;
+        }
+        let (from, to) = (nodes[0], nodes[nodes.len() - 1]);
+        if !(to - from).is_finite() {
+            return Err(AxisError::Length { from, to });
         }
         let count = nodes.len() - 1;
         match u32::try_from(count) {
@@ -311,6 +326,10 @@ mod tests {
         assert!(Axis::uniform(1.0, 1.0, 2).is_err());
         assert!(Axis::uniform(0.0, f64::INFINITY, 2).is_err());
         assert!(Axis::uniform(0.0, 1.0, u32::MAX).is_err());
+        // The third node would be at infinity.
+        let length = AxisError::Length { from: -1e308, to: 4.0 };
+        assert_eq!(Axis::uniform(-1e308, 4.0, 4), Err(length));
+        assert!(Axis::graded(vec![-1e308, 0.0, 1e308]).is_err());
         assert!(Axis::graded(vec![0.0]).is_err());
         let order = AxisError::Order { previous: 2.0, next: 1.0 };
         assert_eq!(Axis::graded(vec![0.0, 2.0, 1.0]), Err(order));

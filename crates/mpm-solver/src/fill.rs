@@ -285,8 +285,9 @@ enum Cut {
 impl Cut {
     /// Of `from..to` along an axis.
     fn of(axis: &Axis, from: f64, to: f64, n: u32) -> Result<Self, String> {
+        let empty = || Err(format!("the box is empty: from {from} to {to}"));
         if from >= to {
-            return Err(format!("the box is empty: from {from} to {to}"));
+            return empty();
         }
         let span = axis.last() - axis.first();
         if from < axis.first() - 1e-9 * span || to > axis.last() + 1e-9 * span {
@@ -297,6 +298,10 @@ impl Cut {
             ));
         }
         if let (Some(first), Some(last)) = (line_at(axis, from), line_at(axis, to)) {
+            // Ends that differ by less than lines of the mesh are told apart by.
+            if first == last {
+                return empty();
+            }
             return Ok(Self::Cells { first, last, n });
         }
         let (first, last) = (axis.locate(from).0, axis.locate(to).0);

@@ -49,7 +49,9 @@ const CASES: &[Case] = &[
     ("young: 1e3", "young: 1e999", "finite number above 0"),
     ("poisson: 0.3", "poisson: -inf", "above -1 and below 0.5"),
     ("near: (2, 2)", "near: (NaN, 2)", "finite number"),
-    (X_AXIS, "[Uniform(from: -1e308, to: 1e308, cells: 4)", "increase strictly"),
+    (X_AXIS, "[Uniform(from: -1e308, to: 1e308, cells: 4)", "too long for its nodes"),
+    (X_AXIS, "[Uniform(from: -1e308, to: 4, cells: 4)", "too long for its nodes"),
+    (X_AXIS, "[Nodes([-1e308, 0, 1e308])", "too long for its nodes"),
     (X_AXIS, "[Nodes([0, 1, inf])", "finite number"),
     // Cells that rounding closes.
     (X_AXIS, "[Nodes([0, 0.49999999999999994, 0.5, 2])", "no volume"),
@@ -58,6 +60,7 @@ const CASES: &[Case] = &[
     (X_AXIS, "[Uniform(from: 0, to: 4, cells: 0)", "from 1 to"),
     (X_AXIS, "[Nodes([])", "at least one cell"),
     ("to: (2, 2)", "to: (0, 2)", "box is empty"),
+    ("to: (2, 2)", "to: (1e-16, 2)", "box is empty"),
     ("points_per_cell: 2", "points_per_cell: 0", "from 1 to"),
     ("steps: 4", "steps: 0", "from 1 to"),
     ("young: 1e3", "young: 0", "above 0"),

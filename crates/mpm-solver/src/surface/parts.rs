@@ -236,7 +236,8 @@ impl Grid {
         match solid {
             Solid::Surface(surface) => self.snapped(surface),
             Solid::Round(round) => {
-                let sizes = self.lines.iter().flat_map(|lines| lines.windows(2)).map(|ends| ends[1] - ends[0]);
+                let lines = round.across().map(|d| &self.lines[d]);
+                let sizes = lines.iter().flat_map(|lines| lines.windows(2)).map(|ends| ends[1] - ends[0]);
                 round.surface(ROUNDNESS * sizes.fold(f64::INFINITY, f64::min))
             }
         }
