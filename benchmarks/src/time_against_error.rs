@@ -306,8 +306,9 @@ fn panel(problem: &Problem, rows: &[Row]) -> Panel {
 
 /// The four problems of the README, and the mild column.
 fn pictures(mut panels: Vec<Panel>) -> Vec<(Picture, usize)> {
-    if let Some(Panel::Curves(first)) = panels.first_mut() {
-        first.legend = Legend::LowerLeft;
+    // The cantilever's panel has room for a legend.
+    if let Some(Panel::Curves(cantilever)) = panels.get_mut(2) {
+        cantilever.legend = Legend::LowerLeft;
     }
     let mild = (panels.len() > 1).then(|| panels.remove(1));
     let picture = |file, panels| Picture { file, caption: String::new(), panels };
