@@ -3,6 +3,7 @@
 use crate::complaint::Complaint;
 use crate::report::{count, unwritten};
 use crate::{input, say};
+use mpm_io::FolderFiles;
 use mpm_solver::scene::Scene;
 use mpm_solver::{Error, Estimate};
 use serde_json::{Value, json};
@@ -11,7 +12,7 @@ use std::path::Path;
 
 /// Says how large a scene with these settings is.
 pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
-    let input = input::read(file, settings)?;
+    let input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| match error {
         Error::Scene(error) => input::refused(file, &input.text, error),
         error => Complaint::unfinished(error.to_string()),

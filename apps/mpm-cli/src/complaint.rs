@@ -9,6 +9,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 
+/// Columns up to which a line is shown beside what is wrong in it.
+const WIDEST: usize = 2000;
+
 /// Why the program ends early: a message and an exit code.
 pub struct Complaint {
     /// Left out where another process has told it.
@@ -34,6 +37,14 @@ impl Complaint {
 
     /// The input is wrong at one place (in bytes) of its text.
     pub fn at(file: &Path, text: &str, place: Range<usize>, label: Option<String>, message: String) -> Self {
+        let before = &text[..place.start];
+        let column = before.rfind('\n').map_or(before, |end| &before[end + 1..]).chars().count() + 1;
+        if column > WIDEST {
+            // A line of which nobody sees the place is not shown.
+            let line = before.matches('\n').count() + 1;
+            let label = label.map_or(String::new(), |it| format!("{it}: "));
+            return Self::input(format!("{}:{line}:{column}: {label}{message}", file.display()));
+        }
         // A place of several lines is shown by its first.
         let length = text[place.clone()].find('\n').unwrap_or(place.len());
         let label = LabeledSpan::new_primary_with_span(label, (place.start, length));

@@ -23,9 +23,9 @@ pub struct Input {
     pub compiled: Compiled,
 }
 
-/// Reads the scene in `file`, sets values in it, each `path=value`, and compiles it.
-pub fn read(file: &Path, settings: &[String]) -> Result<Input, Complaint> {
-    set(file, text(file)?, settings)
+/// Reads the scene in `file`, sets values in it, each `path=value`, and compiles it; `files` has what it names.
+pub fn read(file: &Path, settings: &[String], files: &FolderFiles) -> Result<Input, Complaint> {
+    set(file, text(file)?, settings, files)
 }
 
 /// The text of the scene in `file`.
@@ -37,25 +37,33 @@ pub fn text(file: &Path) -> Result<String, Complaint> {
     if bytes.len() as u64 > LONGEST {
         return Err(cannot(format!("it is longer than {} MiB", LONGEST >> 20)));
     }
+    if bytes.starts_with("\u{feff}".as_bytes()) {
+        // What some editors put before a text.
+        bytes.drain(.."\u{feff}".len());
+    }
     String::from_utf8(bytes).map_err(|error| not_text(file, &error))
 }
 
-/// Sets values in the scene in `text`, which comes from `file`, and compiles it.
-pub fn set(file: &Path, mut text: String, settings: &[String]) -> Result<Input, Complaint> {
+/// Sets values in the scene in `text`, which comes from `file`, and compiles it; `files` has what it names.
+pub fn set(
+    file: &Path,
+    mut text: String,
+    settings: &[String],
+    files: &FolderFiles,
+) -> Result<Input, Complaint> {
     let mut scene = read_text(file, &text)?;
     for setting in settings {
         (text, scene) = set_one(&text, setting)?;
     }
-    let files = Files(FolderFiles::beside(file));
     let compiled =
-        compile_with(&scene, &files).map_err(|error| refused_setting(file, &text, settings, error))?;
+        compile_with(&scene, &Files(files)).map_err(|error| refused_setting(file, &text, settings, error))?;
     Ok(Input { text, scene, compiled })
 }
 
 /// Reads and compiles the scene in `text`, which comes from `file`; `files` has what it names.
-pub fn parse(file: &Path, text: String, files: &Files) -> Result<Input, Complaint> {
+pub fn parse(file: &Path, text: String, files: &FolderFiles) -> Result<Input, Complaint> {
     let scene = read_text(file, &text)?;
-    let compiled = compile_with(&scene, files).map_err(|error| refused(file, &text, error))?;
+    let compiled = compile_with(&scene, &Files(files)).map_err(|error| refused(file, &text, error))?;
     Ok(Input { text, scene, compiled })
 }
 

@@ -23,7 +23,7 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// Keeps checkpoints at `path`, or where the arguments say.
+    /// Keeps checkpoints at `path`, when the arguments or the head say.
     ///
     /// # Errors
     /// Where they are asked for and cannot be written.
@@ -37,7 +37,6 @@ impl Keeper {
             head.interval = CheckpointInterval { steps: *checkpoint_every, seconds: *checkpoint_seconds };
         }
         let asked = checkpoint.is_some() || head.interval != CheckpointInterval::default();
-        let path = checkpoint.clone().unwrap_or(path);
         if asked {
             Checkpoint::check_writable(&path).map_err(|error| Complaint::input(error.to_string()))?;
         }

@@ -111,6 +111,9 @@ struct RunArguments {
     /// Results file; an .xdmf file is written beside it [default: the scene's name with .h5, in this directory].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Folder in which the files lie that the scene names [default: that of the scene].
+    #[arg(long, value_name = "FOLDER")]
+    files: Option<PathBuf>,
     #[command(flatten)]
     checkpoints: CheckpointArguments,
     /// Number of threads; never changes a result [default: one per core].
@@ -131,6 +134,9 @@ struct ResumeArguments {
     /// Results file; where there is none, its history begins here [default: that of the interrupted run].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Folder in which the files lie that the scene names [default: where they were].
+    #[arg(long, value_name = "FOLDER")]
+    files: Option<PathBuf>,
     #[command(flatten)]
     checkpoints: CheckpointArguments,
     /// Number of threads; never changes a result [default: one per core].

@@ -101,9 +101,9 @@ fn read_results(file: &Path) -> Result<(), ResultsError> {
 }
 
 /// The files of a scene, those of HDF5 read by a second process first.
-pub struct Files(pub FolderFiles);
+pub struct Files<'a>(pub &'a FolderFiles);
 
-impl SceneFiles for Files {
+impl SceneFiles for Files<'_> {
     fn surface(&self, file: &str) -> Result<Surface, String> {
         self.0.surface(file)
     }

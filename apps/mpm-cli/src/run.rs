@@ -3,7 +3,7 @@
 use crate::complaint::Complaint;
 use crate::input::Input;
 use crate::keeper::{self, Keeper};
-use crate::reading::{self, Files, Kind};
+use crate::reading::{self, Kind};
 use crate::watch::Watch;
 use crate::{ResumeArguments, RunArguments, input, inspect, report, say};
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
@@ -18,16 +18,27 @@ const PROGRAM: &str = concat!("mpm ", env!("CARGO_PKG_VERSION"));
 /// Runs a scene from file to file.
 pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     start_threads(arguments.threads)?;
-    let input = input::read(&arguments.scene, &arguments.settings.set)?;
-    let path = output(arguments)?;
+    let files = match &arguments.files {
+        Some(folder) => FolderFiles::new(folder),
+        None => FolderFiles::beside(&arguments.scene),
+    };
+    let input = input::read(&arguments.scene, &arguments.settings.set, &files)?;
+    let path = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| Path::new(arguments.scene.file_stem().unwrap_or_default()).with_extension("h5"));
     let head = CheckpointHead {
         scene: input.text.clone(),
-        folder: folder(&input.scene, &arguments.scene),
+        folder: folder(&input.scene, &files),
         program: PROGRAM.into(),
         results: path.clone(),
         interval: keeper::interval(&input.scene),
     };
-    let keeper = Keeper::new(keeper::beside(&path), head, &arguments.checkpoints)?;
+    let mut read = named(&input.scene, &files);
+    read.push(("scene", arguments.scene.clone()));
+    let checkpoint = arguments.checkpoints.checkpoint.clone().unwrap_or_else(|| keeper::beside(&path));
+    check_places(&read, &path, &checkpoint)?;
+    let keeper = Keeper::new(checkpoint, head, &arguments.checkpoints)?;
     let writer = ResultsWriter::create(&path, options(&input));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Paths { scene: &arguments.scene, results: &path };
@@ -45,7 +56,12 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     reading::survives(file, Kind::Checkpoint)?;
     let checkpoint = Checkpoint::open(file).map_err(refuse)?;
     let mut head = checkpoint.head().clone();
-    let input = input::parse(file, head.scene.clone(), &Files(FolderFiles::new(&head.folder)))?;
+    if let Some(folder) = &arguments.files {
+        head.folder.clone_from(folder);
+    }
+    let files = FolderFiles::new(&head.folder);
+    let input = input::parse(file, head.scene.clone(), &files)?;
+    head.folder = folder(&input.scene, &files);
     let state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
     if head.program != PROGRAM {
         let note = format!(
@@ -66,8 +82,10 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     if is_same(&path, file) {
         return Err(Complaint::input(format!("the results file {} is the checkpoint itself", path.display())));
     }
+    let checkpoint = arguments.checkpoints.checkpoint.as_ref().unwrap_or(file);
+    check_places(&named(&input.scene, &files), &path, checkpoint)?;
     (head.program, head.results) = (PROGRAM.into(), path.clone());
-    let mut keeper = Keeper::new(file.clone(), head, &arguments.checkpoints)?;
+    let mut keeper = Keeper::new(checkpoint.clone(), head, &arguments.checkpoints)?;
     if arguments.checkpoints.checkpoint.is_none() {
         keeper.has_kept(state.progress.rows().saturating_sub(1));
     }
@@ -114,16 +132,16 @@ fn carry_out(
         Err(Error::Observer(error)) if state.is_some() && !watch.has_started() => {
             Err(Complaint::input(error.to_string()))
         }
-        Err(error) => Err(Complaint::unfinished(format!(
-            "{error}\n{} in {}{}",
-            match watch.steps() {
-                0 => "The state at its start is".to_string(),
-                1 => "The load step before it is".to_string(),
-                steps => format!("The {steps} load steps before it are"),
-            },
-            files.results.display(),
-            watch.advice()
-        ))),
+        Err(error) => {
+            let results = files.results.display();
+            let before = match watch.steps() {
+                _ if !files.results.exists() => format!("The results file {results} is gone"),
+                0 => format!("The state at its start is in {results}"),
+                1 => format!("The load step before it is in {results}"),
+                steps => format!("The {steps} load steps before it are in {results}"),
+            };
+            Err(Complaint::unfinished(format!("{error}\n{before}{}", watch.advice())))
+        }
     }
 }
 
@@ -147,27 +165,42 @@ fn options(input: &Input) -> Options {
 }
 
 /// Where the files lie that a scene names, if it names any.
-fn folder(scene: &Scene, file: &Path) -> PathBuf {
+fn folder(scene: &Scene, files: &FolderFiles) -> PathBuf {
     if scene.files().is_empty() {
         return PathBuf::new();
     }
-    let folder = file.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    folder.canonicalize().unwrap_or_else(|_| folder.into())
+    let folder = files.path(".");
+    folder.canonicalize().unwrap_or(folder)
 }
 
-/// Where the results go.
-fn output(arguments: &RunArguments) -> Result<PathBuf, Complaint> {
-    let path = match &arguments.output {
-        Some(path) => path.clone(),
-        None => Path::new(arguments.scene.file_stem().unwrap_or_default()).with_extension("h5"),
-    };
-    // The results would replace the scene that they come from.
-    if is_same(&path, &arguments.scene) {
-        return Err(Complaint::input(format!("the results file {} is the scene itself", path.display())));
+/// What is read, and where: the files that a scene names.
+fn named(scene: &Scene, files: &FolderFiles) -> Vec<(&'static str, PathBuf)> {
+    scene.files().into_iter().map(|file| ("file that the scene names", files.path(file))).collect()
+}
+
+/// Refuses to write over what is read, or two files at one place.
+fn check_places(read: &[(&str, PathBuf)], results: &Path, checkpoint: &Path) -> Result<(), Complaint> {
+    let mut written = vec![("results file", results.to_path_buf()), ("checkpoint", checkpoint.to_path_buf())];
+    let xdmf = results.with_extension("xdmf");
+    // Results that would end so are refused as such.
+    if xdmf != results {
+        written.insert(1, (".xdmf file of the results", xdmf));
     }
-    Ok(path)
+    for (k, (what, path)) in written.iter().enumerate() {
+        if let Some((other, _)) = read.iter().chain(&written[..k]).find(|other| is_same(path, &other.1)) {
+            return Err(Complaint::input(format!("the {what} {} is the {other} itself", path.display())));
+        }
+    }
+    Ok(())
 }
 
+/// Whether two paths lead to one file, there or not.
 fn is_same(a: &Path, b: &Path) -> bool {
-    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+    let resolved = |path: &Path| {
+        path.canonicalize().or_else(|_| {
+            let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            folder.canonicalize().map(|folder| folder.join(path.file_name().unwrap_or_default()))
+        })
+    };
+    resolved(a).is_ok_and(|a| resolved(b).is_ok_and(|b| a == b))
 }

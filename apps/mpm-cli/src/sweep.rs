@@ -4,9 +4,10 @@ use crate::complaint::Complaint;
 use crate::reading::{self, Kind};
 use crate::{input, inspect, keeper, say};
 use clap::Args;
-use mpm_io::{Results, component_name};
+use mpm_io::{FolderFiles, Results, component_name};
 use mpm_solver::observe::Cancellation;
 use serde_json::{Map, Value, json};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -40,6 +41,8 @@ struct Combination {
     /// The scene with these values.
     text: String,
     folder: PathBuf,
+    /// Where the files lie that the scene names.
+    files: PathBuf,
 }
 
 /// Where a run of a combination stands.
@@ -110,11 +113,14 @@ fn combinations(scene: &Path, sets: &[String], folder: &Path) -> Result<Vec<Comb
             .collect();
     }
     let text = input::text(scene)?;
+    let files = FolderFiles::beside(scene);
+    let beside = files.path(".");
+    let beside = beside.canonicalize().unwrap_or(beside);
     let mut combinations: Vec<Combination> = Vec::new();
     for settings in grid {
         let pairs: Vec<String> = settings.iter().map(|(path, value)| format!("{path}={value}")).collect();
         // All are checked before the first one runs.
-        let input = input::set(scene, text.clone(), &pairs)?;
+        let input = input::set(scene, text.clone(), &pairs, &files)?;
         let folder = folder.join(folder_name(&pairs.join(",")));
         if combinations.iter().any(|other| other.folder == folder) {
             return Err(Complaint::input(format!(
@@ -122,7 +128,7 @@ fn combinations(scene: &Path, sets: &[String], folder: &Path) -> Result<Vec<Comb
                 pairs.join(" ")
             )));
         }
-        combinations.push(Combination { settings, text: input.text, folder });
+        combinations.push(Combination { settings, text: input.text, folder, files: beside.clone() });
     }
     Ok(combinations)
 }
@@ -167,7 +173,10 @@ impl Combination {
 
     fn standing(&self) -> Standing {
         if !self.results().exists() {
-            return Standing::Open("not run".into());
+            let log = std::fs::read_to_string(self.folder.join("log.txt")).unwrap_or_default();
+            let said =
+                log.lines().map(|line| line.trim_start_matches([' ', 'x', '×'])).find(|line| !line.is_empty());
+            return Standing::Open(said.map_or("not run".into(), |said| format!("not run: {said}")));
         }
         match self.read() {
             Err(reason) => Standing::Open(reason),
@@ -189,23 +198,25 @@ impl Combination {
         let is_ours = self.read().is_ok_and(|results| results.scene() == self.text);
         std::fs::write(self.folder.join("scene.ron"), &self.text).map_err(cannot)?;
         let log = std::fs::File::create(self.folder.join("log.txt")).map_err(cannot)?;
-        let start = |arguments: &[&str]| {
+        let start = |arguments: &[&OsStr]| {
             let program = std::env::current_exe()?;
             let threads = threads.to_string();
             let mut command = Command::new(program);
             command.args(arguments).args(["--quiet", "--threads", &threads]).current_dir(&self.folder);
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log.try_clone()?).status()
         };
-        let run = |arguments: &[&str]| {
-            start(arguments).map_err(|error| Complaint::unfinished(format!("cannot start a run: {error}")))
+        let run = |arguments: &[&str], files: &Path| {
+            let arguments: Vec<&OsStr> = arguments.iter().map(OsStr::new).chain([files.as_os_str()]).collect();
+            start(&arguments).map_err(|error| Complaint::unfinished(format!("cannot start a run: {error}")))
         };
         let checkpoint = "results.checkpoint.h5";
         // A checkpoint that cannot be gone on with is refused by exit code 2.
         let gone_on = is_ours
             && self.folder.join(checkpoint).exists()
-            && run(&["resume", checkpoint, "--output", "results.h5"])?.code() != Some(2);
+            && run(&["resume", checkpoint, "--output", "results.h5", "--files"], &self.files)?.code()
+                != Some(2);
         if !gone_on {
-            run(&["run", "scene.ron", "--output", "results.h5"])?;
+            run(&["run", "scene.ron", "--output", "results.h5", "--files"], &self.files)?;
         }
         Ok(())
     }

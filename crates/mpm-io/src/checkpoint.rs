@@ -13,7 +13,7 @@ use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredP
 use crate::calls::{Call, Closing};
 use crate::error::{CheckpointError, reason};
 
-const FORMAT: &str = "mpm-checkpoint";
+pub(crate) const FORMAT: &str = "mpm-checkpoint";
 
 /// A reader refuses any other.
 const VERSION: u32 = 3;
@@ -26,7 +26,8 @@ const BLOCK: usize = 512;
 pub struct CheckpointHead {
     /// The scene as it was read.
     pub scene: String,
-    /// The folder of the scene, where the files lie that it names; empty where it names none.
+    /// The folder of the scene, where the files lie that it names; empty where it names none. That of the
+    /// checkpoint is written down as such, so that both may move.
     pub folder: PathBuf,
     /// Name and version of the program.
     pub program: String,
@@ -112,7 +113,10 @@ impl Checkpoint {
         let folder = checkpoint.path.parent().unwrap_or(Path::new("")).to_path_buf();
         checkpoint.head = CheckpointHead {
             scene: checkpoint.text("scene")?,
-            folder: checkpoint.text("scene_folder")?.into(),
+            folder: match checkpoint.text("scene_folder")? {
+                said if said.is_empty() => PathBuf::new(),
+                said => folder.join(said),
+            },
             program: checkpoint.text("program")?,
             results: folder.join(checkpoint.text("results")?),
             interval: CheckpointInterval {
@@ -370,7 +374,14 @@ fn write_all(
     let results =
         if beside { Path::new(results.file_name().unwrap_or_default()).into() } else { absolute(results) };
     let results = results.to_string_lossy();
-    let folder = if folder.as_os_str().is_empty() { PathBuf::new() } else { absolute(folder) };
+    let own = path.parent().filter(|own| !own.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = match folder {
+        none if none.as_os_str().is_empty() => PathBuf::new(),
+        same if same.canonicalize().is_ok_and(|same| own.canonicalize().is_ok_and(|own| own == same)) => {
+            ".".into()
+        }
+        other => absolute(other),
+    };
     let folder = folder.to_string_lossy();
     let texts = [
         ("scene", &scene[..]),
@@ -456,6 +467,9 @@ fn check_sum(path: &Path) -> Result<u64, CheckpointError> {
         String::from_utf8_lossy(&line[..line.len().min(80)]).into_owned()
     };
     let expected = format!("{FORMAT} {VERSION}");
+    if !found.starts_with(FORMAT.as_bytes()) {
+        return malformed("format", format!("is not {FORMAT:?}: this is no checkpoint"));
+    }
     if line(&found, 0) != expected {
         return malformed("format", format!("is {:?}, expected {expected:?}", line(&found, 0)));
     }

@@ -1,12 +1,14 @@
 //! Reads a results file back.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use hdf5::File;
 use mpm_solver::observe::Column;
 
 use crate::calls::{Call, Closing};
+use crate::checkpoint::FORMAT as CHECKPOINT;
 use crate::error::{ResultsError, reason};
 use crate::source::Source;
 use crate::writer::PhaseName;
@@ -90,9 +92,22 @@ impl Results {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, ResultsError> {
         let path = path.as_ref().to_path_buf();
         hdf5::silence_errors(true);
-        fs::File::open(&path).map_err(|error| ResultsError::open(&path, error))?;
+        let head = fs::File::open(&path).and_then(|file| {
+            let mut head = Vec::new();
+            file.take(CHECKPOINT.len() as u64).read_to_end(&mut head).map(|_| head)
+        });
+        if head.map_err(|error| ResultsError::open(&path, error))? == CHECKPOINT.as_bytes() {
+            return Err(ResultsError::open(
+                &path,
+                "it is a checkpoint, from which a run goes on: `mpm resume`",
+            ));
+        }
         let _call = Call::begin();
-        let file = File::open(&path).map_err(|error| ResultsError::open(&path, reason(&error)))?;
+        let file = File::open(&path).map_err(|error| {
+            let reason = reason(&error);
+            let is_locked = reason.contains("unable to lock") || reason.contains("temporarily unavailable");
+            ResultsError::open(&path, if is_locked { "another program is writing it".into() } else { reason })
+        })?;
         let file = Closing::new(file);
         let source = Source { path: &path };
 
@@ -107,7 +122,8 @@ impl Results {
         }
         let scene = source.text(&file, "scene")?;
         let program = source.text(&file, "program")?;
-        let status = source.text(&file, "status")?;
+        // On a full disk a run may have failed to say how it ended.
+        let status = source.text(&file, "status").unwrap_or_else(|_| "running".into());
 
         // A run that never started has no groups yet.
         let started = file.link_exists("VTKHDF");
@@ -160,7 +176,7 @@ impl Results {
         &self.program
     }
 
-    /// `running` (also of a killed run), `completed` or `failed: <reason>`.
+    /// `running` (also of a killed run, and where the disk had no room for more), `completed` or `failed: <reason>`.
     pub fn status(&self) -> &str {
         &self.status
     }

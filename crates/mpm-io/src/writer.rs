@@ -1,6 +1,7 @@
 //! Writes a results file while a run goes.
 
 use std::fs::{self, TryLockError};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
 
@@ -220,7 +221,9 @@ impl ResultsWriter {
         let promised = self.file().size();
         let length = self.room.metadata().map_err(|error| error.to_string())?.len();
         if length < promised {
-            self.room.set_len(promised).map_err(|error| error.to_string())?;
+            // Zeros take up space on the disk, which a greater length alone would not.
+            let filled = fill(&self.room, length, promised);
+            filled.map_err(|error| error.to_string())?;
         }
         self.file().flush()
     }
@@ -267,7 +270,12 @@ impl ResultsWriter {
 
     fn write_xdmf(&mut self, item: &str) -> Result<(), ResultsError> {
         let xdmf = &self.run.as_ref().expect("a step was written").xdmf;
-        xdmf.write().map_err(|error| ResultsError::write(xdmf.path(), item, error))
+        let written = xdmf.write().map_err(|error| ResultsError::write(xdmf.path(), item, error));
+        if written.is_err() {
+            // Where a small file has no room, the end of the results may have none.
+            mem::forget((self.file.take(), self.run.take()));
+        }
+        written
     }
 
     /// Writes how the run ended and closes the file.
@@ -403,6 +411,21 @@ impl Observer for ResultsWriter {
         }
         Ok(self.close(outcome, timings).map_err(|error| self.give_up("the outcome", &error))?)
     }
+}
+
+/// Fills a file with zeros from its end on; on an error it has its length of before.
+fn fill(mut file: &fs::File, from: u64, to: u64) -> io::Result<()> {
+    let zeros = [0; 1 << 16];
+    let mut at = file.seek(SeekFrom::Start(from))?;
+    while at < to {
+        let part = zeros.len().min(usize::try_from(to - at).unwrap_or(usize::MAX));
+        if let Err(error) = file.write_all(&zeros[..part]) {
+            file.set_len(from)?;
+            return Err(error);
+        }
+        at += part as u64;
+    }
+    Ok(())
 }
 
 /// Whether a path still leads to an open file.

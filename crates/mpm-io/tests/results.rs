@@ -254,5 +254,12 @@ fn what_is_no_results_file_is_refused() -> Check {
     file.attr("version")?.write_scalar(&2_i64)?;
     file.close()?;
     assert!(Results::open(&path).is_err_and(|error| error.to_string().contains("is 2; this program reads 1")));
+    // How the run ended may not have reached a full disk; all else is there.
+    write(&path, fake::options(), 2, 4, &Outcome::Completed)?;
+    let file = hdf5::File::open_rw(&path)?;
+    file.delete_attr("status")?;
+    file.close()?;
+    let results = Results::open(&path)?;
+    assert_eq!((results.status(), results.rows()), ("running", 3));
     Ok(())
 }

@@ -38,10 +38,31 @@ impl FolderFiles {
 /// All bytes of a file. Pipes and devices, which may never end, are refused before they are opened.
 fn whole(path: &Path) -> Result<Vec<u8>, String> {
     let fail = |error: std::io::Error| error.to_string();
-    if !fs::metadata(path).map_err(fail)?.is_file() {
+    let found = fs::metadata(path).map_err(fail)?;
+    if !found.is_file() {
         return Err("this is no regular file".into());
     }
+    // What the system makes up as it is read has no length, either, and may never end.
+    if found.len() == 0 {
+        return Err("the file is empty".into());
+    }
     fs::read(path).map_err(fail)
+}
+
+/// Refuses a surface so far from the origin that single precision, which STL files have, does not tell its shape.
+fn check_precision(surface: &Surface) -> Result<(), String> {
+    /// Part of the smallest extent that coordinates may be off by.
+    const MOST: f64 = 1e-3;
+    let (low, high) = surface.bounds();
+    let farthest = low.amax().max(high.amax());
+    let (step, smallest) = (farthest * f64::from(f32::EPSILON), (high - low).min());
+    if step <= MOST * smallest {
+        return Ok(());
+    }
+    Err(format!(
+        "coordinates reach {farthest} and have single precision, steps of {step:.1e}, where the smallest extent is {smallest}: \
+         move the surface towards the origin, and back by `shift`"
+    ))
 }
 
 impl SceneFiles for FolderFiles {
@@ -49,7 +70,8 @@ impl SceneFiles for FolderFiles {
         let path = self.path(file);
         let named = |reason: String| format!("{}: {reason}", path.display());
         let triangles = stl::read(&path).map_err(named)?;
-        Surface::new(&triangles).map_err(|it| named(it.to_string()))
+        let surface = Surface::new(&triangles).map_err(|it| named(it.to_string()))?;
+        check_precision(&surface).map(|()| surface).map_err(named)
     }
 
     fn points(&self, file: &str, dimensions: usize) -> Result<PointTable, String> {
@@ -58,5 +80,29 @@ impl SceneFiles for FolderFiles {
         let read =
             if Self::is_hdf5(&path) { points::hdf5(&path, dimensions) } else { points::csv(&path, dimensions) };
         read.map(|table| PointTable { file: name.clone(), ..table }).map_err(|it| format!("{name}: {it}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surfaces_that_single_precision_does_not_tell_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = FolderFiles::new(folder.path());
+        let read = |at: f64| {
+            let [a, b, c, d] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+            let facet = |corners: [[i32; 3]; 3]| {
+                let vertex = |[x, y, z]: [i32; 3]| format!("vertex {} {y} {z}\n", at + f64::from(x));
+                format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.map(vertex).concat())
+            };
+            let facets = [[a, c, b], [a, b, d], [b, c, d], [c, a, d]].map(facet).concat();
+            fs::write(files.path("a.stl"), format!("solid a\n{facets}endsolid a\n")).unwrap();
+            files.surface("a.stl").map(|surface| surface.volume())
+        };
+        assert!((read(1e3).unwrap() - 1.0 / 6.0).abs() < 1e-4);
+        let said = read(5e5).unwrap_err();
+        assert!(said.contains("single precision, steps of 6.0e-2") && said.contains("`shift`"), "{said}");
     }
 }

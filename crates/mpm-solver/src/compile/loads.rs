@@ -1,6 +1,7 @@
 //! Loads and probes: which points of which body.
 
 use super::mesh::ramp;
+use super::{A_NAME, is_name};
 use crate::error::SceneError;
 use crate::model::{Loads, NamedBody, PointLoad, Probe};
 use crate::scene::{ControlInput, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
@@ -78,8 +79,8 @@ pub(super) fn probes<const D: usize, B>(
         let path = format!("probes[{k}]");
         let name = &input.name;
         let is_taken = probes.iter().any(|other| other.name == *name);
-        if name.is_empty() || name.contains('/') || is_taken {
-            let reason = format!("expected a name of its own, without `/`, got `{name}`");
+        if !is_name(name) || is_taken {
+            let reason = format!("expected {A_NAME}, got {name:?}");
             return Err(SceneError::new(format!("{path}.name"), reason));
         }
         if let Some(ControlInput::Split { .. }) = scene.domains.control {

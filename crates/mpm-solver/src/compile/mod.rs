@@ -142,6 +142,14 @@ fn model<const D: usize, B: FillBody<D>>(
     Ok(model)
 }
 
+/// What names of supports and probes are.
+const A_NAME: &str = "a name of its own, not empty, not `.` or `..`, without `/` and control characters";
+
+/// Whether a name can be that of a dataset.
+fn is_name(name: &str) -> bool {
+    !(name.is_empty() || [".", ".."].contains(&name) || name.contains('/') || name.contains(char::is_control))
+}
+
 fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneError> {
     let cuts = scene.schedule.cuts;
     if cuts > Schedule::MOST_CUTS {

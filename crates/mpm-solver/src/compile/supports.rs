@@ -1,6 +1,7 @@
 //! Supports: which nodes, and what is prescribed of them.
 
 use super::mesh::{component, plane_point, ramp};
+use super::{A_NAME, is_name};
 use crate::error::SceneError;
 use crate::model::{Prescribed, Support, Turn};
 use crate::room::Room;
@@ -45,12 +46,10 @@ pub(super) fn supports<const D: usize, B>(
     let mut sought = 0.0;
     for (k, input) in scene.supports.iter().enumerate() {
         let path = format!("supports[{k}]");
-        if input.name.is_empty() || input.name.contains('/') || supports.iter().any(|it| it.name == input.name)
-        {
-            return Err(SceneError::new(
-                format!("{path}.name"),
-                format!("expected a name of its own, not empty and without `/`, got `{}`", input.name),
-            ));
+        let name = &input.name;
+        if !is_name(name) || supports.iter().any(|it| it.name == *name) {
+            let reason = format!("expected {A_NAME}, got {name:?}");
+            return Err(SceneError::new(format!("{path}.name"), reason));
         }
         let region = region(&input.region, &format!("{path}.region"))?;
         sought += region.candidates(layout);

@@ -22,6 +22,10 @@ impl Scene {
     /// # Errors
     /// What is wrong, and where in the text.
     pub fn from_ron(text: &str) -> Result<Self, ReadError> {
+        if let Some(at) = text.find('\0') {
+            let [start, end] = [at, at + 1].map(|at| Position::of(text, at));
+            return Err(ReadError { reason: "a NUL character is part of no scene".into(), start, end });
+        }
         let options = ron::Options::default()
             .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
             .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);

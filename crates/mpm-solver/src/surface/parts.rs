@@ -24,6 +24,9 @@ const SNAP: f64 = 1e-6;
 /// What numbers of files that have single precision are off by [coordinates].
 const SINGLE: f64 = f32::EPSILON as f64;
 
+/// The same of numbers of scenes.
+const DOUBLE: f64 = 8.0 * f64::EPSILON;
+
 /// A piece is full, or empty, up to so much of its volume.
 const ROUNDING: f64 = 1e-9;
 
@@ -79,6 +82,14 @@ impl Solid<'_> {
         }
     }
 
+    /// What its coordinates are off by [coordinates].
+    fn precision(&self) -> f64 {
+        match self {
+            Solid::Surface(_) => SINGLE,
+            Solid::Round(_) => DOUBLE,
+        }
+    }
+
     fn ends(&self, d: usize) -> (f64, f64) {
         match self {
             Solid::Surface(surface) => {
@@ -106,7 +117,7 @@ pub(crate) fn parts<const D: usize>(
     faces: &[Bounds<D>],
     room: Room,
 ) -> Result<Parts<D>, String> {
-    let grid = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n, room)?;
+    let grid = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), solid.precision(), n, room)?;
     let surface = grid.surface(solid);
     let mut held = grid.held(&surface, room)?;
     let slivers = grid.merge_slivers(&mut held);
@@ -140,6 +151,7 @@ pub(crate) fn rest<const D: usize>(
     let grid = Grid::around(
         axes,
         std::array::from_fn(|d| if d < D { (from[d], to[d]) } else { (0.0, 1.0) }),
+        DOUBLE,
         n,
         room,
     )?;
@@ -152,7 +164,7 @@ pub(crate) fn rest<const D: usize>(
         held.push(Held { piece, moments: Moments { volume, first: Vector3::zeros(), second }, full: true });
     }
     for solid in without {
-        let own = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), n, room)?;
+        let own = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), solid.precision(), n, room)?;
         // Pieces of one cell are numbered alike in both grids.
         let offset =
             [0, 1, 2].map(|d| (i64::from(own.cells[d][0]) - i64::from(grid.cells[d][0])) * i64::from(n));
@@ -195,6 +207,8 @@ struct Grid {
     lines: [Vec<f64>; 3],
     /// Cell of the mesh of each piece.
     cells: [Vec<u32>; 3],
+    /// What coordinates of the body are off by [coordinates].
+    precision: f64,
 }
 
 /// What a piece holds.
@@ -211,10 +225,11 @@ impl Grid {
     fn around<const D: usize>(
         axes: &[Axis; D],
         ends: [(f64, f64); 3],
+        precision: f64,
         n: u32,
         room: Room,
     ) -> Result<Self, String> {
-        let mut grid = Self::default();
+        let mut grid = Self { precision, ..Self::default() };
         for (d, axis) in axes.iter().enumerate() {
             grid.span(d, axis, ends[d], n, room)?;
         }
@@ -264,7 +279,8 @@ impl Grid {
         room: Room,
     ) -> Result<(), String> {
         let cell = |x: f64| axis.locate(x.clamp(axis.first(), axis.last())).0;
-        let near = |x: f64| SNAP * axis.size(cell(x)) / f64::from(n) + SINGLE * x.abs();
+        let precision = self.precision;
+        let near = |x: f64| SNAP * axis.size(cell(x)) / f64::from(n) + precision * x.abs();
         if from < axis.first() - near(from) || to > axis.last() + near(to) {
             return Err(format!(
                 "the body reaches from {from} to {to} along {}, outside the mesh from {} to {}",
@@ -297,7 +313,7 @@ impl Grid {
             for d in 0..3 {
                 let lines = &self.lines[d];
                 let above = lines.partition_point(|&line| line < x[d]).clamp(1, lines.len() - 1);
-                let near = SNAP * (lines[above] - lines[above - 1]) + SINGLE * x[d].abs();
+                let near = SNAP * (lines[above] - lines[above - 1]) + self.precision * x[d].abs();
                 if let Some(&line) = lines[above - 1..=above].iter().find(|line| (*line - x[d]).abs() <= near) {
                     x[d] = line;
                 }
@@ -428,7 +444,7 @@ impl Grid {
         let last = lines.len() - 2;
         let mut shares: Vec<Share<D>> = Vec::new();
         let above = lines.partition_point(|line| line < at).clamp(1, last + 1);
-        let near = SNAP * (lines[above] - lines[above - 1]) + SINGLE * at.abs();
+        let near = SNAP * (lines[above] - lines[above - 1]) + self.precision * at.abs();
         moments::for_each_on_plane(surface, &self.lines, (*axis, *at, near), |mut piece, area, centre, up| {
             let outside = |(from, to): &([f64; D], [f64; D])| {
                 (0..D).any(|d| d != *axis && !(from[d]..=to[d]).contains(&centre[d]))

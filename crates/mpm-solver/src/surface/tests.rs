@@ -198,6 +198,16 @@ fn a_cavity_is_empty_and_a_shell_inside_out_is_refused() {
 }
 
 #[test]
+fn round_bodies_far_from_the_origin_are_as_good_as_near_it() {
+    let axes = [Axis::uniform(5e6, 5e6 + 6.0, 12).unwrap(), Axis::uniform(-6e5, -6e5 + 6.0, 12).unwrap()];
+    let round = Round { axis: 2, centre: [5e6 + 1.0, -6e5 + 3.0], inner: 0.0, outer: 0.7, ends: (0.0, 1.0) };
+    let made = parts(&Solid::Round(round), &axes, 2, &[], ROOM).unwrap();
+    let (volume, ..) = sums(&made);
+    // Of coordinates of seven digits nine are left behind the point.
+    assert!((volume / round.volume() - 1.0).abs() < 1e-7, "{volume}");
+}
+
+#[test]
 fn round_bodies_have_their_volume_wherever_their_axis_lies() {
     for axis in 0..3 {
         for inner in [0.0, 0.6] {
