@@ -12,6 +12,10 @@ use std::path::{Path, PathBuf};
 
 type Triangle = [[f32; 3]; 3];
 
+/// Kinds of files, and the first of those that are HDF5.
+const KINDS: u64 = 6;
+const FIRST_HDF5: u64 = 4;
+
 /// What files start from, and where they are put; cases take turns.
 pub(super) struct Bodies {
     honest: Vec<Honest>,
@@ -61,7 +65,12 @@ impl Bodies {
     }
 
     fn of(&self, case: u64) -> &Honest {
-        &self.honest[(case % self.honest.len() as u64) as usize]
+        &self.honest[(case % KINDS) as usize]
+    }
+
+    /// Whether the file of a case is HDF5.
+    pub(super) fn is_hdf5(case: u64) -> bool {
+        case % KINDS >= FIRST_HDF5
     }
 
     /// The file of a case, changed here and there.
@@ -229,6 +238,7 @@ mod tests {
                 Content::Hdf5(file) => file.to_vec(),
             };
             assert_eq!(bodies.feed(case as u64, &file), 3, "{}", honest.name);
+            assert_eq!(Bodies::is_hdf5(case as u64), matches!(honest.content, Content::Hdf5(_)));
         }
     }
 }

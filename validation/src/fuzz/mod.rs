@@ -6,6 +6,7 @@
 
 mod bodies;
 mod bytes;
+mod language;
 mod random;
 mod targets;
 mod text;
@@ -172,8 +173,7 @@ fn portion(plan: &Plan, worker: &Path, mut from: u64, to: u64) -> Result<Report,
             Some(code) => return Err(format!("case {case}: exit code {code}: {said}").into()),
             None if said.contains("memory allocation of") => Some("asks for too much memory".into()),
             None if said.contains("overflowed its stack") => Some("overflows the stack".into()),
-            // Rust does not crash; a library in C can.
-            None if plan.target != Target::Scenes && plan.target != Target::Traps => None,
+            None if plan.target.is_hdf5(case) => None,
             None => Some(format!("ends the process: {}", output.status)),
         };
         match what {
