@@ -7,7 +7,7 @@ use mpm_assembly::{
     TangentSums,
 };
 use mpm_basis::{ActiveNodes, Links};
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_solver::scene::Scene;
 use mpm_solver::{Compiled, Model};
 
@@ -147,7 +147,7 @@ fn connect<const D: usize>(
     ghost_factor: Option<f64>,
 ) -> Result<Connected<D>, Broken> {
     let stencils = body.stencils(mesh)?;
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let faces = ghost_factor.map(|factor| {
         let mut cells = Vec::new();

@@ -41,7 +41,7 @@ use crate::kinematics::{
 };
 use crate::{InvertedPoint, Points};
 use mpm_basis::{ActiveNodes, Basis, CellPart, Cells, Links, UnconnectedPoint};
-use mpm_grid::{Block, CellId, Mesh, Place, Vector};
+use mpm_grid::{Block, CellId, Mesh, NodeKind, Place, Vector};
 use mpm_material::{Material, Response, log_strain, respond};
 use rayon::prelude::*;
 
@@ -87,6 +87,9 @@ impl<const D: usize> Dilatation<D> {
     ///
     /// # Errors
     /// The first point outside the mesh.
+    ///
+    /// # Panics
+    /// The nodes are not the vertices of the mesh.
     pub fn of(
         mean: MeanDilatation,
         positions: &[Vector<D>],
@@ -94,6 +97,7 @@ impl<const D: usize> Dilatation<D> {
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
     ) -> Result<Self, UnconnectedPoint<D>> {
+        assert_eq!(active.space().kind(), NodeKind::Vertices, "cells have their nodes at their corners");
         let locate = |(point, x): (usize, &Vector<D>)| {
             let place = mesh.locate(x, BEYOND).map_err(|reason| UnconnectedPoint { point, reason })?;
             Ok(mesh.lattice().cell(place.cell).index() as u32)

@@ -20,7 +20,7 @@
 use crate::pass::{PassInput, Sums};
 use crate::{Couplings, Pattern};
 use mpm_basis::{ActiveNodes, Links};
-use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
+use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, NodeKind, Vector};
 
 /// Material in one cell of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,11 @@ impl<const D: usize> GhostFaces<D> {
     /// Young's modulus; `cells` as the bodies gave them, in any order.
     ///
     /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
+    ///
+    /// # Panics
+    /// The nodes are not the vertices of the mesh.
     pub fn of(mesh: &Mesh<D>, active: &ActiveNodes<D>, mut cells: Vec<OccupiedCell>, factor: f64) -> Self {
+        assert_eq!(active.space().kind(), NodeKind::Vertices, "faces join corners of cells");
         // Stable: cells that occur more than once are summed in the order of the bodies.
         cells.sort_by_key(|it| it.cell);
         cells.dedup_by(|next, kept| {

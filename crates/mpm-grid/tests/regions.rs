@@ -94,7 +94,10 @@ fn a_ray_holds_one_side_of_its_line() {
     let quarter = Span::Sector { from: 0.3, to: 1.2 };
     let ring = Layout::<2>::ring([1.0, 2.0], radii, 9, quarter, None).unwrap();
     let end = Region::Ray { centre: [1.0, 2.0], along: [1.2_f64.cos(), 1.2_f64.sin()] };
-    assert_eq!(end.nodes(&vertices(&ring), &ring), (0..6).map(|k| ring.lattice().node([9, k])).collect::<Vec<_>>());
+    assert_eq!(
+        end.nodes(&vertices(&ring), &ring),
+        (0..6).map(|k| ring.lattice().node([9, k])).collect::<Vec<_>>()
+    );
 }
 
 #[test]

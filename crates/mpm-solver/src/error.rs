@@ -10,6 +10,9 @@ pub enum Error {
     /// The scene cannot be run as it is.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// Parts of the model need different nodes.
+    #[error(transparent)]
+    Nodes(#[from] crate::nodes::NodeMismatch),
     /// A load step could not be solved, however short.
     #[error("load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}")]
     Step {

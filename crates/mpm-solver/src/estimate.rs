@@ -121,8 +121,8 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         }
     }
 
-    let (columns, lattice, lines) = (columns(pattern), active.lattice_indices(), lines(&model.layout));
-    let place = Place { index: &lattice, lines: &lines, periodic: periods(&mesh) };
+    let (columns, lattice, lines) = (columns(pattern), active.lattice_indices(), lines(model));
+    let place = Place { index: &lattice, lines: &lines, periodic: periods(model) };
     let prediction = predict::<D>(columns, place);
     let stage = Stage {
         model,
@@ -138,7 +138,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let factor_entries = if is_iterative {
         prediction.factor_entries as usize
     } else {
-        predict_factor_entries(columns, &lattice, periods(&mesh), D)
+        predict_factor_entries(columns, &lattice, periods(model), D)
             .map_err(|it| Error::TooLarge(it.to_string()))?
     };
 
@@ -152,7 +152,7 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         points: n_points,
         cells: mesh.lattice().n_cells(),
         cells_with_material: cells_with_material(model, &mesh),
-        nodes: mesh.lattice().n_nodes(),
+        nodes: model.nodes.lattice().n_nodes(),
         active_nodes: active.len(),
         equations: constraints.n_free(),
         prescribed: n - constraints.n_free(),

@@ -20,6 +20,7 @@ pub mod linear;
 mod load_step;
 mod model;
 mod newton;
+mod nodes;
 pub mod observe;
 mod ordering;
 mod path;
@@ -46,6 +47,7 @@ pub use model::{
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
+pub use nodes::NodeMismatch;
 pub use record::Summary;
 pub use rehearsal::Seconds;
 pub use schedule::{Pace, Step};

@@ -8,6 +8,7 @@ use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::linear::{Analysis, LinearSolver, Method, Place};
 use crate::model::{Model, NamedBody, Predictor, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
+use crate::nodes::check_nodes;
 use crate::observe::{Moment, Observer, Outcome};
 use crate::path::{self, Attempt, Length};
 use crate::record::{Record, StepResult, Summary};
@@ -17,7 +18,7 @@ use crate::state::{ControlProgress, State, StateError, StoredSecant, check_cover
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, Vector};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 
 /// Runs a model through its load steps.
 ///
@@ -34,6 +35,7 @@ use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, Vector};
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+    check_nodes(model)?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let control = match model.path {
@@ -56,6 +58,7 @@ pub fn resume<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
+    check_nodes(model)?;
     let mut record = Record::new(model);
     state.recall(model)?;
     record.recall(&state.progress).map_err(wrong)?;
@@ -68,11 +71,11 @@ pub fn resume<const D: usize>(
                 ControlProgress::Load { last, .. } => last.map(|fraction| (fraction, 0.0)),
                 ControlProgress::Path { .. } => None,
             };
-            let nodes = model.layout.lattice().n_nodes();
+            let nodes = model.nodes.lattice().n_nodes();
             Control::Pace(pace, Secant::recall(measures, &state.secant, nodes).map_err(wrong)?)
         }
         Some(control) => {
-            let (floor, nodes) = (model.schedule.cuts, model.layout.lattice().n_nodes());
+            let (floor, nodes) = (model.schedule.cuts, model.nodes.lattice().n_nodes());
             if record.rows() - 1 > model.schedule.steps as usize {
                 let reason =
                     format!("has {} rows of history, expected at most one more than steps", record.rows());
@@ -316,7 +319,7 @@ fn load_step<const D: usize>(
     };
     timings.skipped.count_connection(kept);
     let skipped = &mut timings.skipped;
-    skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
+    skipped.nodes = (model.nodes.lattice().n_nodes() - connected.active.len()) as u64;
     skipped.upper_triangle = (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64;
     skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
     let result = balance(model, &mesh, &connected, step, drive, linear, workspace, timings);
@@ -355,8 +358,8 @@ fn balance<const D: usize>(
     let round_off = round_off(model, connections, active.len());
 
     let analysis = timings.time(Phase::Analyse, || {
-        let lines = lines(&model.layout);
-        let place = Place { index: &active.lattice_indices(), lines: &lines, periodic: periods(mesh) };
+        let lines = lines(model);
+        let place = Place { index: &active.lattice_indices(), lines: &lines, periodic: periods(model) };
         linear.analyse(newton::columns(pattern), place)
     });
     let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
@@ -488,7 +491,7 @@ pub(crate) fn connect<const D: usize>(
     former: Option<Connected<D>>,
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let stencils = stencils(model, mesh)?;
-    let active = ActiveNodes::of(mesh.lattice(), &stencils);
+    let active = ActiveNodes::of(&model.nodes, &stencils);
     let linked: Vec<Linked<D>> = stencils
         .into_iter()
         .zip(&model.bodies)
@@ -544,11 +547,11 @@ fn constrain<const D: usize>(
                     Some(Prescribed::Held) => 0.0,
                     Some(Prescribed::Driven(ramp)) => ramp.value(step.end) - ramp.value(step.start),
                     Some(Prescribed::Turned(turn)) => {
-                        turn.displacement(&mesh.position(node), step.start, step.end)[component]
+                        turn.displacement(&model.nodes.position(mesh, node), step.start, step.end)[component]
                     }
                     Some(Prescribed::FollowMesh) => model
-                        .motion
-                        .displacement(&model.layout, node, mesh, step.start, step.end)
+                        .nodes
+                        .displacement((&model.motion, &model.layout), node, mesh, (step.start, step.end))
                         .map_err(|it| StepFailure::Mesh(it.to_string()))?[component],
                 };
                 constraints.prescribe(number, component, increment);
@@ -585,17 +588,17 @@ fn round_off<const D: usize>(model: &Model<D>, connections: &[Connection<D>], n_
     2.0 * f64::EPSILON * scale.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Where the lattice lines of each direction stand at rest `[L]`; in directions that do not exist there is one.
-pub(crate) fn lines<const D: usize>(layout: &Layout<D>) -> [Vec<f64>; 3] {
+/// Where the lines of nodes of each direction stand at rest `[L]`; in directions that do not exist there is one.
+pub(crate) fn lines<const D: usize>(model: &Model<D>) -> [Vec<f64>; 3] {
     let mut lines: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0]);
-    for (padded, lines) in lines.iter_mut().zip(layout.lines()) {
+    for (padded, lines) in lines.iter_mut().zip(model.nodes.lines(&model.layout)) {
         *padded = lines;
     }
     lines
 }
 
-/// Lattice lines of the directions that close on themselves.
-pub(crate) fn periods<const D: usize>(mesh: &Mesh<D>) -> [Option<u32>; 3] {
-    let (periodic, nodes) = (mesh.lattice().periodic(), mesh.lattice().nodes());
+/// Lines of nodes of the directions that close on themselves.
+pub(crate) fn periods<const D: usize>(model: &Model<D>) -> [Option<u32>; 3] {
+    let (periodic, nodes) = (model.nodes.lattice().periodic(), model.nodes.lattice().nodes());
     std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d]))
 }

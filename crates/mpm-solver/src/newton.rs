@@ -695,7 +695,7 @@ fn singular<const D: usize>(problem: &Problem<'_, D>, equation: usize, cause: St
     let node = problem.active.nodes()[equation / D];
     StepFailure::Singular {
         node: node.index(),
-        position: problem.mesh.position(node).iter().copied().collect(),
+        position: problem.active.space().position(problem.mesh, node).iter().copied().collect(),
         component: equation % D,
         cause,
         stabilised: problem.ghost.is_some(),

@@ -348,7 +348,7 @@ impl Record {
                 reaction += force;
                 if let Some([x, y]) = support.moment_about {
                     // The arm reaches to where the node is at the end of the step.
-                    let end = mesh.position(node) + equilibrium.increment[number];
+                    let end = model.nodes.position(mesh, node) + equilibrium.increment[number];
                     moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
                 }
             }
@@ -606,6 +606,6 @@ fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
     match model.linear_solver() {
         Choice::Direct => false,
         Choice::Iterative => true,
-        Choice::Auto => D == 3 || model.layout.lattice().n_nodes() > SMALL,
+        Choice::Auto => D == 3 || model.nodes.lattice().n_nodes() > SMALL,
     }
 }

@@ -180,7 +180,7 @@ impl StateLayout {
         Self {
             bodies: (0..model.bodies.len()).map(body).collect(),
             loads: model.loads.point_loads.len(),
-            nodes: model.layout.lattice().n_nodes(),
+            nodes: model.nodes.lattice().n_nodes(),
             dimensions: D,
         }
     }

@@ -5,7 +5,7 @@ use mpm_assembly::{
     TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Links};
-use mpm_grid::{Axis, Layout, Mesh, Vector};
+use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
 use mpm_material::{Elasticity, VonMises};
 
 /// A body on a grid, ready to be summed.
@@ -57,7 +57,7 @@ pub fn setup<const D: usize, B: Basis<D> + 'static>(
 /// Connects a body to a mesh.
 pub fn connect<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>) -> Setup<D> {
     let stencils = body.stencils(&mesh).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let dilatation = body.dilatation(&links, &mesh, &active).unwrap();
     let linked = Linked { links, dilatation };

@@ -12,6 +12,7 @@ use crate::files::{NoFiles, SceneFiles};
 use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{Model, PathControl, PathMeasure, Predictor, Prescribed, Schedule, Tolerance};
+use crate::nodes::check_nodes;
 use crate::observe::Observer;
 use crate::record::Summary;
 use crate::room::Room;
@@ -25,7 +26,7 @@ use bodies::bodies;
 use loads::{loads, probes};
 use mesh::{layout, motion};
 use mpm_basis::ActiveNodes;
-use mpm_grid::{LoadFraction, Mesh};
+use mpm_grid::{LoadFraction, Mesh, NodeKind, NodeSpace};
 use supports::supports;
 
 /// A model in the space of its scene.
@@ -117,10 +118,13 @@ fn model<const D: usize, B: FillBody<D>>(
 
     let (bodies, faces) = bodies(scene, &layout, &mesh, files, room)?;
     let probes = probes(scene, &bodies)?;
+    let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
+    let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let model = Model {
-        supports: supports(scene, &layout)?,
+        supports: supports(scene, &layout, &nodes)?,
         loads: loads(scene, &bodies, faces)?,
         layout,
+        nodes,
         motion,
         domain_limit: domain_limit(&scene.domains, &bodies),
         bodies,
@@ -138,6 +142,7 @@ fn model<const D: usize, B: FillBody<D>>(
         },
         tolerance: tolerance(&scene.tolerance)?,
     };
+    check_nodes(&model).map_err(|it| SceneError::new("basis", it))?;
     check_start(&model, &mesh, room)?;
     Ok(model)
 }
@@ -184,10 +189,10 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
 fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, room: Room) -> Result<(), SceneError> {
     let stencils = stencils(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
-    let around = ActiveNodes::nodes_around(mesh.lattice(), &stencils);
+    let around = ActiveNodes::nodes_around(&model.nodes, &stencils);
     let room_for = room.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
     room_for.map_err(|it| SceneError::new("bodies", it))?;
-    let active = ActiveNodes::of(mesh.lattice(), &stencils);
+    let active = ActiveNodes::of(&model.nodes, &stencils);
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {

@@ -1,0 +1,91 @@
+//! Whether all parts of a model agree on the nodes that functions live on.
+
+use crate::model::Model;
+use mpm_grid::NodeKind;
+
+/// Parts of a model that cannot be combined, because of the nodes on which their functions live.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NodeMismatch {
+    /// A body on other nodes than the model.
+    #[error(
+        "body `{body}` lives on {found} (basis {basis}), the model on {expected}: \
+        all bodies of a model need its nodes, expected a basis on them"
+    )]
+    Body {
+        /// Name of the body.
+        body: String,
+        /// Name of its basis.
+        basis: &'static str,
+        /// Nodes of the basis.
+        found: NodeKind,
+        /// Nodes of the model.
+        expected: NodeKind,
+    },
+    /// Mean dilatation in cells that have no nodes at their corners.
+    #[error(
+        "body `{body}` averages volume changes over cells, which needs {}, and lives on {found} (basis {basis})",
+        NodeKind::Vertices
+    )]
+    MeanDilatation {
+        /// Name of the body.
+        body: String,
+        /// Name of its basis.
+        basis: &'static str,
+        /// Nodes of the basis.
+        found: NodeKind,
+    },
+    /// Ghost stabilisation of functions whose gradients do not jump, or not at the faces of cells.
+    #[error("ghost stabilisation needs {}, and the model lives on {found}", NodeKind::Vertices)]
+    Ghost {
+        /// Nodes of the model.
+        found: NodeKind,
+    },
+    /// A support of nodes that are no places of the body.
+    #[error(
+        "support `{support}` holds node {node} of the {kind}, at rest at {position:?} inside the box: \
+        no point of a body is there, expected a region whose nodes are on faces of the box"
+    )]
+    Inside {
+        /// Name of the support.
+        support: String,
+        /// Number of the node.
+        node: usize,
+        /// Nodes of the model.
+        kind: NodeKind,
+        /// Where it stands at rest `[L]`.
+        position: Vec<f64>,
+    },
+}
+
+/// Refuses combinations that would need other nodes than the model has.
+///
+/// # Errors
+/// The first combination that is not possible.
+pub(crate) fn check_nodes<const D: usize>(model: &Model<D>) -> Result<(), NodeMismatch> {
+    let kind = model.nodes.kind();
+    for named in &model.bodies {
+        let (found, basis) = (named.body.node_kind(), named.body.basis());
+        if found != kind {
+            return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
+        }
+        if found != NodeKind::Vertices && named.body.averages_volume_changes() {
+            return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
+        }
+    }
+    if kind != NodeKind::Vertices && model.ghost.is_some() {
+        return Err(NodeMismatch::Ghost { found: kind });
+    }
+    for support in &model.supports {
+        if let Some(&node) = support.nodes.iter().find(|&&node| !model.nodes.interpolates_at(node)) {
+            let position = model.nodes.position(&mpm_grid::Mesh::at_rest(&model.layout), node);
+            return Err(NodeMismatch::Inside {
+                support: support.name.clone(),
+                node: node.index(),
+                kind,
+                position: position.iter().copied().collect(),
+            });
+        }
+    }
+    Ok(())
+}
