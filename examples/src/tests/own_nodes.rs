@@ -1,7 +1,7 @@
 //! Completeness and gradients on graded boxes, the patch test, and what the model refuses.
 
 use super::*;
-use mpm_assembly::{MaterialBody, MeanDilatation, Points};
+use mpm_assembly::{MaterialBody, MeanDilatation};
 use mpm_basis::{Completeness, Smpm};
 use mpm_grid::{Layout, LoadFraction};
 use mpm_solver::Model;
@@ -32,7 +32,9 @@ fn linear_fields_are_reproduced_and_gradients_are_differences() -> Result<(), Bo
                 let mut step = Vector::<2>::zeros();
                 step[d] = 1e-6;
                 let (above, below) = (stencil(x + step)?, stencil(x - step)?);
-                for (it, (a, b)) in stencil(x)?.entries().iter().zip(above.entries().iter().zip(below.entries())) {
+                for (it, (a, b)) in
+                    stencil(x)?.entries().iter().zip(above.entries().iter().zip(below.entries()))
+                {
                     // Quadratic in the cell: the difference has no error but rounding, unless a knot is in between.
                     let difference = (a.value - b.value) / 2e-6;
                     assert!(a.node != it.node || (difference - it.gradient[d]).abs() < 1e-5, "{x}, {d}");
@@ -63,7 +65,7 @@ fn refusal(change: impl FnOnce(&mut Model<2>)) -> Result<String, Box<dyn Error>>
 #[test]
 fn what_needs_other_nodes_is_refused() -> Result<(), Box<dyn Error>> {
     let law = || Hencky(Elasticity::from_young_poisson(1000.0, 0.3).expect("possible constants"));
-    let other = || Box::new(MaterialBody::new(Smpm, law(), Points::default()));
+    let other = || Box::new(MaterialBody::new(Smpm, law(), []));
     assert_eq!(
         refusal(|model| model.add_body("other", other()))?,
         "body `other` lives on vertices (basis sMPM), the model on control points of degree 2: \
@@ -74,7 +76,7 @@ fn what_needs_other_nodes_is_refused() -> Result<(), Box<dyn Error>> {
         "ghost stabilisation needs vertices, and the model lives on control points of degree 2"
     );
     let nodes = NodeSpace::of(KIND, &Mesh::at_rest(&mpm_examples::layout()?))?;
-    let body = MaterialBody::new(QuadraticSplines { nodes }, law(), Points::default());
+    let body = MaterialBody::new(QuadraticSplines { nodes }, law(), []);
     let mean = body.with_mean_dilatation(Some(MeanDilatation::Cell));
     assert_eq!(
         refusal(|model| model.add_body("soft", Box::new(mean)))?,

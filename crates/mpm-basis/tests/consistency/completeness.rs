@@ -2,8 +2,8 @@
 
 use crate::random::{Case, Random, cases};
 use mpm_basis::{
-    Basis, Completeness, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, FallbackDomain,
-    Gimp, HalfLengths, Influence, Smpm, Stencil,
+    Basis, Completeness, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback,
+    FallbackDomain, Gimp, HalfLengths, Influence, Smpm, Stencil,
 };
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 
