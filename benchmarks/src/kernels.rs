@@ -4,7 +4,7 @@ use crate::{Failure, blocks};
 use mpm_assembly::{
     Body, Connection, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
-use mpm_basis::{ActiveNodes, Links, Stencils};
+use mpm_basis::{ActiveNodes, Connectivity, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_linear::{Factorization, Method as Factoring, SymmetricPattern};
 use mpm_material::{Elasticity, Hencky, Material, SymmetricTensor, VonMises, log_strain, respond};
@@ -151,9 +151,9 @@ type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
 
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-    let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
-    let connection = Connection::new(links, &pattern);
+    let connectivity = Connectivity::of(stencils, &active);
+    let pattern = Pattern::of(active.len(), std::slice::from_ref(&connectivity));
+    let connection = Connection::new(connectivity, &pattern);
     (active, pattern, connection)
 }
 

@@ -227,9 +227,9 @@ fn row(basis: &'static str, phase: &'static str, seconds: f64, shape: &Shape, li
 }
 
 fn shape_of<const D: usize>(connected: &Connected<D>) -> Shape {
-    let links = connected.connection.links();
-    let (points, groups) = (links.n_points() as f64, links.n_groups() as f64);
-    let sizes = || (0..links.n_groups()).map(|group| links.group_nodes(group).len() as f64);
+    let connectivity = connected.connection.connectivity();
+    let (points, groups) = (connectivity.n_points() as f64, connectivity.n_groups() as f64);
+    let sizes = || (0..connectivity.n_groups()).map(|group| connectivity.group_nodes(group).len() as f64);
     let bytes = |of: &dyn Fn(&str) -> bool| {
         let columns = connected.body.columns();
         columns.iter().filter(|(name, _)| of(name)).map(|(_, bytes)| *bytes as f64).sum::<f64>() / points
@@ -237,8 +237,8 @@ fn shape_of<const D: usize>(connected: &Connected<D>) -> Shape {
     let fixed = |name: &str| name.ends_with("at rest") || name == "mass";
     Shape {
         dimensions: D,
-        points: links.n_points(),
-        nodes: links.n_influences() as f64 / points,
+        points: connectivity.n_points(),
+        nodes: connectivity.n_influences() as f64 / points,
         group: points / groups,
         group_nodes: sizes().sum::<f64>() / groups,
         group_pairs: sizes().map(|n| 0.5 * n * (n + 1.0)).sum::<f64>() / groups,

@@ -6,7 +6,7 @@ use mpm_assembly::{
     Body, Connection, Constraints, Converged, GhostFaces, Linked, PassInput, Pattern, PointView, Sums,
     TangentSums,
 };
-use mpm_basis::{ActiveNodes, Links};
+use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_solver::scene::Scene;
 use mpm_solver::{Compiled, Model};
@@ -148,14 +148,14 @@ fn connect<const D: usize>(
 ) -> Result<Connected<D>, Broken> {
     let stencils = body.stencils(mesh)?;
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-    let links = Links::of(stencils, &active);
+    let connectivity = Connectivity::of(stencils, &active);
     let faces = ghost_factor.map(|factor| {
         let mut cells = Vec::new();
-        body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);
+        body.occupied_cells(&connectivity, mesh.lattice(), &active, &mut cells);
         GhostFaces::of(mesh, &active, cells, factor)
     });
-    let dilatation = body.dilatation(&links, mesh, &active)?;
-    let linked = Linked { links, dilatation };
+    let dilatation = body.dilatation(&connectivity, mesh, &active)?;
+    let linked = Linked { connectivity, dilatation };
     let pattern = Pattern::reusing(None, active.len(), std::slice::from_ref(&linked), faces.as_ref());
     let connection = Connection::new(linked, &pattern);
     let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });

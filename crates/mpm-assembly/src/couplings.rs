@@ -1,7 +1,7 @@
 //! Sets of nodes that couple all with all: what the pattern, the strips, and the scatter are made from.
 
 use crate::Dilatation;
-use mpm_basis::Links;
+use mpm_basis::Connectivity;
 
 /// Sets of nodes that the tangent couples, all with all.
 pub trait Couplings: Sync {
@@ -13,15 +13,15 @@ pub trait Couplings: Sync {
 }
 
 /// Supports: points couple the nodes that they share.
-impl<const D: usize> Couplings for Links<D> {
+impl<const D: usize> Couplings for Connectivity<D> {
     #[inline]
     fn n_sets(&self) -> usize {
-        self.n_supports()
+        self.n_node_sets()
     }
 
     #[inline]
     fn set(&self, set: usize) -> &[u32] {
-        self.support_nodes(set)
+        self.node_set(set)
     }
 }
 
@@ -29,14 +29,14 @@ impl<const D: usize> Couplings for Links<D> {
 #[derive(Clone, Debug)]
 pub struct Linked<const D: usize> {
     /// Groups of points and their influences.
-    pub links: Links<D>,
+    pub connectivity: Connectivity<D>,
     /// Cells over which volume changes are averaged, where they are.
     pub dilatation: Option<Dilatation<D>>,
 }
 
-impl<const D: usize> From<Links<D>> for Linked<D> {
-    fn from(links: Links<D>) -> Self {
-        Self { links, dilatation: None }
+impl<const D: usize> From<Connectivity<D>> for Linked<D> {
+    fn from(connectivity: Connectivity<D>) -> Self {
+        Self { connectivity, dilatation: None }
     }
 }
 
@@ -45,8 +45,8 @@ impl<const D: usize> Linked<D> {
     pub(crate) fn n_points(&self, set: usize) -> usize {
         match &self.dilatation {
             None => {
-                let groups = self.links.support_groups(set).iter();
-                groups.map(|&group| self.links.group_points(group as usize).len()).sum()
+                let groups = self.connectivity.node_set_groups(set).iter();
+                groups.map(|&group| self.connectivity.group_points(group as usize).len()).sum()
             }
             Some(dilatation) => dilatation.cells().n_points(set),
         }
@@ -57,13 +57,13 @@ impl<const D: usize> Linked<D> {
 impl<const D: usize> Couplings for Linked<D> {
     #[inline]
     fn n_sets(&self) -> usize {
-        self.dilatation.as_ref().map_or_else(|| self.links.n_supports(), |it| it.cells().len())
+        self.dilatation.as_ref().map_or_else(|| self.connectivity.n_node_sets(), |it| it.cells().len())
     }
 
     #[inline]
     fn set(&self, set: usize) -> &[u32] {
         match &self.dilatation {
-            None => self.links.support_nodes(set),
+            None => self.connectivity.node_set(set),
             Some(dilatation) => dilatation.cells().nodes(set),
         }
     }

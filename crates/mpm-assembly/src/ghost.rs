@@ -18,7 +18,7 @@
 //! gradient is continuous.
 
 use crate::{Couplings, PassInput, Pattern, Sums};
-use mpm_basis::{ActiveNodes, Links};
+use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, NodeKind, Vector};
 
 /// Material in one cell of the mesh.
@@ -35,7 +35,7 @@ pub struct OccupiedCell {
 
 /// Adds the cells all of whose nodes a point of the body influences; `young` `[F/L²]`.
 pub(crate) fn occupied<const D: usize>(
-    links: &Links<D>,
+    connectivity: &Connectivity<D>,
     lattice: &Lattice<D>,
     active: &ActiveNodes<D>,
     volume: &[f64],
@@ -43,7 +43,7 @@ pub(crate) fn occupied<const D: usize>(
     out: &mut Vec<OccupiedCell>,
 ) {
     let cells = lattice.cells();
-    for group in (0..links.n_groups()).map(|group| links.group(group)) {
+    for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
         let volume: f64 = volume[group.first_point..group.first_point + group.points].iter().sum();
         for &node in group.nodes {
             // The node as the lower corner of a cell.

@@ -43,7 +43,7 @@ impl<const D: usize> Pattern<D> {
             column_start: Vec::new(),
             row: Vec::new(),
         });
-        let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
+        let incidence: Vec<Incidence> = bodies.iter().map(|connectivity| Incidence::of(n_active, connectivity)).collect();
         let faces = faces.map(|faces| (faces, Incidence::of(n_active, faces)));
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
             .into_par_iter()
@@ -55,9 +55,9 @@ impl<const D: usize> Pattern<D> {
                 let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
                 for node in nodes {
                     found.clear();
-                    for (links, incidence) in bodies.iter().zip(&incidence) {
+                    for (connectivity, incidence) in bodies.iter().zip(&incidence) {
                         for &(group, position) in incidence.at(node) {
-                            found.extend_from_slice(&links.set(group as usize)[position as usize + 1..]);
+                            found.extend_from_slice(&connectivity.set(group as usize)[position as usize + 1..]);
                         }
                     }
                     if let Some((faces, incidence)) = &faces {

@@ -6,7 +6,7 @@ use mpm_assembly::{
     Connection, Constraints, Converged, GhostFaces, Linked, MeanDilatation, PassInput, Pattern, Sums,
     TangentSums, views,
 };
-use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Links, Smpm};
+use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Connectivity, Smpm};
 use mpm_grid::{Block, NodeSpace, Vector};
 use mpm_material::{Elasticity, VonMises};
 use setup::{Setup, apart, connect, field, flat, law, sum, times};
@@ -240,12 +240,12 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
         let stencils = body.stencils(&mesh).unwrap();
         let active =
             ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-        let links = Links::of(stencils, &active);
+        let connectivity = Connectivity::of(stencils, &active);
         let mut cells = Vec::new();
-        body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);
+        body.occupied_cells(&connectivity, mesh.lattice(), &active, &mut cells);
         let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
-        let dilatation = body.dilatation(&links, &mesh, &active).unwrap();
-        let linked = Linked { links, dilatation };
+        let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
+        let linked = Linked { connectivity, dilatation };
         let pattern = Pattern::reusing(None, active.len(), std::slice::from_ref(&linked), Some(&faces));
         let (connection, slots) = (Connection::new(linked, &pattern), faces.slots(&pattern));
         let setup = Setup { body, active, pattern, connection, mesh };

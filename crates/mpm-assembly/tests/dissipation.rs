@@ -1,7 +1,7 @@
 //! The energy that a trial displacement dissipates, and its gradient.
 
 use mpm_assembly::{Body, Connection, MaterialBody, Pattern};
-use mpm_basis::{ActiveNodes, Basis, Links, Smpm};
+use mpm_basis::{ActiveNodes, Basis, Connectivity, Smpm};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
 use mpm_material::{Elasticity, Material, VonMises};
 
@@ -19,10 +19,10 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, Connection<2>, Vec<Ve
     let body = MaterialBody::new(Smpm, law, points);
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-    let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
+    let connectivity = Connectivity::of(stencils, &active);
+    let pattern = Pattern::of(active.len(), std::slice::from_ref(&connectivity));
     let positions = active.nodes().iter().map(|&node| mesh.position(node)).collect();
-    (body, Connection::new(links, &pattern), positions)
+    (body, Connection::new(connectivity, &pattern), positions)
 }
 
 fn von_mises() -> VonMises {

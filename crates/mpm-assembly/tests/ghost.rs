@@ -3,7 +3,7 @@
 use mpm_assembly::{
     Body, Constraints, GhostFaces, MaterialBody, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
-use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2q, Gimp, Links, Smpm};
+use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2q, Gimp, Connectivity, Smpm};
 use mpm_grid::{
     Axis, Block, Layout, LoadFraction, Mesh, MeshMotion, NodeSpace, Ramp, Reindexing, Span, Vector,
 };
@@ -35,11 +35,11 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     let body = MaterialBody::new(basis, law, points);
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-    let links = [Links::of(stencils, &active)];
+    let connectivity = [Connectivity::of(stencils, &active)];
     let mut cells = Vec::new();
-    body.occupied_cells(&links[0], mesh.lattice(), &active, &mut cells);
+    body.occupied_cells(&connectivity[0], mesh.lattice(), &active, &mut cells);
     let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
-    let pattern = Pattern::reusing(None, active.len(), &links, Some(&faces));
+    let pattern = Pattern::reusing(None, active.len(), &connectivity, Some(&faces));
     Setup { mesh, active, pattern, faces }
 }
 

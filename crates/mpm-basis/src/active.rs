@@ -1,7 +1,6 @@
 //! The nodes that carry material, numbered.
 
-use crate::Stencils;
-use crate::connectivity::{ACTIVE, narrow, widen};
+use crate::stencils::{ACTIVE, Stencils, narrow, widen};
 use mpm_grid::{NodeId, NodeSpace};
 
 /// The nodes that carry material in this load step, numbered in ascending order.

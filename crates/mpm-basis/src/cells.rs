@@ -1,11 +1,11 @@
 //! Points gathered by the cell that holds them, for what couples all points of a cell.
 
-use crate::Links;
+use crate::connectivity::Connectivity;
 use std::ops::Range;
 
 /// A body's points by cell, with the nodes that the points of each cell influence together.
 ///
-/// Derived from [`Links`] and from nothing but a number per point that tells cells apart.
+/// Derived from [`Connectivity`] and from nothing but a number per point that tells cells apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cells {
     /// What the caller calls each cell.
@@ -44,15 +44,15 @@ pub struct CellPart<'a> {
 }
 
 impl Cells {
-    /// Gathers the points of `links`; `cell` has a number per point, equal for points of one cell. `more` names
+    /// Gathers the points of `connectivity`; `cell` has a number per point, equal for points of one cell. `more` names
     /// further nodes of a cell, active numbers in any order.
     ///
     /// Cells are in the order of these numbers, the points of a cell in their own order.
-    pub fn of<const D: usize>(links: &Links<D>, cell: &[u32], more: impl Fn(u32) -> Vec<u32>) -> Self {
-        assert_eq!(links.n_points(), cell.len(), "one cell per point");
+    pub fn of<const D: usize>(connectivity: &Connectivity<D>, cell: &[u32], more: impl Fn(u32) -> Vec<u32>) -> Self {
+        assert_eq!(connectivity.n_points(), cell.len(), "one cell per point");
         let mut runs: Vec<(u32, Part)> = Vec::new();
-        for group in 0..links.n_groups() {
-            let points = links.group_points(group);
+        for group in 0..connectivity.n_groups() {
+            let points = connectivity.group_points(group);
             let mut first = points.start;
             while first < points.end {
                 let same = cell[first..points.end].iter().take_while(|&&it| it == cell[first]).count();
@@ -81,14 +81,14 @@ impl Cells {
             nodes.clear();
             nodes.extend(more(of_cell[0].0));
             for (_, part) in of_cell {
-                nodes.extend_from_slice(links.group_nodes(part.group as usize));
+                nodes.extend_from_slice(connectivity.group_nodes(part.group as usize));
             }
             nodes.sort_unstable();
             nodes.dedup();
             for (_, part) in of_cell {
                 let place = cells.place.len();
                 let mut at = 0;
-                for &node in links.group_nodes(part.group as usize) {
+                for &node in connectivity.group_nodes(part.group as usize) {
                     at += nodes[at..].partition_point(|&it| it < node);
                     cells.place.push(at as u32);
                 }
@@ -127,12 +127,12 @@ impl Cells {
     #[inline]
     pub fn parts<'a, const D: usize>(
         &'a self,
-        links: &'a Links<D>,
+        connectivity: &'a Connectivity<D>,
         cell: usize,
     ) -> impl Iterator<Item = CellPart<'a>> + Clone {
         self.part_range(cell).map(move |part| {
             let (group, first) = (part.group as usize, part.first as usize);
-            let nodes = links.group_nodes(group).len();
+            let nodes = connectivity.group_nodes(group).len();
             CellPart {
                 group,
                 points: first..first + part.points as usize,
@@ -177,9 +177,9 @@ mod tests {
         let stencils = Stencils::of(&Gimp::default(), &mesh, &positions, &domains).unwrap();
         let active =
             ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-        let links = Links::of(stencils, &active);
+        let connectivity = Connectivity::of(stencils, &active);
         let cell: Vec<u32> = positions.iter().map(|x| x.x as u32 + 4 * x.y as u32).collect();
-        let cells = Cells::of(&links, &cell, |cell| if cell == 9 { vec![2, 0] } else { Vec::new() });
+        let cells = Cells::of(&connectivity, &cell, |cell| if cell == 9 { vec![2, 0] } else { Vec::new() });
 
         assert_eq!((0..cells.len()).map(|k| cells.number(k)).collect::<Vec<_>>(), [5, 6, 9]);
         let mut seen = vec![0; positions.len()];
@@ -188,11 +188,11 @@ mod tests {
             assert!(cells.nodes(k).windows(2).all(|pair| pair[0] < pair[1]));
             assert!(cells.number(k) != 9 || cells.nodes(k).starts_with(&[0, 2]));
             let mut order = Vec::new();
-            for part in cells.parts(&links, k) {
-                for (&at, node) in part.place.iter().zip(links.group_nodes(part.group)) {
+            for part in cells.parts(&connectivity, k) {
+                for (&at, node) in part.place.iter().zip(connectivity.group_nodes(part.group)) {
                     assert_eq!(cells.nodes(k)[at as usize], *node);
                 }
-                order.extend(part.points.map(|it| links.group_points(part.group).start + it));
+                order.extend(part.points.map(|it| connectivity.group_points(part.group).start + it));
             }
             assert!(order.is_sorted());
             for p in order {

@@ -1,6 +1,7 @@
 //! The check that every basis must pass: constant and linear fields are reproduced.
 
-use crate::{Basis, Stencil};
+use crate::basis::Basis;
+use crate::influence::Stencil;
 use mpm_grid::{Block, Mesh, NodeSpace, OutsideMesh, Vector};
 use std::fmt;
 

@@ -1,195 +1,309 @@
-//! Connectivity as data: which point influences which node, and everything derived from that list.
-//!
-//! [`Stencils`] is the raw list of one body, by node of the grid. [`ActiveNodes`] numbers the nodes
-//! that the stencils of all bodies name. [`Links`] is a body's list in that numbering, with points
-//! that share the same nodes gathered. No support width is assumed anywhere, and the cost of all
-//! three follows the material, not the grid.
+//! A body's points and the active nodes they influence.
 
-use crate::{Basis, Influence, Stencil};
-use mpm_grid::{Lattice, Mesh, NodeId, NodeSpace, OutsideMesh, Vector};
+use crate::active::ActiveNodes;
+use crate::stencils::{Chunk, Influences, Stencils, narrow};
+use mpm_grid::Vector;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Points per parallel task; fixed, so that nothing depends on the number of threads. A run of points
-/// that share their nodes ends with its task.
-const CHUNK: usize = 512;
-
-/// A node is active where `Σ_p |S_vp|` exceeds this `[-]`.
-pub(crate) const ACTIVE: f64 = 1e-14;
-
-/// A point that the mesh does not cover.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("material point {point}: {reason}")]
-pub struct UnconnectedPoint<const D: usize> {
-    /// Index of the point in its body.
-    pub point: usize,
-    /// What left the mesh, and how far.
-    pub reason: OutsideMesh<D>,
+/// A body's points and the active nodes they influence, by groups of points that share their nodes.
+///
+/// Points of a group are consecutive. Groups with the same nodes, wherever they are in the list of
+/// points, have one *node set*: with standard MPM that is a cell. Node sets ascend in their lowest node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connectivity<const D: usize> {
+    groups: Vec<GroupStart>,
+    n_points: usize,
+    /// Start of every node set's nodes in `node`, and its length at the end.
+    set_start: Vec<u32>,
+    /// Active numbers, ascending within a node set.
+    node: Vec<u32>,
+    /// Start of every node set's groups in `set_group`, and its length at the end.
+    set_group_start: Vec<u32>,
+    /// Groups by node set, ascending within each.
+    set_group: Vec<u32>,
+    chunks: Vec<Influences<D>>,
 }
 
-/// Influences of all points of one body on the nodes of the grid.
-#[derive(Clone, Debug)]
-pub struct Stencils<const D: usize> {
-    pub(crate) chunks: Vec<Chunk<D>>,
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct GroupStart {
+    point: u32,
+    set: u32,
+    /// Where its influences are, and where they start there.
+    chunk: u32,
+    influence: u32,
 }
 
-/// Influences of consecutive points. Nodes are kept once for every run of points that share them.
-#[derive(Clone, Debug)]
-pub(crate) struct Chunk<const D: usize> {
-    /// Its runs, in order.
-    pub runs: Vec<Run>,
-    /// Nodes of the runs, ascending in each.
-    pub nodes: Vec<NodeId>,
-    /// Whether a single point of its run makes the node active.
-    pub strong: Vec<bool>,
-    /// Lowest and highest lattice index of any node.
-    pub bounds: Bounds<D>,
-    /// The nodes that are not strong, run by run, and `Σ|S_vp|` over the run.
-    pub faint: Vec<(NodeId, f64)>,
-    pub influences: Influences<D>,
-}
-
-/// The end of a run of points that share their nodes.
+/// Points of one group: every point has one value and gradient per node.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
-    /// Points of the chunk up to the end of the run.
-    pub points: u32,
-    /// Nodes of the chunk up to the end of the run.
-    pub nodes: u32,
-    /// Whether one of its points makes all its nodes active.
-    strong: bool,
+pub struct Group<'a, const D: usize> {
+    /// Index of the first point.
+    pub first_point: usize,
+    /// Number of points.
+    pub points: usize,
+    /// Active numbers of the nodes, ascending.
+    pub nodes: &'a [u32],
+    /// `S_vp`, `[points][nodes]`.
+    pub values: &'a [f64],
+    /// `∂S_vp/∂X̃`, `[points][nodes]`.
+    pub gradients: &'a [Vector<D>],
 }
 
-/// `S_vp` and `∂S_vp/∂X̃`, point by point.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Influences<const D: usize> {
-    pub value: Vec<f64>,
-    pub gradient: Vec<Vector<D>>,
+/// The runs of a chunk by active number; nothing of inactive nodes.
+struct Renumbered<const D: usize> {
+    /// Points and nodes up to the end of each run.
+    ends: Vec<(u32, u32)>,
+    nodes: Vec<u32>,
+    influences: Influences<D>,
 }
 
-/// Lowest and highest lattice index, both inclusive.
-pub(crate) type Bounds<const D: usize> = ([u32; D], [u32; D]);
+impl<const D: usize> Connectivity<D> {
+    /// Renumbers one body's stencils by active node; influences on inactive nodes are dropped.
+    pub fn of(stencils: Stencils<D>, active: &ActiveNodes<D>) -> Self {
+        let chunks: Vec<Renumbered<D>> =
+            stencils.chunks.into_par_iter().map(|chunk| Renumbered::of(chunk, active)).collect();
 
-impl<const D: usize> Stencils<D> {
-    /// Asks `basis` for the influences of every point; `x` and `domain` have one entry per point.
-    ///
-    /// # Errors
-    /// The first point (in order) that the mesh does not cover.
-    ///
-    /// # Panics
-    /// The mesh has no nodes of the basis' kind.
-    pub fn of<B: Basis<D>>(
-        basis: &B,
-        mesh: &Mesh<D>,
-        x: &[Vector<D>],
-        domain: &[B::Domain],
-    ) -> Result<Self, UnconnectedPoint<D>> {
-        assert_eq!(x.len(), domain.len(), "one domain per point");
-        let nodes = NodeSpace::of(basis.node_kind(), mesh).expect("the mesh has nodes of the basis' kind");
-        let chunks: Vec<Result<_, UnconnectedPoint<D>>> = (0..x.len().div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let first = chunk * CHUNK;
-                let points = first..(first + CHUNK).min(x.len());
-                let mut made = Chunk::with_capacity(points.len());
-                let mut stencil = Stencil::new();
-                for point in points {
-                    stencil.clear();
-                    basis
-                        .influences(mesh, &x[point], &domain[point], &mut stencil)
-                        .map_err(|reason| UnconnectedPoint { point, reason })?;
-                    stencil.finish();
-                    made.push(stencil.entries());
-                }
-                made.finish(nodes.lattice());
-                Ok(made)
-            })
-            .collect();
-        Ok(Self { chunks: chunks.into_iter().collect::<Result<_, _>>()? })
-    }
-}
+        let mut sets = NodeSets::new(active.len());
+        let mut groups = Vec::with_capacity(chunks.iter().map(|chunk| chunk.ends.len()).sum());
+        let mut influences = Vec::with_capacity(chunks.len());
+        let mut n_points = 0;
+        for (index, chunk) in chunks.into_iter().enumerate() {
+            let (mut point, mut node, mut influence) = (0, 0, 0);
+            for (end_point, end_node) in chunk.ends {
+                let nodes = &chunk.nodes[node..end_node as usize];
+                let set = sets.find_or_add(nodes);
+                groups.push(GroupStart { point: n_points + point, set, chunk: narrow(index), influence });
+                influence += (end_point - point) * narrow(nodes.len());
+                (point, node) = (end_point, end_node as usize);
+            }
+            n_points += point;
+            influences.push(chunk.influences);
+        }
 
-impl<const D: usize> Chunk<D> {
-    fn with_capacity(points: usize) -> Self {
+        let rank = sets.sort();
+        if let Some(rank) = &rank {
+            groups.iter_mut().for_each(|group| group.set = rank[group.set as usize]);
+        }
+        let mut set_group_start = vec![0; sets.start.len()];
+        for group in &groups {
+            set_group_start[group.set as usize + 1] += 1;
+        }
+        for set in 1..set_group_start.len() {
+            set_group_start[set] += set_group_start[set - 1];
+        }
+        let mut next = set_group_start.clone();
+        let mut set_group = vec![0; groups.len()];
+        for (index, group) in groups.iter().enumerate() {
+            let at = &mut next[group.set as usize];
+            set_group[*at as usize] = narrow(index);
+            *at += 1;
+        }
         Self {
-            runs: Vec::new(),
-            nodes: Vec::new(),
-            strong: Vec::new(),
-            bounds: ([u32::MAX; D], [0; D]),
-            faint: Vec::new(),
-            influences: Influences {
-                value: Vec::with_capacity(points << D),
-                gradient: Vec::with_capacity(points << D),
-            },
+            groups,
+            n_points: n_points as usize,
+            set_start: sets.start,
+            node: sets.node,
+            set_group_start,
+            set_group,
+            chunks: influences,
         }
     }
 
-    /// Nodes of the present run begin here.
-    fn run_start(&self) -> usize {
-        match self.runs[..] {
-            [.., before, _] => before.nodes as usize,
-            _ => 0,
-        }
-    }
-
-    /// Adds a point.
+    /// Number of groups.
     #[inline]
-    fn push(&mut self, entries: &[Influence<D>]) {
-        let strong = entries.iter().all(|it| it.value.abs() > ACTIVE);
-        let shared = if self.runs.is_empty() { &[] } else { &self.nodes[self.run_start()..] };
-        let same = !self.runs.is_empty()
-            && entries.len() == shared.len()
-            && entries.iter().zip(shared).all(|(a, b)| a.node == *b);
-        match self.runs.last_mut() {
-            Some(run) if same => {
-                run.points += 1;
-                run.strong |= strong;
-            }
-            last => {
-                let points = last.map_or(0, |run| run.points) + 1;
-                self.nodes.extend(entries.iter().map(|it| it.node));
-                self.runs.push(Run { points, nodes: narrow(self.nodes.len()), strong });
-            }
-        }
-        self.influences.value.extend(entries.iter().map(|it| it.value));
-        self.influences.gradient.extend(entries.iter().map(|it| it.gradient));
+    pub fn n_groups(&self) -> usize {
+        self.groups.len()
     }
 
-    /// Finds the bounds, and the influences on nodes that might not be active.
-    fn finish(&mut self, lattice: &Lattice<D>) {
-        for &node in &self.nodes {
-            self.bounds = widen(self.bounds, lattice.node_index(node));
+    /// Number of points.
+    pub fn n_points(&self) -> usize {
+        self.n_points
+    }
+
+    /// Number of influences, that is of pairs (point, node).
+    pub fn n_influences(&self) -> usize {
+        self.chunks.iter().map(|chunk| chunk.value.len()).sum()
+    }
+
+    /// One group.
+    #[inline]
+    pub fn group(&self, group: usize) -> Group<'_, D> {
+        let points = self.group_points(group);
+        let GroupStart { set, chunk, influence, .. } = self.groups[group];
+        let nodes = self.node_set(set as usize);
+        let chunk = &self.chunks[chunk as usize];
+        let influences = influence as usize..influence as usize + points.len() * nodes.len();
+        Group {
+            first_point: points.start,
+            points: points.len(),
+            nodes,
+            values: &chunk.value[influences.clone()],
+            gradients: &chunk.gradient[influences],
         }
-        self.strong.resize(self.nodes.len(), true);
+    }
+
+    /// Points of one group.
+    #[inline]
+    pub fn group_points(&self, group: usize) -> Range<usize> {
+        let end = self.groups.get(group + 1).map_or(self.n_points, |next| next.point as usize);
+        self.groups[group].point as usize..end
+    }
+
+    /// Active numbers of the nodes of one group, ascending.
+    #[inline]
+    pub fn group_nodes(&self, group: usize) -> &[u32] {
+        self.node_set(self.groups[group].set as usize)
+    }
+
+    /// Number of node sets.
+    #[inline]
+    pub fn n_node_sets(&self) -> usize {
+        self.set_start.len() - 1
+    }
+
+    /// Active numbers of the nodes of one node set, ascending.
+    #[inline]
+    pub fn node_set(&self, set: usize) -> &[u32] {
+        &self.node[self.set_start[set] as usize..self.set_start[set + 1] as usize]
+    }
+
+    /// Groups that have this node set, ascending.
+    #[inline]
+    pub fn node_set_groups(&self, set: usize) -> &[u32] {
+        &self.set_group[self.set_group_start[set] as usize..self.set_group_start[set + 1] as usize]
+    }
+
+    /// Whether the same points have the same nodes as in `other`.
+    pub fn is_connected_as(&self, other: &Self) -> bool {
+        self.n_points == other.n_points
+            && self.groups == other.groups
+            && self.set_start == other.set_start
+            && self.node == other.node
+    }
+
+    /// Bytes of the list.
+    pub fn bytes(&self) -> usize {
+        let lists = [&self.set_start, &self.node, &self.set_group_start, &self.set_group];
+        size_of_val(&self.groups[..])
+            + lists.map(|list| size_of_val(&list[..])).iter().sum::<usize>()
+            + self.n_influences() * (size_of::<f64>() + size_of::<Vector<D>>())
+    }
+}
+
+impl<const D: usize> Renumbered<D> {
+    fn of(chunk: Chunk<D>, active: &ActiveNodes<D>) -> Self {
+        let Chunk { runs, nodes, influences, .. } = chunk;
+        let ends = runs.iter().map(|run| (run.points, run.nodes)).collect();
+        let numbers: Vec<Option<usize>> = nodes.iter().map(|&node| active.number(node)).collect();
+        if numbers.iter().all(|number| number.is_some()) {
+            let nodes = numbers.into_iter().flatten().map(narrow).collect();
+            return Self { ends, nodes, influences };
+        }
+        let mut kept = Self { ends: Vec::new(), nodes: Vec::new(), influences: Influences::default() };
         let (mut point, mut node, mut at) = (0, 0, 0);
-        for run in &self.runs {
-            let n = run.nodes as usize - node;
-            let influences = (run.points - point) as usize * n;
-            if !run.strong {
-                let values = &self.influences.value[at..at + influences];
-                for k in 0..n {
-                    let weights = values.iter().skip(k).step_by(n).map(|s| s.abs());
-                    self.strong[node + k] = weights.clone().any(|s| s > ACTIVE);
-                    if !self.strong[node + k] {
-                        self.faint.push((self.nodes[node + k], weights.sum()));
+        for (end_point, end_node) in ends {
+            let run = &numbers[node..end_node as usize];
+            for _ in point..end_point {
+                for number in run {
+                    if number.is_some() {
+                        kept.influences.value.push(influences.value[at]);
+                        kept.influences.gradient.push(influences.gradient[at]);
                     }
+                    at += 1;
                 }
             }
-            (point, node) = (run.points, run.nodes as usize);
-            at += influences;
+            kept.nodes.extend(run.iter().flatten().copied().map(narrow));
+            kept.ends.push((end_point, narrow(kept.nodes.len())));
+            (point, node) = (end_point, end_node as usize);
         }
+        kept
     }
 }
 
-#[inline]
-pub(crate) fn widen<const D: usize>((mut low, mut high): Bounds<D>, index: [u32; D]) -> Bounds<D> {
-    for d in 0..D {
-        low[d] = low[d].min(index[d]);
-        high[d] = high[d].max(index[d]);
-    }
-    (low, high)
+/// Distinct lists of nodes.
+struct NodeSets {
+    /// Start of every list in `node`, and its length at the end.
+    start: Vec<u32>,
+    node: Vec<u32>,
+    /// Last list added that begins with each node.
+    first: Vec<u32>,
+    /// The one added before it, for each list.
+    before: Vec<u32>,
 }
 
+const NONE: u32 = u32::MAX;
+
+impl NodeSets {
+    fn new(n_active: usize) -> Self {
+        Self { start: vec![0], node: Vec::new(), first: vec![NONE; n_active.max(1)], before: Vec::new() }
+    }
+
+    fn len(&self) -> usize {
+        self.before.len()
+    }
+
+    #[inline]
+    fn nodes(&self, set: usize) -> &[u32] {
+        &self.node[self.start[set] as usize..self.start[set + 1] as usize]
+    }
+
+    /// Number of the list, which is added unless it is there.
+    #[inline]
+    fn find_or_add(&mut self, nodes: &[u32]) -> u32 {
+        let lowest = lowest(nodes) as usize;
+        let mut candidate = self.first[lowest];
+        while candidate != NONE {
+            if self.nodes(candidate as usize) == nodes {
+                return candidate;
+            }
+            candidate = self.before[candidate as usize];
+        }
+        let new = narrow(self.len());
+        self.before.push(self.first[lowest]);
+        self.first[lowest] = new;
+        self.node.extend_from_slice(nodes);
+        self.start.push(narrow(self.node.len()));
+        new
+    }
+
+    /// Brings the lists into the order of their lowest nodes, those with the same in the order in which
+    /// they were added; the new number of each, where that is another.
+    fn sort(&mut self) -> Option<Vec<u32>> {
+        if (1..self.len()).all(|set| lowest(self.nodes(set - 1)) <= lowest(self.nodes(set))) {
+            return None;
+        }
+        let mut rank = vec![0; self.len()];
+        let (mut start, mut node) = (Vec::with_capacity(self.start.len()), Vec::with_capacity(self.node.len()));
+        start.push(0);
+        let mut chain = Vec::new();
+        for &last in &self.first {
+            let mut set = last;
+            while set != NONE {
+                chain.push(set);
+                set = self.before[set as usize];
+            }
+            while let Some(set) = chain.pop() {
+                rank[set as usize] = narrow(start.len() - 1);
+                node.extend_from_slice(self.nodes(set as usize));
+                start.push(narrow(node.len()));
+            }
+        }
+        (self.start, self.node) = (start, node);
+        Some(rank)
+    }
+}
+
+/// The lowest node of an ascending list; 0 where it has none.
 #[inline]
-pub(crate) fn narrow(n: usize) -> u32 {
-    u32::try_from(n).expect("fewer than 2^32 points, nodes and group entries")
+fn lowest(nodes: &[u32]) -> u32 {
+    nodes.first().copied().unwrap_or(0)
+}
+
+impl<'a, const D: usize> Group<'a, D> {
+    /// Values and gradients of the `k`-th point of the group, one per node.
+    #[inline]
+    pub fn point(&self, k: usize) -> (&'a [f64], &'a [Vector<D>]) {
+        let n = self.nodes.len();
+        (&self.values[k * n..(k + 1) * n], &self.gradients[k * n..(k + 1) * n])
+    }
 }

@@ -4,11 +4,13 @@
 //! `g_c = 2⁻ᴰ R⁻ᵀ s_c` with `R = (r_1 … r_D)` and the signs `s_c` of the corner (Sadeghirad, Brannon &
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
-use crate::control::longest;
+use crate::domain_control::longest;
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose, outline, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
-use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::domain::{Domain, block};
+use crate::influence::Stencil;
+use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Convected particle domain interpolation with parallelograms (D = 2) or parallelepipeds (D = 3).
@@ -52,9 +54,54 @@ impl<const D: usize> Parallelepiped<D> {
             Sample { position: x + self.current * s, weight, gradient: push * s }
         })
     }
+}
 
-    /// Corners around `x` in the order of [`Basis::outline`].
-    pub(crate) fn outline(&self, x: &Vector<D>) -> Vec<Vector<D>> {
+impl<const D: usize> Domain<D> for Parallelepiped<D> {
+    const NUMBERS: usize = 2 * D * D;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.extend(self.initial.iter().chain(self.current.iter()));
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        Ok(Self { initial: block(from), current: block(&from[D * D..]) })
+    }
+
+    fn spread(&self) -> Option<Block<D>> {
+        Some(self.current * self.current.transpose())
+    }
+
+    /// `r_d` becomes `A r_d`, and `r⁰_d` what F takes there, `F⁻¹ A F r⁰_d`.
+    fn scale(&mut self, _x: &Vector<D>, map: &Block<D>) {
+        let scaled = map * self.current;
+        let back = inverse_transpose(&self.current).transpose();
+        *self = Parallelepiped { initial: self.initial * (back * scaled), current: scaled };
+    }
+
+    /// The half-vectors become Cholesky's factor of the second moment in cells, thin directions first.
+    fn align(&mut self, to_cells: &Block<D>) {
+        let in_cells = to_cells * self.current;
+        let spread = in_cells * in_cells.transpose();
+        let mut order: [usize; D] = from_fn(|d| d);
+        order.sort_by(|&a, &b| spread[(a, a)].total_cmp(&spread[(b, b)]));
+        let mut sides = Block::<D>::zeros();
+        for (k, &row) in order.iter().enumerate() {
+            for (l, &column) in order[..=k].iter().enumerate() {
+                let known: f64 = (0..l).map(|m| sides[(row, m)] * sides[(column, m)]).sum();
+                let rest = spread[(row, column)] - known;
+                sides[(row, l)] = if l == k { rest.sqrt() } else { rest / sides[(column, l)] };
+            }
+        }
+        // The hand stays.
+        if determinant(&sides) * determinant(&in_cells) < 0.0 {
+            sides.column_mut(D - 1).neg_mut();
+        }
+        let current = inverse_transpose(to_cells).transpose() * sides;
+        let back = inverse_transpose(&self.current).transpose();
+        *self = Parallelepiped { initial: self.initial * (back * current), current };
+    }
+
+    fn outline(&self, x: &Vector<D>) -> Vec<Vector<D>> {
         outline(&(0..1 << D).map(|c| x + self.current * signs(c)).collect::<Vec<_>>())
     }
 }
@@ -66,7 +113,7 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         "CPDI1"
     }
 
-    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, Parallelepiped<D>>)) {
+    fn seed(&self, piece: &LinearCell<D>, place: &mut dyn FnMut(Seed<D, Parallelepiped<D>>)) {
         let centre = Vector::zeros();
         place(Seed {
             position: piece.position(&centre),
@@ -96,52 +143,18 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         Ok(())
     }
 
-    fn spread(&self, domain: &Parallelepiped<D>) -> Option<Block<D>> {
-        Some(domain.current * domain.current.transpose())
-    }
-
-    /// `r_d` becomes `A r_d`, and `r⁰_d` what F takes there, `F⁻¹ A F r⁰_d`.
-    fn scale(&self, domain: &mut Parallelepiped<D>, _x: &Vector<D>, map: &Block<D>) {
-        let scaled = map * domain.current;
-        let back = inverse_transpose(&domain.current).transpose();
-        *domain = Parallelepiped { initial: domain.initial * (back * scaled), current: scaled };
-    }
-
-    /// The half-vectors become Cholesky's factor of the second moment in cells, thin directions first.
-    fn align(&self, domain: &mut Parallelepiped<D>, to_cells: &Block<D>) {
-        let in_cells = to_cells * domain.current;
-        let spread = in_cells * in_cells.transpose();
-        let mut order: [usize; D] = from_fn(|d| d);
-        order.sort_by(|&a, &b| spread[(a, a)].total_cmp(&spread[(b, b)]));
-        let mut sides = Block::<D>::zeros();
-        for (k, &row) in order.iter().enumerate() {
-            for (l, &column) in order[..=k].iter().enumerate() {
-                let known: f64 = (0..l).map(|m| sides[(row, m)] * sides[(column, m)]).sum();
-                let rest = spread[(row, column)] - known;
-                sides[(row, l)] = if l == k { rest.sqrt() } else { rest / sides[(column, l)] };
-            }
-        }
-        // The hand stays.
-        if determinant(&sides) * determinant(&in_cells) < 0.0 {
-            sides.column_mut(D - 1).neg_mut();
-        }
-        let current = inverse_transpose(to_cells).transpose() * sides;
-        let back = inverse_transpose(&domain.current).transpose();
-        *domain = Parallelepiped { initial: domain.initial * (back * current), current };
-    }
-
     fn halve(
         &self,
         domain: &Parallelepiped<D>,
         x: &Vector<D>,
         to_cells: &Block<D>,
-    ) -> Option<[Part<D, Parallelepiped<D>>; 2]> {
+    ) -> Option<[DomainPart<D, Parallelepiped<D>>; 2]> {
         let d = longest(domain.current.column_iter().map(|r| r.into_owned()), to_cells);
         let mut half = *domain;
         half.current.column_mut(d).scale_mut(0.5);
         half.initial.column_mut(d).scale_mut(0.5);
         let r = half.current.column(d).into_owned();
-        Some([x - r, x + r].map(|position| Part { position, domain: half, share: 0.5 }))
+        Some([x - r, x + r].map(|position| DomainPart { position, domain: half, share: 0.5 }))
     }
 
     fn diagnose(
@@ -152,9 +165,5 @@ impl<const D: usize> Basis<D> for Cpdi1 {
     ) -> Result<DomainReport, OutsideMesh<D>> {
         let measure = determinant(&domain.current) / determinant(&domain.initial);
         sampled::report(mesh, &domain.samples(x)[..1 << D], measure, 0.0)
-    }
-
-    fn outline(&self, x: &Vector<D>, domain: &Parallelepiped<D>) -> Vec<Vector<D>> {
-        domain.outline(x)
     }
 }

@@ -5,10 +5,12 @@
 //! integrands `M_c det J` and `cof(J) ∂M_c/∂ξ` are polynomials of degree 3 and 2 in each direction, so
 //! 2×2×2 Gauss points are exact.
 
-use crate::control::{longest, scale_corners, spread_of_corners};
+use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::domain::{Domain, extent, vector};
+use crate::influence::Stencil;
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -82,6 +84,40 @@ fn samples(domain: &Hexahedron) -> [Sample<3>; 8] {
     })
 }
 
+impl Domain<3> for Hexahedron {
+    const NUMBERS: usize = 25;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.extend(self.corners.iter().flat_map(|corner| corner.iter()));
+        to.push(self.initial_volume);
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        Ok(Self { corners: from_fn(|c| vector(&from[3 * c..])), initial_volume: extent(from[24])? })
+    }
+
+    /// `1 - min_c det J(c) / (V/8)` over the corners c: 0 for parallelepipeds, 1 where a corner folds.
+    fn distortion(&self) -> f64 {
+        let cell = LinearCell::new(self.corners);
+        let mean = self.volume() / 8.0;
+        let at = |c| determinant(&cell.jacobian(&signs(c))) / mean;
+        1.0 - (0..8).map(at).fold(f64::INFINITY, f64::min)
+    }
+
+    fn spread(&self) -> Option<Block<3>> {
+        Some(spread_of_corners(&self.corners))
+    }
+
+    fn scale(&mut self, x: &Vector<3>, map: &Block<3>) {
+        scale_corners(&mut self.corners, x, map);
+        self.initial_volume *= determinant(map);
+    }
+
+    fn outline(&self, _x: &Vector<3>) -> Vec<Vector<3>> {
+        self.corners.to_vec()
+    }
+}
+
 impl Basis<3> for Cpdi2Hexahedron {
     type Domain = Hexahedron;
 
@@ -89,7 +125,7 @@ impl Basis<3> for Cpdi2Hexahedron {
         "CPDI2-hexahedron"
     }
 
-    fn seed(&self, piece: &Piece<3>, place: &mut dyn FnMut(Seed<3, Hexahedron>)) {
+    fn seed(&self, piece: &LinearCell<3>, place: &mut dyn FnMut(Seed<3, Hexahedron>)) {
         let corners = *piece.corners();
         let m = moments(&corners);
         place(Seed {
@@ -122,31 +158,14 @@ impl Basis<3> for Cpdi2Hexahedron {
         Ok(())
     }
 
-    /// `1 - min_c det J(c) / (V/8)` over the corners c: 0 for parallelepipeds, 1 where a corner folds.
-    fn distortion(&self, domain: &Hexahedron) -> f64 {
-        let cell = LinearCell::new(domain.corners);
-        let mean = domain.volume() / 8.0;
-        let at = |c| determinant(&cell.jacobian(&signs(c))) / mean;
-        1.0 - (0..8).map(at).fold(f64::INFINITY, f64::min)
-    }
-
-    fn spread(&self, domain: &Hexahedron) -> Option<Block<3>> {
-        Some(spread_of_corners(&domain.corners))
-    }
-
-    fn scale(&self, domain: &mut Hexahedron, x: &Vector<3>, map: &Block<3>) {
-        scale_corners(&mut domain.corners, x, map);
-        domain.initial_volume *= determinant(map);
-    }
-
     /// Between the middles of two opposite faces; not where a corner has folded.
     fn halve(
         &self,
         domain: &Hexahedron,
         _x: &Vector<3>,
         to_cells: &Block<3>,
-    ) -> Option<[Part<3, Hexahedron>; 2]> {
-        let sound = self.distortion(domain) < 1.0;
+    ) -> Option<[DomainPart<3, Hexahedron>; 2]> {
+        let sound = domain.distortion() < 1.0;
         if !sound {
             return None;
         }
@@ -159,7 +178,7 @@ impl Basis<3> for Cpdi2Hexahedron {
             let m = moments(&corners);
             let share = m.volume / volume;
             let half = Hexahedron { corners, initial_volume: domain.initial_volume * share };
-            Part { position: m.position(&corners), domain: half, share }
+            DomainPart { position: m.position(&corners), domain: half, share }
         }))
     }
 
@@ -170,10 +189,6 @@ impl Basis<3> for Cpdi2Hexahedron {
         domain: &Hexahedron,
     ) -> Result<DomainReport, OutsideMesh<3>> {
         let measure = domain.volume() / domain.initial_volume;
-        sampled::report(mesh, &samples(domain), measure, self.distortion(domain))
-    }
-
-    fn outline(&self, _x: &Vector<3>, domain: &Hexahedron) -> Vec<Vector<3>> {
-        domain.corners.to_vec()
+        sampled::report(mesh, &samples(domain), measure, domain.distortion())
     }
 }

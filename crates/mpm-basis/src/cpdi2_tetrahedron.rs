@@ -1,8 +1,10 @@
 //! CPDI2 in space with tetrahedra whose corners move with the displacement field; the formulas are in
 //! [`crate::Simplex`].
 
-use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Simplex, Stencil};
-use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::influence::Stencil;
+use crate::simplex::Simplex;
+use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 
 /// Second-order convected particle domain interpolation with tetrahedra, D = 3 (Leavy et al. 2019).
 ///
@@ -23,7 +25,7 @@ impl Basis<3> for Cpdi2Tetrahedron {
         "CPDI2-tetrahedron"
     }
 
-    fn seed(&self, piece: &Piece<3>, place: &mut dyn FnMut(Seed<3, Simplex<3>>)) {
+    fn seed(&self, piece: &LinearCell<3>, place: &mut dyn FnMut(Seed<3, Simplex<3>>)) {
         let x = piece.corners();
         for [a, b] in PATHS {
             place(Simplex::at_rest(x[0], [x[a], x[b], x[7]]).into_seed());
@@ -49,26 +51,12 @@ impl Basis<3> for Cpdi2Tetrahedron {
         domain.convect(position, step)
     }
 
-    /// Slenderness `(6V)^(1/3)` over the smallest height: 1.41 for a sixth of a cube, growing without
-    /// bound for slivers.
-    fn distortion(&self, domain: &Simplex<3>) -> f64 {
-        domain.slenderness()
-    }
-
-    fn spread(&self, domain: &Simplex<3>) -> Option<Block<3>> {
-        domain.spread()
-    }
-
-    fn scale(&self, domain: &mut Simplex<3>, x: &Vector<3>, map: &Block<3>) {
-        domain.scale(x, map);
-    }
-
     fn halve(
         &self,
         domain: &Simplex<3>,
         _x: &Vector<3>,
         to_cells: &Block<3>,
-    ) -> Option<[Part<3, Simplex<3>>; 2]> {
+    ) -> Option<[DomainPart<3, Simplex<3>>; 2]> {
         domain.halve(to_cells)
     }
 
@@ -79,9 +67,5 @@ impl Basis<3> for Cpdi2Tetrahedron {
         domain: &Simplex<3>,
     ) -> Result<DomainReport, OutsideMesh<3>> {
         domain.diagnose(mesh)
-    }
-
-    fn outline(&self, _x: &Vector<3>, domain: &Simplex<3>) -> Vec<Vector<3>> {
-        domain.outline()
     }
 }

@@ -9,11 +9,13 @@
 //! the signs s. The domain is convex while `|κ_1| + |κ_2| < 1`. The mean gradient does not feel κ, so
 //! nothing resists its growth; past 3 a weight is negative.
 
-use crate::control::{longest, scale_corners, spread_of_corners};
+use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, outline, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
-use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::domain::{Domain, extent, vector};
+use crate::influence::Stencil;
+use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Second-order convected particle domain interpolation with quadrilaterals, D = 2.
@@ -121,6 +123,40 @@ impl Cpdi2q {
     }
 }
 
+impl Domain<2> for Quadrilateral {
+    const NUMBERS: usize = 11;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.extend(self.corners.iter().flat_map(|corner| corner.iter()));
+        to.push(self.initial_area);
+        to.extend(self.initial_hourglass.iter());
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        let corners = from_fn(|c| vector(&from[2 * c..]));
+        Ok(Self { corners, initial_area: extent(from[8])?, initial_hourglass: vector(&from[9..]) })
+    }
+
+    /// `|κ_1| + |κ_2|`: the same after any affine map, 0 for parallelograms, 1 where the domain is no
+    /// longer convex.
+    fn distortion(&self) -> f64 {
+        Shape::of(&self.corners).hourglass.lp_norm(1)
+    }
+
+    fn spread(&self) -> Option<Block<2>> {
+        Some(spread_of_corners(&self.corners))
+    }
+
+    fn scale(&mut self, x: &Vector<2>, map: &Block<2>) {
+        scale_corners(&mut self.corners, x, map);
+        self.initial_area *= determinant(map);
+    }
+
+    fn outline(&self, _x: &Vector<2>) -> Vec<Vector<2>> {
+        outline(&self.corners)
+    }
+}
+
 impl Basis<2> for Cpdi2q {
     type Domain = Quadrilateral;
 
@@ -128,7 +164,7 @@ impl Basis<2> for Cpdi2q {
         "CPDI2q"
     }
 
-    fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, Quadrilateral>)) {
+    fn seed(&self, piece: &LinearCell<2>, place: &mut dyn FnMut(Seed<2, Quadrilateral>)) {
         let corners = from_fn(|c| piece.corners()[c]);
         let domain = Quadrilateral::at_rest(corners);
         let weights = from_fn(|c| weight(c, &domain.initial_hourglass));
@@ -158,21 +194,6 @@ impl Basis<2> for Cpdi2q {
         Ok(())
     }
 
-    /// `|κ_1| + |κ_2|`: the same after any affine map, 0 for parallelograms, 1 where the domain is no
-    /// longer convex.
-    fn distortion(&self, domain: &Quadrilateral) -> f64 {
-        Shape::of(&domain.corners).hourglass.lp_norm(1)
-    }
-
-    fn spread(&self, domain: &Quadrilateral) -> Option<Block<2>> {
-        Some(spread_of_corners(&domain.corners))
-    }
-
-    fn scale(&self, domain: &mut Quadrilateral, x: &Vector<2>, map: &Block<2>) {
-        scale_corners(&mut domain.corners, x, map);
-        domain.initial_area *= determinant(map);
-    }
-
     /// Between the middles of two opposite sides; not where the domain is no longer convex. Shares are
     /// those of the area by which corners are weighed.
     fn halve(
@@ -180,7 +201,7 @@ impl Basis<2> for Cpdi2q {
         domain: &Quadrilateral,
         _x: &Vector<2>,
         to_cells: &Block<2>,
-    ) -> Option<[Part<2, Quadrilateral>; 2]> {
+    ) -> Option<[DomainPart<2, Quadrilateral>; 2]> {
         let shape = Shape::of(&domain.corners);
         let [a, b, c, d] = domain.corners;
         if shape.hourglass.lp_norm(1).is_nan() || shape.hourglass.lp_norm(1) >= 1.0 {
@@ -205,7 +226,7 @@ impl Basis<2> for Cpdi2q {
             let initial_area = share * domain.initial_area;
             let half = Quadrilateral { corners: corners[k], initial_area, initial_hourglass };
             let position = Self::position(&self.weights(&half, &Shape::of(&half.corners)), &half.corners);
-            Part { position, domain: half, share }
+            DomainPart { position, domain: half, share }
         }))
     }
 
@@ -216,10 +237,6 @@ impl Basis<2> for Cpdi2q {
         domain: &Quadrilateral,
     ) -> Result<DomainReport, OutsideMesh<2>> {
         let measure = domain.area() / domain.initial_area;
-        sampled::report(mesh, &self.samples(domain), measure, self.distortion(domain))
-    }
-
-    fn outline(&self, _x: &Vector<2>, domain: &Quadrilateral) -> Vec<Vector<2>> {
-        outline(&domain.corners)
+        sampled::report(mesh, &self.samples(domain), measure, domain.distortion())
     }
 }

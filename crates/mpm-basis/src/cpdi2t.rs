@@ -6,8 +6,10 @@
 //! as the triangle turns into a sliver (Wang et al. 2019). [`crate::DomainReport`] counts such nodes,
 //! [`crate::Fallback`] replaces slivers.
 
-use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Simplex, Stencil};
-use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::influence::Stencil;
+use crate::simplex::Simplex;
+use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 
 /// Second-order convected particle domain interpolation with triangles, D = 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,7 +49,7 @@ impl Basis<2> for Cpdi2t {
         }
     }
 
-    fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, Simplex<2>>)) {
+    fn seed(&self, piece: &LinearCell<2>, place: &mut dyn FnMut(Seed<2, Simplex<2>>)) {
         let [a, b, c, d, ..] = *piece.corners();
         let mut triangle = |first, others| place(Simplex::at_rest(first, others).into_seed());
         match self.split {
@@ -87,26 +89,12 @@ impl Basis<2> for Cpdi2t {
         domain.convect(position, step)
     }
 
-    /// Slenderness `√(2A)` over the smallest height: 1.07 for an equilateral triangle, 1.41 for half a
-    /// square, growing without bound for slivers.
-    fn distortion(&self, domain: &Simplex<2>) -> f64 {
-        domain.slenderness()
-    }
-
-    fn spread(&self, domain: &Simplex<2>) -> Option<Block<2>> {
-        domain.spread()
-    }
-
-    fn scale(&self, domain: &mut Simplex<2>, x: &Vector<2>, map: &Block<2>) {
-        domain.scale(x, map);
-    }
-
     fn halve(
         &self,
         domain: &Simplex<2>,
         _x: &Vector<2>,
         to_cells: &Block<2>,
-    ) -> Option<[Part<2, Simplex<2>>; 2]> {
+    ) -> Option<[DomainPart<2, Simplex<2>>; 2]> {
         domain.halve(to_cells)
     }
 
@@ -117,9 +105,5 @@ impl Basis<2> for Cpdi2t {
         domain: &Simplex<2>,
     ) -> Result<DomainReport, OutsideMesh<2>> {
         domain.diagnose(mesh)
-    }
-
-    fn outline(&self, _x: &Vector<2>, domain: &Simplex<2>) -> Vec<Vector<2>> {
-        domain.outline()
     }
 }

@@ -1,9 +1,10 @@
 //! A remedy for convected domains that degenerate: the point goes on with a CPDI1 domain.
 
-use crate::{
-    Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Part, Piece, Seed, Stencil,
-};
-use mpm_grid::{Block, Mesh, NodeKind, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::cpdi1::{Cpdi1, Parallelepiped};
+use crate::domain::{Domain, block};
+use crate::influence::Stencil;
+use mpm_grid::{Block, LinearCell, Mesh, NodeKind, OutsideMesh, Vector};
 
 /// Another basis, except for points whose domain's [`Basis::distortion`] has passed `beyond`, or
 /// whose domain has turned inside out: these go on, for good, with the CPDI1 parallelepiped of their
@@ -42,6 +43,78 @@ pub enum FallbackDomain<const D: usize, Domain> {
     Fallen(Parallelepiped<D>),
 }
 
+/// First 0 and then the domain with the parallelepiped in reserve, or 1 and then the parallelepiped;
+/// filled up with zeros.
+impl<const D: usize, Sound: Domain<D>> Domain<D> for FallbackDomain<D, Sound> {
+    const NUMBERS: usize = {
+        let (sound, fallen) = (Sound::NUMBERS + D * D, 2 * D * D);
+        1 + if sound > fallen { sound } else { fallen }
+    };
+
+    fn store(&self, to: &mut Vec<f64>) {
+        let end = to.len() + Self::NUMBERS;
+        match self {
+            FallbackDomain::Sound { domain, half_vectors } => {
+                to.push(0.0);
+                domain.store(to);
+                to.extend(half_vectors.iter());
+            }
+            FallbackDomain::Fallen(domain) => {
+                to.push(1.0);
+                domain.store(to);
+            }
+        }
+        to.resize(end, 0.0);
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        match from[0] {
+            0.0 => Ok(FallbackDomain::Sound {
+                domain: Sound::restore(&from[1..=Sound::NUMBERS])?,
+                half_vectors: block(&from[1 + Sound::NUMBERS..]),
+            }),
+            1.0 => Ok(FallbackDomain::Fallen(Parallelepiped::restore(&from[1..])?)),
+            other => Err(format!("a domain is of kind {other}, expected 0 or 1")),
+        }
+    }
+
+    fn distortion(&self) -> f64 {
+        match self {
+            FallbackDomain::Sound { domain, .. } => domain.distortion(),
+            FallbackDomain::Fallen(_) => 0.0,
+        }
+    }
+
+    fn spread(&self) -> Option<Block<D>> {
+        match self {
+            FallbackDomain::Sound { domain, .. } => domain.spread(),
+            FallbackDomain::Fallen(domain) => domain.spread(),
+        }
+    }
+
+    /// The parallelepiped in reserve stays whole: it is shortened when it comes into use.
+    fn scale(&mut self, x: &Vector<D>, map: &Block<D>) {
+        match self {
+            FallbackDomain::Sound { domain, .. } => domain.scale(x, map),
+            FallbackDomain::Fallen(domain) => domain.scale(x, map),
+        }
+    }
+
+    fn align(&mut self, to_cells: &Block<D>) {
+        match self {
+            FallbackDomain::Sound { domain, .. } => domain.align(to_cells),
+            FallbackDomain::Fallen(domain) => domain.align(to_cells),
+        }
+    }
+
+    fn outline(&self, x: &Vector<D>) -> Vec<Vector<D>> {
+        match self {
+            FallbackDomain::Sound { domain, .. } => domain.outline(x),
+            FallbackDomain::Fallen(domain) => domain.outline(x),
+        }
+    }
+}
+
 impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
     type Domain = FallbackDomain<D, B::Domain>;
 
@@ -64,7 +137,7 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         self.basis.suits(mesh)
     }
 
-    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, Self::Domain>)) {
+    fn seed(&self, piece: &LinearCell<D>, place: &mut dyn FnMut(Seed<D, Self::Domain>)) {
         let centre = Vector::zeros();
         let whole = piece.determinant(&centre).abs() * f64::from(1 << D);
         let directions = piece.jacobian(&centre);
@@ -102,7 +175,7 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
             FallbackDomain::Sound { domain: sound, half_vectors } => {
                 let start = *position;
                 match self.basis.convect(sound, position, step) {
-                    Ok(()) if self.basis.distortion(sound) <= self.beyond => return Ok(()),
+                    Ok(()) if sound.distortion() <= self.beyond => return Ok(()),
                     Ok(()) | Err(ConvectionError::Inverted { .. }) => {}
                     Err(error) => return Err(error),
                 }
@@ -115,50 +188,21 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         }
     }
 
-    fn distortion(&self, domain: &Self::Domain) -> f64 {
-        match domain {
-            FallbackDomain::Sound { domain, .. } => self.basis.distortion(domain),
-            FallbackDomain::Fallen(_) => 0.0,
-        }
-    }
-
-    fn spread(&self, domain: &Self::Domain) -> Option<Block<D>> {
-        match domain {
-            FallbackDomain::Sound { domain, .. } => self.basis.spread(domain),
-            FallbackDomain::Fallen(domain) => Cpdi1.spread(domain),
-        }
-    }
-
-    /// The parallelepiped in reserve stays whole: it is shortened when it comes into use.
-    fn scale(&self, domain: &mut Self::Domain, x: &Vector<D>, map: &Block<D>) {
-        match domain {
-            FallbackDomain::Sound { domain, .. } => self.basis.scale(domain, x, map),
-            FallbackDomain::Fallen(domain) => Cpdi1.scale(domain, x, map),
-        }
-    }
-
-    fn align(&self, domain: &mut Self::Domain, to_cells: &Block<D>) {
-        match domain {
-            FallbackDomain::Sound { domain, .. } => self.basis.align(domain, to_cells),
-            FallbackDomain::Fallen(domain) => Cpdi1.align(domain, to_cells),
-        }
-    }
-
     fn halve(
         &self,
         domain: &Self::Domain,
         x: &Vector<D>,
         to_cells: &Block<D>,
-    ) -> Option<[Part<D, Self::Domain>; 2]> {
+    ) -> Option<[DomainPart<D, Self::Domain>; 2]> {
         match domain {
             FallbackDomain::Sound { domain, half_vectors } => {
                 let halves = self.basis.halve(domain, x, to_cells)?;
-                Some(halves.map(|Part { position, domain, share }| {
+                Some(halves.map(|DomainPart { position, domain, share }| {
                     let half_vectors = half_vectors * share.powf(1.0 / D as f64);
-                    Part { position, domain: FallbackDomain::Sound { domain, half_vectors }, share }
+                    DomainPart { position, domain: FallbackDomain::Sound { domain, half_vectors }, share }
                 }))
             }
-            FallbackDomain::Fallen(domain) => Some(Cpdi1.halve(domain, x, to_cells)?.map(|it| Part {
+            FallbackDomain::Fallen(domain) => Some(Cpdi1.halve(domain, x, to_cells)?.map(|it| DomainPart {
                 position: it.position,
                 domain: FallbackDomain::Fallen(it.domain),
                 share: it.share,
@@ -177,13 +221,6 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
             FallbackDomain::Fallen(domain) => {
                 Ok(DomainReport { fallen_back: true, ..Cpdi1.diagnose(mesh, x, domain)? })
             }
-        }
-    }
-
-    fn outline(&self, x: &Vector<D>, domain: &Self::Domain) -> Vec<Vector<D>> {
-        match domain {
-            FallbackDomain::Sound { domain, .. } => self.basis.outline(x, domain),
-            FallbackDomain::Fallen(domain) => domain.outline(x),
         }
     }
 }

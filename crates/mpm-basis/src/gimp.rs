@@ -5,11 +5,13 @@
 //! cut at the grid lines: N_v is linear in every part, so that its mean over the part is its value in
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
-use crate::control::longest;
+use crate::domain_control::longest;
 use crate::sampled::BEYOND;
 use crate::tensor::{determinant, outline, right_stretch, signs};
-use crate::{Basis, Convection, ConvectionError, DomainReport, Part, Piece, Seed, Stencil};
-use mpm_grid::{Axis, Block, Mesh, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::domain::{Domain, vector};
+use crate::influence::Stencil;
+use mpm_grid::{Axis, Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Slack of [`BEYOND`], that of `Mesh::locate` [cells].
@@ -131,6 +133,35 @@ impl Gimp {
     }
 }
 
+impl<const D: usize> Domain<D> for HalfLengths<D> {
+    const NUMBERS: usize = 2 * D;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.extend(self.initial.iter().chain(self.current.iter()));
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        match from.iter().find(|length| **length <= 0.0) {
+            Some(length) => Err(format!("a half length is {length}, expected above 0")),
+            None => Ok(Self { initial: vector(from), current: vector(&from[D..]) }),
+        }
+    }
+
+    fn spread(&self) -> Option<Block<D>> {
+        Some(Block::from_diagonal(&self.current.component_mul(&self.current)))
+    }
+
+    fn scale(&mut self, _x: &Vector<D>, map: &Block<D>) {
+        self.current.component_mul_assign(&map.diagonal());
+        self.initial.component_mul_assign(&map.diagonal());
+    }
+
+    fn outline(&self, x: &Vector<D>) -> Vec<Vector<D>> {
+        let corner = |c| x + self.current.component_mul(&signs(c));
+        outline(&(0..1 << D).map(corner).collect::<Vec<_>>())
+    }
+}
+
 impl<const D: usize> Basis<D> for Gimp {
     type Domain = HalfLengths<D>;
 
@@ -146,7 +177,7 @@ impl<const D: usize> Basis<D> for Gimp {
         }
     }
 
-    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, HalfLengths<D>>)) {
+    fn seed(&self, piece: &LinearCell<D>, place: &mut dyn FnMut(Seed<D, HalfLengths<D>>)) {
         let centre = Vector::<D>::zeros();
         let (directions, volume) = (piece.jacobian(&centre), piece.volume());
         // Half the piece's extent along each axis; a piece that stands askew is as large as its box.
@@ -214,21 +245,12 @@ impl<const D: usize> Basis<D> for Gimp {
         Ok(())
     }
 
-    fn spread(&self, domain: &HalfLengths<D>) -> Option<Block<D>> {
-        Some(Block::from_diagonal(&domain.current.component_mul(&domain.current)))
-    }
-
-    fn scale(&self, domain: &mut HalfLengths<D>, _x: &Vector<D>, map: &Block<D>) {
-        domain.current.component_mul_assign(&map.diagonal());
-        domain.initial.component_mul_assign(&map.diagonal());
-    }
-
     fn halve(
         &self,
         domain: &HalfLengths<D>,
         x: &Vector<D>,
         to_cells: &Block<D>,
-    ) -> Option<[Part<D, HalfLengths<D>>; 2]> {
+    ) -> Option<[DomainPart<D, HalfLengths<D>>; 2]> {
         let lengths = Block::from_diagonal(&domain.current);
         let d = longest(lengths.column_iter().map(|l| l.into_owned()), to_cells);
         let mut half = *domain;
@@ -237,7 +259,7 @@ impl<const D: usize> Basis<D> for Gimp {
         Some([-1.0, 1.0].map(|side| {
             let mut position = *x;
             position[d] += side * half.current[d];
-            Part { position, domain: half, share: 0.5 }
+            DomainPart { position, domain: half, share: 0.5 }
         }))
     }
 
@@ -249,15 +271,10 @@ impl<const D: usize> Basis<D> for Gimp {
     ) -> Result<DomainReport, OutsideMesh<D>> {
         let measure = domain.current.component_div(&domain.initial).product();
         let mut report = DomainReport { measure, ..DomainReport::default() };
-        for corner in self.outline(x, domain) {
+        for corner in domain.outline(x) {
             let place = mesh.locate(&corner, BEYOND)?;
             report.corners_outside += usize::from(place.local.amax() > 1.0);
         }
         Ok(report)
-    }
-
-    fn outline(&self, x: &Vector<D>, domain: &HalfLengths<D>) -> Vec<Vector<D>> {
-        let corner = |c| x + domain.current.component_mul(&signs(c));
-        outline(&(0..1 << D).map(corner).collect::<Vec<_>>())
     }
 }

@@ -6,7 +6,8 @@
 //! gradient. A basis only says where its corners are and how they move; completeness follows from
 //! `Σ w_c = 1`, `Σ g_c = 0` and `Σ x_c ⊗ g_c = I`.
 
-use crate::{Convection, ConvectionError, DomainReport, Stencil};
+use crate::basis::{Convection, ConvectionError, DomainReport};
+use crate::influence::Stencil;
 use mpm_grid::{Mesh, NodeId, OutsideMesh, Place, Vector};
 
 /// How far outside the mesh a corner may be, in cells; N_v of the boundary cell continue to there.

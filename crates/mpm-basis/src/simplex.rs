@@ -6,10 +6,12 @@
 //! the polygon formula. The convected corners are the affine image by the point's own
 //! `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, exactly, so that the domain's volume follows `det F`.
 
-use crate::control::{longest, scale_corners};
+use crate::domain_control::{longest, scale_corners};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose};
-use crate::{Convection, ConvectionError, DomainReport, Part, Seed};
+use crate::basis::{Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::domain::{Domain, extent, vector};
+use crate::influence::Stencil;
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -40,6 +42,10 @@ impl<const D: usize> Simplex<D> {
     #[inline]
     fn edges(&self) -> Block<D> {
         Block::from_columns(&self.others.map(|x| x - self.first))
+    }
+
+    fn corners(&self) -> Vec<Vector<D>> {
+        std::iter::once(self.first).chain(self.others).collect()
     }
 
     fn centroid(&self) -> Vector<D> {
@@ -87,28 +93,9 @@ impl<const D: usize> Simplex<D> {
         Ok(())
     }
 
-    /// Slenderness: the length of size, `(D! V)^(1/D)`, over the smallest height `1/max|g_c|`.
-    pub(crate) fn slenderness(&self) -> f64 {
-        let size = determinant(&self.edges()).abs().powf(1.0 / D as f64);
-        size * self.samples()[..=D].iter().map(|it| it.gradient.norm()).fold(0.0, f64::max)
-    }
-
-    /// See [`crate::Basis::spread`].
-    pub(crate) fn spread(&self) -> Option<Block<D>> {
-        let centre = self.centroid();
-        let corners = self.outline().into_iter().map(|x| (x - centre) * (x - centre).transpose());
-        Some(corners.sum::<Block<D>>() * (3.0 / ((D + 1) * (D + 2)) as f64))
-    }
-
-    /// See [`crate::Basis::scale`].
-    pub(crate) fn scale(&mut self, x: &Vector<D>, map: &Block<D>) {
-        scale_corners(std::iter::once(&mut self.first).chain(&mut self.others), x, map);
-        self.initial_volume *= determinant(map);
-    }
-
     /// Through the middle of the longest edge, see [`crate::Basis::halve`].
-    pub(crate) fn halve(&self, to_cells: &Block<D>) -> Option<[Part<D, Self>; 2]> {
-        let corners = self.outline();
+    pub(crate) fn halve(&self, to_cells: &Block<D>) -> Option<[DomainPart<D, Self>; 2]> {
+        let corners = self.corners();
         let edges: Vec<[usize; 2]> = (1..=D).flat_map(|b| (0..b).map(move |a| [a, b])).collect();
         let ends = edges[longest(edges.iter().map(|&[a, b]| corners[b] - corners[a]), to_cells)];
         let middle = (corners[ends[0]] + corners[ends[1]]) * 0.5;
@@ -119,19 +106,50 @@ impl<const D: usize> Simplex<D> {
                 0 => half.first = middle,
                 c => half.others[c - 1] = middle,
             }
-            Part { position: half.centroid(), domain: half, share: 0.5 }
+            DomainPart { position: half.centroid(), domain: half, share: 0.5 }
         }))
     }
 
     /// See [`crate::Basis::diagnose`].
     pub(crate) fn diagnose(&self, mesh: &Mesh<D>) -> Result<DomainReport, OutsideMesh<D>> {
         let measure = self.volume() / self.initial_volume;
-        sampled::report(mesh, &self.samples()[..=D], measure, self.slenderness())
+        sampled::report(mesh, &self.samples()[..=D], measure, self.distortion())
+    }
+}
+
+impl<const D: usize> Domain<D> for Simplex<D> {
+    const NUMBERS: usize = D * (D + 1) + 1;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.extend(self.first.iter().chain(self.others.iter().flat_map(|corner| corner.iter())));
+        to.push(self.initial_volume);
     }
 
-    /// See [`crate::Basis::outline`].
-    pub(crate) fn outline(&self) -> Vec<Vector<D>> {
-        std::iter::once(self.first).chain(self.others).collect()
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        let others = from_fn(|c| vector(&from[D * (c + 1)..]));
+        Ok(Self { first: vector(from), others, initial_volume: extent(from[D * (D + 1)])? })
+    }
+
+    /// Slenderness: the length of size, `(D! V)^(1/D)`, over the smallest height `1/max|g_c|`. 1.07 for an equilateral
+    /// triangle, 1.41 for half a square or a sixth of a cube, growing without bound for slivers.
+    fn distortion(&self) -> f64 {
+        let size = determinant(&self.edges()).abs().powf(1.0 / D as f64);
+        size * self.samples()[..=D].iter().map(|it| it.gradient.norm()).fold(0.0, f64::max)
+    }
+
+    fn spread(&self) -> Option<Block<D>> {
+        let centre = self.centroid();
+        let corners = self.corners().into_iter().map(|x| (x - centre) * (x - centre).transpose());
+        Some(corners.sum::<Block<D>>() * (3.0 / ((D + 1) * (D + 2)) as f64))
+    }
+
+    fn scale(&mut self, x: &Vector<D>, map: &Block<D>) {
+        scale_corners(std::iter::once(&mut self.first).chain(&mut self.others), x, map);
+        self.initial_volume *= determinant(map);
+    }
+
+    fn outline(&self, _x: &Vector<D>) -> Vec<Vector<D>> {
+        self.corners()
     }
 }
 

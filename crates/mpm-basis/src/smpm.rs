@@ -2,8 +2,9 @@
 //!
 //! `S_vp = N_v(x_p)`, `∇S_vp = ∇N_v(x_p)` (Sulsky, Chen & Schreyer 1994).
 
-use crate::{Basis, Convection, ConvectionError, Piece, Seed, Stencil};
-use mpm_grid::{Mesh, OutsideMesh, Vector};
+use crate::basis::{Basis, Convection, ConvectionError, Seed};
+use crate::influence::Stencil;
+use mpm_grid::{LinearCell, Mesh, OutsideMesh, Vector};
 
 /// Standard MPM; a point has no domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,7 +17,7 @@ impl<const D: usize> Basis<D> for Smpm {
         "sMPM"
     }
 
-    fn seed(&self, piece: &Piece<D>, place: &mut dyn FnMut(Seed<D, ()>)) {
+    fn seed(&self, piece: &LinearCell<D>, place: &mut dyn FnMut(Seed<D, ()>)) {
         place(Seed { position: piece.position(&Vector::zeros()), volume: piece.volume(), domain: () });
     }
 

@@ -3,8 +3,8 @@
 use crate::room::Room;
 use crate::surface::parts::{Part, Parts, Solid, parts, rest};
 use mpm_assembly::{Body, MaterialBody, MeanDilatation};
-use mpm_basis::{Basis, Piece, Seed};
-use mpm_grid::{Axis, Block, Mesh, Vector};
+use mpm_basis::{Basis, Seed};
+use mpm_grid::{Axis, Block, LinearCell, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
 use std::ops::Range;
 
@@ -213,8 +213,8 @@ fn seed_parts<const D: usize, B: Basis<D>>(
     }
 }
 
-fn parallelepiped<const D: usize>(part: &Part<D>) -> Piece<D> {
-    Piece::new(std::array::from_fn(|corner| {
+fn parallelepiped<const D: usize>(part: &Part<D>) -> LinearCell<D> {
+    LinearCell::new(std::array::from_fn(|corner| {
         let signs = Vector::from_fn(|d, _| if corner >> d & 1 == 1 { 1.0 } else { -1.0 });
         part.centre + part.half_vectors * signs
     }))
@@ -251,7 +251,7 @@ fn for_each_piece<const D: usize>(
     mesh: &Mesh<D>,
     shape: &Shape<'_, D>,
     pieces_per_cell: u32,
-    mut each: impl FnMut(&Piece<D>),
+    mut each: impl FnMut(&LinearCell<D>),
 ) -> Result<(), String> {
     match shape {
         Shape::Box { from, to } => {
@@ -397,14 +397,14 @@ fn for_each<const D: usize>(extent: [usize; D], mut each: impl FnMut([usize; D])
     }
 }
 
-fn box_piece<const D: usize>(low: &Vector<D>, high: &Vector<D>) -> Piece<D> {
-    Piece::new(std::array::from_fn(|corner| {
+fn box_piece<const D: usize>(low: &Vector<D>, high: &Vector<D>) -> LinearCell<D> {
+    LinearCell::new(std::array::from_fn(|corner| {
         Vector::from_fn(|d, _| if corner >> d & 1 == 1 { high[d] } else { low[d] })
     }))
 }
 
 /// Area and centre of the side of a piece that lies on a face, if one does.
-fn area_on<const D: usize>(face: &Face<D>, piece: &Piece<D>) -> Option<(f64, Vector<D>)> {
+fn area_on<const D: usize>(face: &Face<D>, piece: &LinearCell<D>) -> Option<(f64, Vector<D>)> {
     let corners = &piece.corners()[..1 << D];
     let size = (corners[0] - corners[corners.len() - 1]).norm();
     for (direction, bit) in (0..D).flat_map(|d| [(d, 0), (d, 1)]) {

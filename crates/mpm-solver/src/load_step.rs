@@ -16,7 +16,7 @@ use crate::secant::Secant;
 use crate::state::{ControlProgress, State, StateError, StoredSecant, check_covered};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
-use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
+use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, Vector};
 use mpm_linear::{Analysis, LinearSolver, Method, Place};
 
@@ -496,15 +496,15 @@ pub(crate) fn connect<const D: usize>(
         .into_iter()
         .zip(&model.bodies)
         .map(|(stencils, named)| {
-            let links = Links::of(stencils, &active);
-            let dilatation = named.body.dilatation(&links, mesh, &active).map_err(|it| outside(named, &it))?;
-            Ok(Linked { links, dilatation })
+            let connectivity = Connectivity::of(stencils, &active);
+            let dilatation = named.body.dilatation(&connectivity, mesh, &active).map_err(|it| outside(named, &it))?;
+            Ok(Linked { connectivity, dilatation })
         })
         .collect::<Result<_, _>>()?;
     let faces = model.ghost.map(|factor| {
         let mut cells = Vec::new();
         for (named, linked) in model.bodies.iter().zip(&linked) {
-            named.body.occupied_cells(&linked.links, mesh.lattice(), &active, &mut cells);
+            named.body.occupied_cells(&linked.connectivity, mesh.lattice(), &active, &mut cells);
         }
         GhostFaces::of(mesh, &active, cells, factor)
     });
@@ -517,7 +517,7 @@ pub(crate) fn connect<const D: usize>(
     match former {
         Some(Connected { connections, pattern, .. }) if same => {
             let connections =
-                connections.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.links)).collect();
+                connections.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.connectivity)).collect();
             Ok((Connected { active, connections, pattern, ghost: None }, Kept::Pattern))
         }
         former => {
@@ -573,7 +573,7 @@ fn external_force<const D: usize>(
     for (index, (named, connection)) in model.bodies.iter().zip(connections).enumerate() {
         let point_forces = model.loads.point_forces(index, &*named.body, step.end);
         let loads = BodyLoads { acceleration, point_forces: &point_forces };
-        named.body.external_force(connection.links(), &loads, &mut external);
+        named.body.external_force(connection.connectivity(), &loads, &mut external);
     }
     external
 }
@@ -583,7 +583,7 @@ fn external_force<const D: usize>(
 fn round_off<const D: usize>(model: &Model<D>, connections: &[Connection<D>], n_active: usize) -> f64 {
     let mut scale = vec![0.0; n_active];
     for (named, connection) in model.bodies.iter().zip(connections) {
-        named.body.stiffness_force(connection.links(), &mut scale);
+        named.body.stiffness_force(connection.connectivity(), &mut scale);
     }
     2.0 * f64::EPSILON * scale.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

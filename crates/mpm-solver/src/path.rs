@@ -355,7 +355,7 @@ impl<const D: usize> Solver<'_, '_, D> {
 fn weights<const D: usize>(problem: &Problem<'_, D>) -> Vec<f64> {
     let mut weights = vec![0.0; problem.active.len()];
     for (named, connection) in problem.bodies.iter().zip(problem.connections) {
-        named.body.stiffness_force(connection.links(), &mut weights);
+        named.body.stiffness_force(connection.connectivity(), &mut weights);
     }
     let sum: f64 = weights.iter().sum();
     weights.iter_mut().for_each(|weight| *weight /= sum);

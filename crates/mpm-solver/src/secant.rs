@@ -41,9 +41,9 @@ impl<const D: usize> Secant<D> {
             .collect();
         let mut sums = vec![(Vector::<D>::zeros(), 0.0); known.len()];
         for connection in problem.connections {
-            let links = connection.links();
-            for group in 0..links.n_groups() {
-                let nodes = links.group_nodes(group);
+            let connectivity = connection.connectivity();
+            for group in 0..connectivity.n_groups() {
+                let nodes = connectivity.group_nodes(group);
                 if nodes.iter().all(|&node| known[node as usize].is_some()) {
                     continue;
                 }

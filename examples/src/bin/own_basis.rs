@@ -3,9 +3,9 @@
 //! `S_vp = ¼ Σ_c N_v(x_p + c)`, `∇S_vp = ¼ Σ_c ∇N_v(x_p + c)`. Smoother than standard MPM as a point crosses
 //! into the next cell, and usable on meshes that GIMP refuses.
 
-use mpm_basis::{Basis, Convection, ConvectionError, Piece, Seed, Stencil, StoredDomain};
+use mpm_basis::{Basis, Convection, ConvectionError, Domain, Seed, Stencil};
 use mpm_examples::{Residuals, model, support};
-use mpm_grid::{DrivenPlane, Mesh, MeshMotion, OutsideMesh, Ramp, Region, Vector};
+use mpm_grid::{DrivenPlane, LinearCell, Mesh, MeshMotion, OutsideMesh, Ramp, Region, Vector};
 use mpm_material::{Elasticity, Hencky};
 use mpm_solver::{Prescribed, run};
 use std::error::Error;
@@ -17,14 +17,14 @@ struct Averaged;
 struct HalfEdge(f64);
 
 /// For checkpoints.
-impl StoredDomain for HalfEdge {
+impl Domain<2> for HalfEdge {
     const NUMBERS: usize = 1;
 
     fn store(&self, to: &mut Vec<f64>) {
         to.push(self.0);
     }
 
-    fn recall(from: &[f64]) -> Result<Self, String> {
+    fn restore(from: &[f64]) -> Result<Self, String> {
         if from[0] > 0.0 { Ok(Self(from[0])) } else { Err(format!("half an edge is {}", from[0])) }
     }
 }
@@ -36,7 +36,7 @@ impl Basis<2> for Averaged {
         "averaged"
     }
 
-    fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, HalfEdge>)) {
+    fn seed(&self, piece: &LinearCell<2>, place: &mut dyn FnMut(Seed<2, HalfEdge>)) {
         let (position, volume) = (piece.position(&Vector::zeros()), piece.volume());
         // Half as wide as the piece: corners on faces of cells, where ∇N jumps, would fail the patch test.
         place(Seed { position, volume, domain: HalfEdge(0.25 * volume.sqrt()) });

@@ -3,9 +3,9 @@
 //! `S_vp = N_i(x) N_j(y)`, `∇S_vp = (N_i' N_j, N_i N_j')` with the splines N of the axes. A spline of degree 2 lives on
 //! three cells, and its node is a control point: it stands at the mean of two knots, not at a vertex.
 
-use mpm_basis::{Basis, Convection, ConvectionError, Piece, Seed, Stencil};
+use mpm_basis::{Basis, Convection, ConvectionError, Seed, Stencil};
 use mpm_examples::{Residuals, model};
-use mpm_grid::{Axis, DrivenPlane, Mesh, MeshMotion, NodeKind, NodeSpace, OutsideMesh, Ramp, Region, Vector};
+use mpm_grid::{Axis, DrivenPlane, LinearCell, Mesh, MeshMotion, NodeKind, NodeSpace, OutsideMesh, Ramp, Region, Vector};
 use mpm_material::{Elasticity, Hencky};
 use mpm_solver::{Prescribed, run};
 use std::error::Error;
@@ -44,7 +44,7 @@ impl Basis<2> for QuadraticSplines {
         mesh.rectilinear().map(|_| ()).ok_or("splines need a box at rest or stretched along its axes")
     }
 
-    fn seed(&self, piece: &Piece<2>, place: &mut dyn FnMut(Seed<2, ()>)) {
+    fn seed(&self, piece: &LinearCell<2>, place: &mut dyn FnMut(Seed<2, ()>)) {
         place(Seed { position: piece.position(&Vector::zeros()), volume: piece.volume(), domain: () });
     }
 

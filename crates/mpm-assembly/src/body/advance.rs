@@ -4,7 +4,7 @@ use crate::body::connection::Connection;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
 use crate::body::trial::{InvertedPoint, Trial, trial, trial_of};
-use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError, Links};
+use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError, Connectivity};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
 use std::ops::Range;
@@ -87,15 +87,15 @@ impl<const D: usize, M: Material> PreparedState<D, M> {
             history: &mut self.history,
             plastic: &mut self.plastic,
         };
-        let links = connection.links();
+        let connectivity = connection.connectivity();
         let dilated = match connection.dilatation() {
             None => Vec::new(),
-            Some(dilatation) => Dilated { law, points, links, dilatation, increment }.steps()?,
+            Some(dilatation) => Dilated { law, points, connectivity, dilatation, increment }.steps()?,
         };
-        in_groups(links, 0..links.n_groups(), columns, &|groups, mut columns| {
+        in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, mut columns| {
             let mut du = Vec::new();
             let mut at = 0;
-            for view in groups.map(|group| links.group(group)) {
+            for view in groups.map(|group| connectivity.group(group)) {
                 du.clear();
                 du.extend(view.nodes.iter().map(|&node| increment[node as usize]));
                 for k in 0..view.points {
@@ -150,7 +150,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
         basis: &B,
         (position, domain): (&[Vector<D>], &[Domain]),
         deformation_gradient: &[Block<D>],
-        links: &Links<D>,
+        connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
     ) -> Result<(), AdvanceError> {
         // Points and domains move from where they are.
@@ -159,10 +159,10 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
         self.domain.clear();
         self.domain.extend_from_slice(domain);
         let columns = (&mut self.position[..], &mut self.domain[..]);
-        in_groups(links, 0..links.n_groups(), columns, &|groups, (positions, domains)| {
+        in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, (positions, domains)| {
             let mut du = Vec::new();
             let mut at = 0;
-            for view in groups.map(|group| links.group(group)) {
+            for view in groups.map(|group| connectivity.group(group)) {
                 du.clear();
                 du.extend(view.nodes.iter().map(|&node| step.increment[node as usize]));
                 for k in 0..view.points {
@@ -257,7 +257,7 @@ impl<A: Send, B: Send> SplitColumns for (&mut [A], &mut [B]) {
 
 /// Does `work` for runs of groups in parallel, halving the range until it is small; the first error (in order).
 fn in_groups<const D: usize, C: SplitColumns, E: Send>(
-    links: &Links<D>,
+    connectivity: &Connectivity<D>,
     groups: Range<usize>,
     columns: C,
     work: &(impl Fn(Range<usize>, C) -> Result<(), E> + Sync),
@@ -266,11 +266,11 @@ fn in_groups<const D: usize, C: SplitColumns, E: Send>(
         return work(groups, columns);
     }
     let middle = (groups.start + groups.end) / 2;
-    let at = links.group_points(middle).start - links.group_points(groups.start).start;
+    let at = connectivity.group_points(middle).start - connectivity.group_points(groups.start).start;
     let (low, high) = columns.split_at(at);
     let (low, high) = rayon::join(
-        || in_groups(links, groups.start..middle, low, work),
-        || in_groups(links, middle..groups.end, high, work),
+        || in_groups(connectivity, groups.start..middle, low, work),
+        || in_groups(connectivity, middle..groups.end, high, work),
     );
     low.and(high)
 }

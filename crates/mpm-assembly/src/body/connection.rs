@@ -2,7 +2,7 @@
 
 use crate::body::strips::Strips;
 use crate::{Couplings, Dilatation, Linked, Pattern};
-use mpm_basis::Links;
+use mpm_basis::Connectivity;
 use mpm_grid::{Block, Vector};
 use std::sync::Mutex;
 
@@ -13,7 +13,7 @@ const TASKS: usize = 32;
 /// Connectivity of a body in a load step, with what makes sums over it quick.
 #[derive(Debug)]
 pub struct Connection<const D: usize> {
-    links: Links<D>,
+    connectivity: Connectivity<D>,
     dilatation: Option<Dilatation<D>>,
     pub(crate) sums: Summation<D>,
 }
@@ -45,25 +45,25 @@ impl<const D: usize> Connection<D> {
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
         let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes))).collect();
-        let Linked { links, dilatation } = linked;
-        Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
+        let Linked { connectivity, dilatation } = linked;
+        Self { connectivity, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
     }
 
     /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
     pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
-        self.dilatation.is_none() && linked.dilatation.is_none() && self.links.is_connected_as(&linked.links)
+        self.dilatation.is_none() && linked.dilatation.is_none() && self.connectivity.is_connected_as(&linked.connectivity)
     }
 
-    /// Sums over `links`, which connect the same points and nodes as the present ones, into the same
+    /// Sums over `connectivity`, which connect the same points and nodes as the present ones, into the same
     /// pattern.
-    pub fn relinked(self, links: Links<D>) -> Self {
-        debug_assert!(links.is_connected_as(&self.links), "the same points and nodes");
-        Self { links, ..self }
+    pub fn relinked(self, connectivity: Connectivity<D>) -> Self {
+        debug_assert!(connectivity.is_connected_as(&self.connectivity), "the same points and nodes");
+        Self { connectivity, ..self }
     }
 
     /// Groups of points and their influences.
-    pub fn links(&self) -> &Links<D> {
-        &self.links
+    pub fn connectivity(&self) -> &Connectivity<D> {
+        &self.connectivity
     }
 
     /// Cells over which volume changes are averaged, where they are.
@@ -73,7 +73,7 @@ impl<const D: usize> Connection<D> {
 
     /// Bytes of all that is kept.
     pub fn bytes(&self) -> usize {
-        self.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+        self.connectivity.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
     }
 }
 

@@ -36,12 +36,12 @@ pub fn dissipation<const D: usize, M: Material>(
     if !M::PLASTIC {
         return Ok(energy);
     }
-    let links = connection.links();
+    let connectivity = connection.connectivity();
     if let Some(dilatation) = connection.dilatation() {
-        return Dilated { law, points, links, dilatation, increment }.dissipation(gradient_sum);
+        return Dilated { law, points, connectivity, dilatation, increment }.dissipation(gradient_sum);
     }
     let mut du = Vec::new();
-    for view in (0..links.n_groups()).map(|group| links.group(group)) {
+    for view in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
         du.clear();
         du.extend(view.nodes.iter().map(|&node| increment[node as usize]));
         for k in 0..view.points {

@@ -2,8 +2,8 @@
 
 use crate::body::kinematics::inverse_and_determinant;
 use crate::body::points::Points;
-use mpm_basis::control::{cap, is_too_long, reshape, split};
-use mpm_basis::{Basis, DomainControl, Part};
+use mpm_basis::domain_control::{cap, is_too_long, reshape, split};
+use mpm_basis::{Basis, DomainControl, DomainPart};
 use mpm_grid::{Mesh, Vector};
 use mpm_material::Material;
 use rayon::prelude::*;
@@ -78,7 +78,7 @@ fn shortened<const D: usize, Domain: Send>(
 }
 
 /// Parts of points, each with the number of its point.
-type PartsOf<const D: usize, Domain> = Vec<(usize, Part<D, Domain>)>;
+type PartsOf<const D: usize, Domain> = Vec<(usize, DomainPart<D, Domain>)>;
 
 /// Number of points that are split, and if any is, the parts of all points in order; a point that is not split is
 /// its own part.
@@ -105,7 +105,7 @@ fn divided<const D: usize, B: Basis<D>>(
             return Err(TooManyPoints { most });
         }
         if parts.is_empty() {
-            next.push((p, Part { position, domain: domain.clone(), share: 1.0 }));
+            next.push((p, DomainPart { position, domain: domain.clone(), share: 1.0 }));
         }
         n_split += usize::from(!parts.is_empty());
         next.extend(parts.into_iter().map(|part| (p, part)));
@@ -134,8 +134,8 @@ impl<const D: usize, M: Material> Points<D, M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mpm_basis::{Cpdi1, Piece};
-    use mpm_grid::{Axis, Block, Layout};
+    use mpm_basis::Cpdi1;
+    use mpm_grid::{Axis, Block, Layout, LinearCell};
     use mpm_material::{SymmetricTensor, VonMises};
 
     type Domains = Vec<<Cpdi1 as Basis<2>>::Domain>;
@@ -147,7 +147,7 @@ mod tests {
         let (mut points, mut domains) = (Points::<2, VonMises>::default(), Domains::new());
         for x in [4.5, 5.0, 5.5] {
             let corner = |c: usize| Vector::<2>::new(x + 0.5 * (c & 1) as f64, 5.0 + 0.25 * (c & 2) as f64);
-            Cpdi1.seed(&Piece::new(std::array::from_fn(corner)), &mut |seed| {
+            Cpdi1.seed(&LinearCell::new(std::array::from_fn(corner)), &mut |seed| {
                 points.push(seed.position, seed.volume);
                 domains.push(seed.domain);
             });

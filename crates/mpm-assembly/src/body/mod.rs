@@ -28,7 +28,7 @@ pub use trial::InvertedPoint;
 use crate::OccupiedCell;
 use advance::{PreparedDomains, PreparedState};
 use mpm_basis::{
-    ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
+    ActiveNodes, Basis, DomainControl, DomainReport, Connectivity, Seed, Stencils, Domain, UnconnectedPoint,
 };
 use mpm_grid::{Block, Lattice, Mesh, NodeKind, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
@@ -61,13 +61,13 @@ pub trait Body<const D: usize>: Send + Sync {
     /// The first point that the mesh does not cover.
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
 
-    /// Cells over which volume changes are averaged, where they are; `links` are the body's in this step.
+    /// Cells over which volume changes are averaged, where they are; `connectivity` are the body's in this step.
     ///
     /// # Errors
     /// The first point that the mesh does not cover.
     fn dilatation(
         &self,
-        links: &Links<D>,
+        connectivity: &Connectivity<D>,
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
     ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>>;
@@ -95,16 +95,16 @@ pub trait Body<const D: usize>: Send + Sync {
     ) -> Result<f64, InvertedPoint>;
 
     /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
-    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
+    fn external_force(&self, connectivity: &Connectivity<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
 
     /// Adds to `scale` the forces that a strain of one in every point would cause,
     /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
-    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
+    fn stiffness_force(&self, connectivity: &Connectivity<D>, scale: &mut [f64]);
 
     /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
     fn occupied_cells(
         &self,
-        links: &Links<D>,
+        connectivity: &Connectivity<D>,
         lattice: &Lattice<D>,
         active: &ActiveNodes<D>,
         out: &mut Vec<OccupiedCell>,
@@ -265,11 +265,11 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn dilatation(
         &self,
-        links: &Links<D>,
+        connectivity: &Connectivity<D>,
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
     ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>> {
-        let of = |mean| Dilatation::of(mean, &self.points.position, links, mesh, active);
+        let of = |mean| Dilatation::of(mean, &self.points.position, connectivity, mesh, active);
         self.mean_dilatation.map(of).transpose()
     }
 
@@ -291,10 +291,10 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         dissipation::dissipation(&self.law, &self.points, connection, increment, gradient)
     }
 
-    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {
+    fn external_force(&self, connectivity: &Connectivity<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {
         if let Some(acceleration) = loads.acceleration {
             assert_eq!(self.points.mass.len(), self.points.len(), "a body force needs the masses");
-            for group in (0..links.n_groups()).map(|group| links.group(group)) {
+            for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
                 for k in 0..group.points {
                     let force = acceleration * self.points.mass[group.first_point + k];
                     for (&node, &value) in group.nodes.iter().zip(group.point(k).0) {
@@ -305,19 +305,19 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         }
         let mut group = 0;
         for &(point, force) in loads.point_forces {
-            while links.group_points(group).end <= point {
+            while connectivity.group_points(group).end <= point {
                 group += 1;
             }
-            let view = links.group(group);
+            let view = connectivity.group(group);
             for (&node, &value) in view.nodes.iter().zip(view.point(point - view.first_point).0) {
                 external[node as usize] += force * value;
             }
         }
     }
 
-    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]) {
+    fn stiffness_force(&self, connectivity: &Connectivity<D>, scale: &mut [f64]) {
         let modulus = self.law.stiffness();
-        for group in (0..links.n_groups()).map(|group| links.group(group)) {
+        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
             for k in 0..group.points {
                 let weight = modulus * self.points.reference_volume[group.first_point + k];
                 for (&node, gradient) in group.nodes.iter().zip(group.point(k).1) {
@@ -329,12 +329,12 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn occupied_cells(
         &self,
-        links: &Links<D>,
+        connectivity: &Connectivity<D>,
         lattice: &Lattice<D>,
         active: &ActiveNodes<D>,
         out: &mut Vec<OccupiedCell>,
     ) {
-        crate::ghost::occupied(links, lattice, active, &self.points.reference_volume, self.law.young(), out);
+        crate::ghost::occupied(connectivity, lattice, active, &self.points.reference_volume, self.law.young(), out);
     }
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
@@ -342,7 +342,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         let (state, domains) = &mut self.prepared;
         state.advance(&self.law, &self.points, connection, step.increment)?;
         let columns = (&self.points.position[..], &self.domains[..]);
-        domains.advance(&self.basis, columns, state.deformation_gradient(), connection.links(), step)?;
+        domains.advance(&self.basis, columns, state.deformation_gradient(), connection.connectivity(), step)?;
         self.is_prepared = true;
         Ok(())
     }
@@ -395,7 +395,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn outline(&self, point: usize) -> Vec<Vector<D>> {
-        self.basis.outline(&self.points.position[point], &self.domains[point])
+        self.domains[point].outline(&self.points.position[point])
     }
 
     fn columns(&self) -> [(&'static str, usize); 9] {

@@ -107,8 +107,8 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
             }
             Some(dilatation) => {
                 let Self { law, points, connection, input } = *self;
-                let links = connection.links();
-                let dilated = Dilated { law, points, links, dilatation, increment: input.increment };
+                let connectivity = connection.connectivity();
+                let dilated = Dilated { law, points, connectivity, dilatation, increment: input.increment };
                 let mut of_cell = dilatation::Scratch::default();
                 let Scratch { force, tangent, .. } = &mut *scratch;
                 for cell in sets {
@@ -154,7 +154,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
     ) -> Result<f64, InvertedPoint> {
-        let n = self.connection.links().support_nodes(support).len();
+        let n = self.connection.connectivity().node_set(support).len();
         let Scratch { increment, force, gradient, tangent } = scratch;
         let pairs = if TANGENT { n * (n + 1) / 2 } else { 0 };
         let dense = Dense {
@@ -182,15 +182,15 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         part: &mut Part<'_, D>,
     ) -> Result<f64, InvertedPoint> {
         let Self { connection, input, .. } = *self;
-        let nodes = connection.links().support_nodes(support);
+        let nodes = connection.connectivity().node_set(support);
         for (du, node) in dense.increment.iter_mut().zip(nodes) {
             *du = input.increment[*node as usize];
         }
         dense.force.fill(Vector::zeros());
         dense.tangent.fill(Block::zeros());
         let mut smallest = f64::INFINITY;
-        for &group in connection.links().support_groups(support) {
-            let group = connection.links().group(group as usize);
+        for &group in connection.connectivity().node_set_groups(support) {
+            let group = connection.connectivity().group(group as usize);
             let least = sum_group::<D, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
             smallest = smallest.min(least);
         }

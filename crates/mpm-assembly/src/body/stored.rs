@@ -2,7 +2,7 @@
 
 use crate::body::kinematics::determinant;
 use crate::body::points::Points;
-use mpm_basis::StoredDomain;
+use mpm_basis::Domain;
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, StoredHistory, SymmetricTensor};
 
@@ -68,7 +68,7 @@ impl<const D: usize, M: Material> Points<D, M> {
     }
 
     /// These points and their `domains` as plain numbers.
-    pub(crate) fn store<Domain: StoredDomain>(&self, domains: &[Domain]) -> StoredPoints {
+    pub(crate) fn store<Own: Domain<D>>(&self, domains: &[Own]) -> StoredPoints {
         let column = |(name, width)| {
             let mut values = Vec::with_capacity(width * self.len());
             match name {
@@ -88,7 +88,7 @@ impl<const D: usize, M: Material> Points<D, M> {
         };
         StoredPoints {
             points: self.len(),
-            columns: self.stored_columns(Domain::NUMBERS).into_iter().map(column).collect(),
+            columns: self.stored_columns(Own::NUMBERS).into_iter().map(column).collect(),
         }
     }
 
@@ -167,12 +167,12 @@ impl<const D: usize, M: Material> Points<D, M> {
 ///
 /// # Errors
 /// The first point whose numbers are no domain.
-pub(crate) fn restore_domains<Domain: StoredDomain>(
+pub(crate) fn restore_domains<const D: usize, Own: Domain<D>>(
     stored: &StoredPoints,
-) -> Result<Vec<Domain>, ForeignPoints> {
+) -> Result<Vec<Own>, ForeignPoints> {
     let values = stored.columns.iter().find(|column| column.name == "domain").map_or(&[][..], |it| &it.values);
     let restore = |p: usize| {
-        let domain = Domain::recall(&values[p * Domain::NUMBERS..(p + 1) * Domain::NUMBERS]);
+        let domain = Own::restore(&values[p * Own::NUMBERS..(p + 1) * Own::NUMBERS]);
         domain.map_err(|reason| ForeignPoints { column: "domain", reason: format!("point {p}: {reason}") })
     };
     (0..stored.points).map(restore).collect()

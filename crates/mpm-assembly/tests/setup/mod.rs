@@ -4,7 +4,7 @@ use mpm_assembly::{
     Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
     finish_tangent,
 };
-use mpm_basis::{ActiveNodes, Basis, Links};
+use mpm_basis::{ActiveNodes, Basis, Connectivity};
 use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
 use mpm_material::{Elasticity, VonMises};
 
@@ -56,9 +56,9 @@ pub fn setup<const D: usize, B: Basis<D> + 'static>(
 pub fn connect<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>) -> Setup<D> {
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
-    let links = Links::of(stencils, &active);
-    let dilatation = body.dilatation(&links, &mesh, &active).unwrap();
-    let linked = Linked { links, dilatation };
+    let connectivity = Connectivity::of(stencils, &active);
+    let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
+    let linked = Linked { connectivity, dilatation };
     let pattern = Pattern::of(active.len(), std::slice::from_ref(&linked));
     let connection = Connection::new(linked, &pattern);
     Setup { body, active, pattern, connection, mesh }

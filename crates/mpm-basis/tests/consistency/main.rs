@@ -7,3 +7,4 @@ mod convection;
 mod formulas;
 mod random;
 mod seeding;
+mod storing;

@@ -1,6 +1,6 @@
 //! Cells over which volume changes are averaged, and their quadrature.
 
-use mpm_basis::{ActiveNodes, Cells, Links, UnconnectedPoint};
+use mpm_basis::{ActiveNodes, Cells, Connectivity, UnconnectedPoint};
 use mpm_grid::{CellId, Mesh, NodeKind, Place, Vector};
 use rayon::prelude::*;
 
@@ -49,7 +49,7 @@ impl<const D: usize> Dilatation<D> {
     pub fn of(
         mean: MeanDilatation,
         positions: &[Vector<D>],
-        links: &Links<D>,
+        connectivity: &Connectivity<D>,
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
     ) -> Result<Self, UnconnectedPoint<D>> {
@@ -70,7 +70,7 @@ impl<const D: usize> Dilatation<D> {
             let corners = mesh.lattice().corners(index);
             corners[..1 << D].iter().map(|&node| active.number(node).map(|it| it as u32)).collect()
         };
-        let cells = Cells::of(links, &cell, |cell| corners(cell).unwrap_or_default());
+        let cells = Cells::of(connectivity, &cell, |cell| corners(cell).unwrap_or_default());
         let mut quadrature = Quadrature::default();
         if mean == MeanDilatation::Cell {
             for k in 0..cells.len() {

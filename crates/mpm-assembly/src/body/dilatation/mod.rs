@@ -45,7 +45,7 @@ use crate::body::kinematics::{
 };
 use crate::body::points::Points;
 use crate::body::trial::InvertedPoint;
-use mpm_basis::{CellPart, Links};
+use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, log_strain, respond};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ const CELLS: usize = 256;
 pub(crate) struct Dilated<'a, const D: usize, M: Material> {
     pub law: &'a M,
     pub points: &'a Points<D, M>,
-    pub links: &'a Links<D>,
+    pub connectivity: &'a Connectivity<D>,
     pub dilatation: &'a Dilatation<D>,
     /// `Δu_v` of every active node `[L]`.
     pub increment: &'a [Vector<D>],
@@ -133,7 +133,7 @@ fn stretch_excess<const D: usize>(theta_excess: f64, excess: f64) -> f64 {
 
 impl<const D: usize, M: Material> Dilated<'_, D, M> {
     fn parts(&self, cell: usize) -> impl Iterator<Item = CellPart<'_>> {
-        self.dilatation.cells.parts(self.links, cell)
+        self.dilatation.cells.parts(self.connectivity, cell)
     }
 
     /// Fills the scratch but for responses and `q`.
@@ -150,7 +150,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         // Σ w and Σ w (J - 1).
         let (mut volume, mut change) = (0.0, 0.0);
         for part in self.parts(cell) {
-            let group = self.links.group(part.group);
+            let group = self.connectivity.group(part.group);
             s.increment.clear();
             s.increment.extend(group.nodes.iter().map(|&node| self.increment[node as usize]));
             for k in part.points {

@@ -11,7 +11,8 @@
 //! the cell around the point, a semi-axis has `σ_k |J⁻¹ u_k|` cells: 1 where a box is as long as its
 //! cell, `1/n` with n points per direction at rest.
 
-use crate::Basis;
+use crate::basis::{Basis, DomainPart};
+use crate::domain::Domain;
 use crate::sampled::BEYOND;
 use crate::tensor::inverse_transpose;
 use mpm_grid::{Block, Mesh, Vector};
@@ -39,18 +40,6 @@ pub enum DomainControl {
     },
 }
 
-/// One of the points that a point is split into.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Part<const D: usize, Domain> {
-    /// Centre of its domain `[L]`.
-    pub position: Vector<D>,
-    /// Its domain.
-    pub domain: Domain,
-    /// Its part of the point's mass and volume `[-]`; the parts' sum is 1, and the mean of their
-    /// positions weighed with it is the point's.
-    pub share: f64,
-}
-
 /// Shortens a domain to at most `cells` cells along each of its principal axes, about its point;
 /// says whether that was needed.
 ///
@@ -71,7 +60,7 @@ pub fn cap<const D: usize, B: Basis<D>>(
 ///
 /// Where a body is sheared for long, its points come to stand as at rest, in other rows than before:
 /// domains of their old size and shape tile it better than needles, or the cores of needles. A domain that
-/// [`Basis::align`] can turn is laid along the edges of its cell, too: shear and shortening in turn let its
+/// [`Domain::align`] can turn is laid along the edges of its cell, too: shear and shortening in turn let its
 /// sides roll round its principal axes, and the corners of a lozenge reach into rows of cells that no side of
 /// the box with the same second moment touches.
 pub fn reshape<const D: usize, B: Basis<D>>(
@@ -83,7 +72,7 @@ pub fn reshape<const D: usize, B: Basis<D>>(
 ) -> bool {
     let reshaped = limit(basis, mesh, x, domain, cells, |lost| 1.0 / lost);
     if reshaped && let Some(to_cells) = to_cells(mesh, x) {
-        basis.align(domain, &to_cells);
+        domain.align(&to_cells);
     }
     reshaped
 }
@@ -98,7 +87,7 @@ fn limit<const D: usize, B: Basis<D>>(
     cells: f64,
     gain: impl Fn(f64) -> f64,
 ) -> bool {
-    let (Some(spread), Some(to_cells)) = (basis.spread(domain), to_cells(mesh, x)) else { return false };
+    let (Some(spread), Some(to_cells)) = (domain.spread(), to_cells(mesh, x)) else { return false };
     let axes = semi_axes(&spread);
     let sizes = axes.map(|axis| (to_cells * axis).norm());
     let long = sizes.map(|size| size > cells * (1.0 + SLACK));
@@ -116,7 +105,7 @@ fn limit<const D: usize, B: Basis<D>>(
             map += axes[k] * axes[k].transpose() * (factor / square);
         }
     }
-    basis.scale(domain, x, &map);
+    domain.scale(x, &map);
     true
 }
 
@@ -132,13 +121,13 @@ pub fn split<const D: usize, B: Basis<D>>(
     domain: &B::Domain,
     cells: f64,
     most: usize,
-) -> Vec<Part<D, B::Domain>> {
+) -> Vec<DomainPart<D, B::Domain>> {
     let mut parts = Vec::new();
     if !is_too_long(basis, mesh, x, domain, cells) {
         return parts;
     }
     // The part to be looked at next is the last: parts come out in order along the domain.
-    let mut open = vec![Part { position: *x, domain: domain.clone(), share: 1.0 }];
+    let mut open = vec![DomainPart { position: *x, domain: domain.clone(), share: 1.0 }];
     while let Some(part) = open.pop() {
         // This part and those still open are as many points already.
         let room = parts.len() + open.len() < most.max(1);
@@ -167,7 +156,7 @@ pub fn size<const D: usize, B: Basis<D>>(
     x: &Vector<D>,
     domain: &B::Domain,
 ) -> Option<f64> {
-    let (spread, to_cells) = (basis.spread(domain)?, to_cells(mesh, x)?);
+    let (spread, to_cells) = (domain.spread()?, to_cells(mesh, x)?);
     Some(semi_axes(&spread).iter().map(|axis| (to_cells * axis).norm()).fold(0.0, f64::max))
 }
 
