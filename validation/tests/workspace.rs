@@ -71,7 +71,16 @@ const APPLICATIONS: [&str; 4] = ["mpm-cli", "mpm-validation", "mpm-benchmarks", 
 #[test]
 fn the_manifests_are_read() {
     let manifests = manifests();
-    for name in ["mpm-grid", "mpm-geometry", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-solver", "mpm-io", "mpm-plot"] {
+    for name in [
+        "mpm-grid",
+        "mpm-geometry",
+        "mpm-basis",
+        "mpm-material",
+        "mpm-assembly",
+        "mpm-solver",
+        "mpm-io",
+        "mpm-plot",
+    ] {
         assert!(manifests[name].dependencies.contains_key("thiserror"), "{name}");
     }
     assert!(APPLICATIONS.iter().all(|name| manifests[*name].dependencies.contains_key("mpm-solver")));
@@ -96,8 +105,22 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-basis", &["mpm-grid"]),
         ("mpm-geometry", &["mpm-grid"]),
         ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material"]),
-        ("mpm-solver", &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-assembly", "mpm-multigrid"]),
-        ("mpm-io", &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-assembly", "mpm-multigrid", "mpm-solver"]),
+        (
+            "mpm-solver",
+            &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-assembly", "mpm-multigrid"],
+        ),
+        (
+            "mpm-io",
+            &[
+                "mpm-grid",
+                "mpm-basis",
+                "mpm-geometry",
+                "mpm-material",
+                "mpm-assembly",
+                "mpm-multigrid",
+                "mpm-solver",
+            ],
+        ),
     ];
     let manifests = manifests();
     for (name, allowed) in below {
