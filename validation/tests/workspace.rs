@@ -84,7 +84,7 @@ fn the_manifests_are_read() {
         assert!(manifests[name].dependencies.contains_key("thiserror"), "{name}");
     }
     assert!(APPLICATIONS.iter().all(|name| manifests[*name].dependencies.contains_key("mpm-solver")));
-    assert!(users("faer").contains("mpm-solver") && users("hdf5").contains("mpm-io"));
+    assert!(users("faer").contains("mpm-linear") && users("hdf5").contains("mpm-io"));
 }
 
 #[test]
@@ -101,13 +101,13 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
-        ("mpm-multigrid", &[]),
+        ("mpm-linear", &[]),
         ("mpm-basis", &["mpm-grid"]),
         ("mpm-geometry", &["mpm-grid"]),
         ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material"]),
         (
             "mpm-solver",
-            &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-assembly", "mpm-multigrid"],
+            &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-assembly", "mpm-linear"],
         ),
         (
             "mpm-io",
@@ -117,7 +117,7 @@ fn workspace_crates_depend_downwards_only() {
                 "mpm-geometry",
                 "mpm-material",
                 "mpm-assembly",
-                "mpm-multigrid",
+                "mpm-linear",
                 "mpm-solver",
             ],
         ),
@@ -140,7 +140,7 @@ fn workspace_crates_depend_downwards_only() {
 
 #[test]
 fn foreign_crates_enter_at_one_place() {
-    only("faer", &["mpm-solver"]);
+    only("faer", &["mpm-linear"]);
     only("hdf5", &["mpm-io"]);
     only("csv", &["mpm-io"]);
     only("stl_io", &["mpm-io"]);
@@ -154,7 +154,7 @@ fn foreign_crates_enter_at_one_place() {
         "rayon",
         &[
             "mpm-basis",
-            "mpm-multigrid",
+            "mpm-linear",
             "mpm-assembly",
             "mpm-solver",
             "mpm-cli",

@@ -10,7 +10,6 @@ mod supports;
 use crate::error::{Error, SceneError};
 use crate::files::{NoFiles, SceneFiles};
 use crate::limits::memory_left;
-use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{Model, PathControl, PathMeasure, Predictor, Prescribed, Schedule, Tolerance};
 use crate::observe::Observer;
@@ -27,6 +26,7 @@ use mesh::{layout, motion};
 use mpm_basis::ActiveNodes;
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Choice;
 use supports::supports;
 
 /// A model in the space of its scene.

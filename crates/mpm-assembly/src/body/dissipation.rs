@@ -1,0 +1,66 @@
+//! Energy that a load step dissipates in a body, and its gradient: what dissipation control measures.
+
+use crate::body::connection::Connection;
+use crate::body::dilatation::Dilated;
+use crate::body::kinematics::{block, gradient, trial_excess};
+use crate::body::points::Points;
+use crate::body::trial::{InvertedPoint, trial};
+use mpm_grid::{Block, Vector};
+use mpm_material::{Material, log_strain};
+
+/// Energy that the trial displacement `increment` (`Δu_v` of every active node `[L]`) dissipates `[F L]`
+/// (in the plane: per unit thickness),
+///
+/// ```text
+/// D = Σ_p V⁰_p τ_p : (ε_p,tr - ε_p,e)        ∂D/∂Δu_v = Σ_p V⁰_p s_p g_vp,   s = τ - ⅓ tr(τ) I,
+/// ```
+///
+/// both sums over the points that yield; the gradient is added to `gradient` `[F]`. `ε_tr - ε_e` is the
+/// step's plastic strain (backward Euler in logarithmic strain). The gradient is exact where flow is
+/// isochoric and associated and the yield stress stays: then `s` is constant along its own direction.
+/// For other laws it is an approximation (Verhoosel, Remmers & Gutiérrez 2009 control a step by the
+/// energy itself, whose gradient only decides how fast the iterations arrive).
+///
+/// Summed point by point in order: the same bits on any number of threads.
+///
+/// # Errors
+/// The first point that the trial displacement inverts.
+pub fn dissipation<const D: usize, M: Material>(
+    law: &M,
+    points: &Points<D, M>,
+    connection: &Connection<D>,
+    increment: &[Vector<D>],
+    gradient_sum: &mut [Vector<D>],
+) -> Result<f64, InvertedPoint> {
+    let mut energy = 0.0;
+    if !M::PLASTIC {
+        return Ok(energy);
+    }
+    let links = connection.links();
+    if let Some(dilatation) = connection.dilatation() {
+        return Dilated { law, points, links, dilatation, increment }.dissipation(gradient_sum);
+    }
+    let mut du = Vec::new();
+    for view in (0..links.n_groups()).map(|group| links.group(group)) {
+        du.clear();
+        du.extend(view.nodes.iter().map(|&node| increment[node as usize]));
+        for k in 0..view.points {
+            let (_, gradients) = view.point(k);
+            let p = view.first_point + k;
+            let state = trial(law, points, p, &du, gradients)?;
+            if !state.response.plastic {
+                continue;
+            }
+            let tau = state.response.kirchhoff;
+            let before = log_strain(&trial_excess(&gradient(&du, gradients), &points.elastic_excess[p]));
+            let after = log_strain(&state.response.elastic_excess);
+            let volume = points.reference_volume[p];
+            energy += volume * tau.to_matrix().dot(&(before.to_matrix() - after.to_matrix()));
+            let deviator = block::<D>(&tau) - Block::identity() * (tau.trace() / 3.0);
+            for (&node, gradient) in view.nodes.iter().zip(gradients) {
+                gradient_sum[node as usize] += deviator * state.inverse.tr_mul(gradient) * volume;
+            }
+        }
+    }
+    Ok(energy)
+}

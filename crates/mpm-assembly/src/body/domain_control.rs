@@ -1,0 +1,226 @@
+//! Between load steps: points whose domains have outgrown their cells, see [`mpm_basis::control`].
+
+use crate::body::kinematics::inverse_and_determinant;
+use crate::body::points::Points;
+use mpm_basis::control::{cap, is_too_long, reshape, split};
+use mpm_basis::{Basis, DomainControl, Part};
+use mpm_grid::{Mesh, Vector};
+use mpm_material::Material;
+use rayon::prelude::*;
+
+/// What has been done about the domains of a body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Controlled {
+    /// Domains that were shortened.
+    pub capped: usize,
+    /// Points that were split.
+    pub split: usize,
+    /// Where points were split, for every point of now its point of before and its share of that, in
+    /// the order of the points; else empty.
+    pub parts: Vec<(usize, f64)>,
+}
+
+/// Splitting would make more points than it may; nothing has been done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("points would be split into more than {most} points")]
+pub struct TooManyPoints {
+    /// The most points that were allowed.
+    pub most: usize,
+}
+
+/// Shortens or splits all domains that are too long in `mesh`.
+///
+/// Parts take the place of their point: they have its F, elastic state, and history, their shares of its
+/// volume and mass, and rest where F says they did.
+///
+/// # Errors
+/// More points than `most`; nothing has changed.
+pub(crate) fn control<const D: usize, B: Basis<D>, M: Material>(
+    basis: &B,
+    points: &mut Points<D, M>,
+    domains: &mut Vec<B::Domain>,
+    mesh: &Mesh<D>,
+    control: DomainControl,
+    most: usize,
+) -> Result<Controlled, TooManyPoints> {
+    let position = &points.position[..];
+    match control {
+        DomainControl::Cap { cells } => {
+            Ok(shortened(position, domains, |x, domain| cap(basis, mesh, x, domain, cells)))
+        }
+        DomainControl::Reshape { cells } => {
+            Ok(shortened(position, domains, |x, domain| reshape(basis, mesh, x, domain, cells)))
+        }
+        DomainControl::Split { cells } => {
+            let (split, parts) = divided(basis, (position, domains), mesh, cells, most)?;
+            if split == 0 {
+                return Ok(Controlled::default());
+            }
+            let mut next = Points::default();
+            parts.iter().for_each(|(p, part)| next.push_part(points, *p, part.position, part.share));
+            *points = next;
+            let shares = parts.iter().map(|(p, part)| (*p, part.share)).collect();
+            *domains = parts.into_iter().map(|(_, part)| part.domain).collect();
+            Ok(Controlled { split, parts: shares, ..Controlled::default() })
+        }
+    }
+}
+
+/// Counts the domains that `shorten` has found too long.
+fn shortened<const D: usize, Domain: Send>(
+    position: &[Vector<D>],
+    domains: &mut [Domain],
+    shorten: impl Fn(&Vector<D>, &mut Domain) -> bool + Sync,
+) -> Controlled {
+    let domains = domains.par_iter_mut().zip(position);
+    let capped: Vec<bool> = domains.map(|(domain, x)| shorten(x, domain)).collect();
+    Controlled { capped: capped.into_iter().filter(|it| *it).count(), ..Controlled::default() }
+}
+
+/// Parts of points, each with the number of its point.
+type PartsOf<const D: usize, Domain> = Vec<(usize, Part<D, Domain>)>;
+
+/// Number of points that are split, and if any is, the parts of all points in order; a point that is not split is
+/// its own part.
+fn divided<const D: usize, B: Basis<D>>(
+    basis: &B,
+    (position, domains): (&[Vector<D>], &[B::Domain]),
+    mesh: &Mesh<D>,
+    cells: f64,
+    most: usize,
+) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
+    let points = position.par_iter().zip(domains);
+    let long: Vec<bool> = points.map(|(x, domain)| is_too_long(basis, mesh, x, domain, cells)).collect();
+    if !long.contains(&true) {
+        return Ok((0, Vec::new()));
+    }
+    let mut next = Vec::with_capacity(long.len());
+    let mut n_split = 0;
+    for (p, &is_long) in long.iter().enumerate() {
+        let (position, domain) = (position[p], &domains[p]);
+        // Every point after this one needs its place too.
+        let room = most.saturating_sub(next.len() + long.len() - p - 1);
+        let parts = if is_long { split(basis, mesh, &position, domain, cells, room) } else { Vec::new() };
+        if parts.len() > room {
+            return Err(TooManyPoints { most });
+        }
+        if parts.is_empty() {
+            next.push((p, Part { position, domain: domain.clone(), share: 1.0 }));
+        }
+        n_split += usize::from(!parts.is_empty());
+        next.extend(parts.into_iter().map(|part| (p, part)));
+    }
+    Ok((n_split, next))
+}
+
+impl<const D: usize, M: Material> Points<D, M> {
+    /// Adds a part of point `p` of `points`, which stands at `position`; columns that are empty there stay so.
+    fn push_part(&mut self, points: &Self, p: usize, position: Vector<D>, share: f64) {
+        let f = points.deformation_gradient[p];
+        if let Some(rest) = points.reference_position.get(p) {
+            let offset = position - points.position[p];
+            self.reference_position.push(rest + inverse_and_determinant(&f).0 * offset);
+        }
+        self.position.push(position);
+        self.reference_volume.push(points.reference_volume[p] * share);
+        self.mass.extend(points.mass.get(p).map(|mass| mass * share));
+        self.deformation_gradient.push(f);
+        self.elastic_excess.push(points.elastic_excess[p]);
+        self.history.push(points.history[p]);
+        self.plastic.extend(points.plastic.get(p));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mpm_basis::{Cpdi1, Piece};
+    use mpm_grid::{Axis, Block, Layout};
+    use mpm_material::{SymmetricTensor, VonMises};
+
+    type Domains = Vec<<Cpdi1 as Basis<2>>::Domain>;
+
+    /// Two points of a body that has been sheared by 6, and a third that has not.
+    fn sheared() -> (Points<2, VonMises>, Domains, Mesh<2>) {
+        let axis = || Axis::uniform(0.0, 10.0, 10).unwrap();
+        let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
+        let (mut points, mut domains) = (Points::<2, VonMises>::default(), Domains::new());
+        for x in [4.5, 5.0, 5.5] {
+            let corner = |c: usize| Vector::<2>::new(x + 0.5 * (c & 1) as f64, 5.0 + 0.25 * (c & 2) as f64);
+            Cpdi1.seed(&Piece::new(std::array::from_fn(corner)), &mut |seed| {
+                points.push(seed.position, seed.volume);
+                domains.push(seed.domain);
+            });
+        }
+        points.reference_position = points.position.clone();
+        points.mass = points.reference_volume.iter().map(|volume| 3.0 * volume).collect();
+        let f = Block::<2>::new(1.0, 6.0, 0.0, 1.0);
+        for (p, domain) in domains.iter_mut().enumerate().take(2) {
+            points.position[p] += Vector::<2>::new(0.1, 0.2);
+            points.deformation_gradient[p] = f;
+            domain.current = f * domain.initial;
+            points.elastic_excess[p] = SymmetricTensor { xy: 0.01 * (p + 1) as f64, ..SymmetricTensor::ZERO };
+            points.plastic[p] = p == 1;
+        }
+        (points, domains, mesh)
+    }
+
+    fn total<const D: usize>(x: &[Vector<D>], weight: &[f64]) -> Vector<D> {
+        x.iter().zip(weight).map(|(x, weight)| x * *weight).sum()
+    }
+
+    #[test]
+    fn splitting_keeps_mass_volume_their_centres_and_the_state() {
+        let (before, mut domains_after, mesh) = sheared();
+        let mut after = before.clone();
+        let done =
+            control(&Cpdi1, &mut after, &mut domains_after, &mesh, DomainControl::Split { cells: 1.0 }, 100)
+                .unwrap();
+        assert_eq!((done.capped, done.split), (0, 2));
+        assert!(after.len() > 4 && done.parts.len() == after.len());
+        assert_eq!(done.parts[after.len() - 1], (2, 1.0));
+        for column in [&after.mass, &after.reference_volume] {
+            assert_eq!(column.len(), after.len());
+        }
+        assert_eq!(after.mass.iter().sum::<f64>(), before.mass.iter().sum::<f64>());
+        assert_eq!(after.reference_volume.iter().sum::<f64>(), before.reference_volume.iter().sum::<f64>());
+        for (now, then) in
+            [(&after.position, &before.position), (&after.reference_position, &before.reference_position)]
+        {
+            let off = total(now, &after.mass) - total(then, &before.mass);
+            assert!(off.norm() < 1e-12, "{off}");
+        }
+        for (p, &(parent, share)) in done.parts.iter().enumerate() {
+            assert_eq!(after.mass[p], before.mass[parent] * share);
+            assert_eq!(after.deformation_gradient[p], before.deformation_gradient[parent]);
+            assert_eq!(after.elastic_excess[p], before.elastic_excess[parent]);
+            assert_eq!(after.plastic[p], before.plastic[parent]);
+            let domain = &domains_after[p];
+            assert!((after.deformation_gradient[p] * domain.initial - domain.current).norm() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn shortening_changes_nothing_but_domains() {
+        let (before, domains, mesh) = sheared();
+        for how in [DomainControl::Cap { cells: 1.0 }, DomainControl::Reshape { cells: 1.0 }] {
+            let (mut after, mut domains_after) = (before.clone(), domains.clone());
+            let done = control(&Cpdi1, &mut after, &mut domains_after, &mesh, how, 3).unwrap();
+            assert_eq!(done, Controlled { capped: 2, ..Controlled::default() });
+            assert!(domains_after[0] != domains[0] && domains_after[2] == domains[2]);
+            assert_eq!(after.position, before.position);
+            assert_eq!(after.mass, before.mass);
+            assert_eq!(after.deformation_gradient, before.deformation_gradient);
+        }
+    }
+
+    #[test]
+    fn too_many_points_are_refused_and_nothing_changes() {
+        let (before, domains, mesh) = sheared();
+        let (mut after, mut domains_after) = (before.clone(), domains.clone());
+        let refused =
+            control(&Cpdi1, &mut after, &mut domains_after, &mesh, DomainControl::Split { cells: 1.0 }, 5);
+        assert_eq!(refused, Err(TooManyPoints { most: 5 }));
+        assert_eq!((after.len(), &domains_after), (before.len(), &domains));
+    }
+}

@@ -1,0 +1,427 @@
+//! A body: points of one law under one basis, behind an interface that knows neither.
+//!
+//! Everything inside a body is compiled for its basis and law; a [`Body`] is asked once per pass, so
+//! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
+
+mod advance;
+mod connection;
+mod dilatation;
+mod dissipation;
+mod domain_control;
+mod kinematics;
+mod pass;
+mod points;
+mod scatter;
+mod stored;
+mod strips;
+mod trial;
+
+pub use advance::{AdvanceError, Converged};
+pub use connection::Connection;
+pub use dilatation::{Dilatation, MeanDilatation};
+pub use domain_control::{Controlled, TooManyPoints};
+pub use kinematics::determinant;
+pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
+pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
+pub use trial::InvertedPoint;
+
+use crate::OccupiedCell;
+use advance::{PreparedDomains, PreparedState};
+use mpm_basis::{
+    ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
+};
+use mpm_grid::{Block, Lattice, Mesh, Vector};
+use mpm_material::{Material, SymmetricTensor, respond};
+use points::Points;
+use rayon::prelude::*;
+
+/// A set of material points under one basis and one law.
+pub trait Body<const D: usize>: Send + Sync {
+    /// Number of material points.
+    fn n_points(&self) -> usize;
+
+    /// Name of the basis, see [`Basis::name`].
+    fn basis(&self) -> &'static str;
+
+    /// Whether its law can yield.
+    fn can_yield(&self) -> bool;
+
+    /// Whether its points have domains.
+    fn has_domains(&self) -> bool;
+
+    /// Influences of all points on the nodes of `mesh`.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
+    /// Cells over which volume changes are averaged, where they are; `links` are the body's in this step.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>>;
+
+    /// Adds internal force and tangent, see [`assemble`].
+    ///
+    /// # Errors
+    /// The first point that the trial displacement inverts.
+    fn assemble(
+        &self,
+        connection: &Connection<D>,
+        input: PassInput<'_, D>,
+        sums: Sums<'_, D>,
+    ) -> Result<f64, InvertedPoint>;
+
+    /// Energy that a trial displacement dissipates `[F L]`, see [`dissipation`].
+    ///
+    /// # Errors
+    /// The first point that the trial displacement inverts.
+    fn dissipation(
+        &self,
+        connection: &Connection<D>,
+        increment: &[Vector<D>],
+        gradient: &mut [Vector<D>],
+    ) -> Result<f64, InvertedPoint>;
+
+    /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
+    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
+
+    /// Adds to `scale` the forces that a strain of one in every point would cause,
+    /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
+    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
+
+    /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    );
+
+    /// Works out the points after a converged step, without touching the present ones.
+    ///
+    /// # Errors
+    /// The first point that cannot be carried on.
+    fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError>;
+
+    /// Makes the prepared points the present ones.
+    fn commit(&mut self);
+
+    /// Shortens or splits the domains of the present points that are too long in `mesh`.
+    ///
+    /// # Errors
+    /// The body would have more than `most` points; nothing has changed.
+    fn control(
+        &mut self,
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<Controlled, TooManyPoints>;
+
+    /// One point as the outside may see it.
+    fn point(&self, point: usize) -> PointView<D>;
+
+    /// The health of every point's domain in `mesh`; a domain too far outside the mesh is reported with
+    /// all its corners outside.
+    fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport>;
+
+    /// Corners of a point's domain, see [`Basis::outline`] `[L]`.
+    fn outline(&self, point: usize) -> Vec<Vector<D>>;
+
+    /// Name and bytes of every column of the points; a column that the scene does not need has none.
+    fn columns(&self) -> [(&'static str, usize); 9];
+
+    /// Name and numbers per point of every column that [`Self::store`] gives.
+    fn stored_columns(&self) -> Vec<(&'static str, usize)>;
+
+    /// The present points as plain numbers.
+    fn store(&self) -> StoredPoints;
+
+    /// Makes stored points the present ones; no more is taken over than [`Self::store`] gave.
+    ///
+    /// # Errors
+    /// What cannot be points of this body; nothing has changed.
+    fn recall(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints>;
+}
+
+/// Loads on one body at one moment.
+#[derive(Clone, Debug, Default)]
+pub struct BodyLoads<'a, const D: usize> {
+    /// Body force per mass `[L/T²]`; `None` where none acts.
+    pub acceleration: Option<Vector<D>>,
+    /// Forces on single points, ascending in point `[F]`.
+    pub point_forces: &'a [(usize, Vector<D>)],
+}
+
+/// Committed state of one material point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointView<const D: usize> {
+    /// `x_p` `[L]`.
+    pub position: Vector<D>,
+    /// Position at rest, where it is kept `[L]`.
+    pub reference_position: Option<Vector<D>>,
+    /// `V⁰_p` `[L^D]`.
+    pub reference_volume: f64,
+    /// F `[-]`.
+    pub deformation_gradient: Block<D>,
+    /// `J = det F` `[-]`.
+    pub volume_ratio: f64,
+    /// `b_e - I` `[-]`.
+    pub elastic_excess: SymmetricTensor,
+    /// Kirchhoff stress τ `[F/L²]`.
+    pub kirchhoff: SymmetricTensor,
+    /// Whether the last load step was plastic.
+    pub plastic: bool,
+}
+
+/// The one kind of [`Body`] there is: basis `B`, law `M`.
+///
+/// A pass is compiled for the law, not for the basis, because it reads points and links only. What the basis decides
+/// are stencils, the convection of domains, and domain control.
+pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
+    basis: B,
+    law: M,
+    points: Points<D, M>,
+    /// Domain of every point; zero bytes for standard MPM.
+    domains: Vec<B::Domain>,
+    /// The next step's columns, kept for their memory.
+    prepared: (PreparedState<D, M>, PreparedDomains<D, B::Domain>),
+    is_prepared: bool,
+    mean_dilatation: Option<MeanDilatation>,
+}
+
+impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
+    /// A body of points that rest, free of stress, where their seeds are. A law whose tangent is not symmetric does
+    /// not compile here: a pass sums the lower triangle only.
+    pub fn new(basis: B, law: M, seeds: impl IntoIterator<Item = Seed<D, B::Domain>>) -> Self {
+        const { assert!(M::SYMMETRIC, "a law with an unsymmetric tangent cannot be assembled yet") };
+        let (mut points, mut domains) = (Points::default(), Vec::new());
+        for seed in seeds {
+            points.push(seed.position, seed.volume);
+            domains.push(seed.domain);
+        }
+        let prepared = (PreparedState::default(), PreparedDomains::default());
+        Self { basis, law, points, domains, prepared, is_prepared: false, mean_dilatation: None }
+    }
+
+    /// The same, with the mass `density · V⁰` `[M]` in every point, which body forces need.
+    pub fn with_density(mut self, density: f64) -> Self {
+        self.points.mass = self.points.reference_volume.iter().map(|volume| density * volume).collect();
+        self
+    }
+
+    /// The same, with positions at rest, which displacements are reported from.
+    pub fn with_reference_positions(mut self) -> Self {
+        self.points.reference_position = self.points.position.clone();
+        self
+    }
+
+    /// The same, with volume changes averaged over cells where `mean` says how.
+    pub fn with_mean_dilatation(self, mean: Option<MeanDilatation>) -> Self {
+        Self { mean_dilatation: mean, ..self }
+    }
+}
+
+impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M> {
+    fn n_points(&self) -> usize {
+        self.points.len()
+    }
+
+    fn basis(&self) -> &'static str {
+        self.basis.name()
+    }
+
+    fn can_yield(&self) -> bool {
+        M::PLASTIC
+    }
+
+    fn has_domains(&self) -> bool {
+        size_of::<B::Domain>() > 0
+    }
+
+    fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        Stencils::of(&self.basis, mesh, &self.points.position, &self.domains)
+    }
+
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>> {
+        let of = |mean| Dilatation::of(mean, &self.points.position, links, mesh, active);
+        self.mean_dilatation.map(of).transpose()
+    }
+
+    fn assemble(
+        &self,
+        connection: &Connection<D>,
+        input: PassInput<'_, D>,
+        sums: Sums<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        pass::assemble(&self.law, &self.points, connection, input, sums)
+    }
+
+    fn dissipation(
+        &self,
+        connection: &Connection<D>,
+        increment: &[Vector<D>],
+        gradient: &mut [Vector<D>],
+    ) -> Result<f64, InvertedPoint> {
+        dissipation::dissipation(&self.law, &self.points, connection, increment, gradient)
+    }
+
+    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {
+        if let Some(acceleration) = loads.acceleration {
+            assert_eq!(self.points.mass.len(), self.points.len(), "a body force needs the masses");
+            for group in (0..links.n_groups()).map(|group| links.group(group)) {
+                for k in 0..group.points {
+                    let force = acceleration * self.points.mass[group.first_point + k];
+                    for (&node, &value) in group.nodes.iter().zip(group.point(k).0) {
+                        external[node as usize] += force * value;
+                    }
+                }
+            }
+        }
+        let mut group = 0;
+        for &(point, force) in loads.point_forces {
+            while links.group_points(group).end <= point {
+                group += 1;
+            }
+            let view = links.group(group);
+            for (&node, &value) in view.nodes.iter().zip(view.point(point - view.first_point).0) {
+                external[node as usize] += force * value;
+            }
+        }
+    }
+
+    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]) {
+        let modulus = self.law.stiffness();
+        for group in (0..links.n_groups()).map(|group| links.group(group)) {
+            for k in 0..group.points {
+                let weight = modulus * self.points.reference_volume[group.first_point + k];
+                for (&node, gradient) in group.nodes.iter().zip(group.point(k).1) {
+                    scale[node as usize] += weight * gradient.norm();
+                }
+            }
+        }
+    }
+
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    ) {
+        crate::ghost::occupied(links, lattice, active, &self.points.reference_volume, self.law.young(), out);
+    }
+
+    fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
+        self.is_prepared = false;
+        let (state, domains) = &mut self.prepared;
+        state.advance(&self.law, &self.points, connection, step.increment)?;
+        let columns = (&self.points.position[..], &self.domains[..]);
+        domains.advance(&self.basis, columns, state.deformation_gradient(), connection.links(), step)?;
+        self.is_prepared = true;
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        if std::mem::take(&mut self.is_prepared) {
+            let (state, domains) = &mut self.prepared;
+            state.swap(&mut self.points);
+            domains.swap(&mut self.points.position, &mut self.domains);
+        }
+    }
+
+    fn control(
+        &mut self,
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<Controlled, TooManyPoints> {
+        domain_control::control(&self.basis, &mut self.points, &mut self.domains, mesh, control, most)
+    }
+
+    fn point(&self, point: usize) -> PointView<D> {
+        let points = &self.points;
+        let elastic_excess = points.elastic_excess[point];
+        PointView {
+            position: points.position[point],
+            reference_position: points.reference_position.get(point).copied(),
+            reference_volume: points.reference_volume[point],
+            deformation_gradient: points.deformation_gradient[point],
+            volume_ratio: determinant(&points.deformation_gradient[point]),
+            elastic_excess,
+            // The committed elastic state is admissible, so the law answers elastically.
+            kirchhoff: respond(&self.law, &elastic_excess, &points.history[point]).kirchhoff,
+            plastic: points.plastic.get(point).copied().unwrap_or(false),
+        }
+    }
+
+    fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport> {
+        let points = &self.points;
+        (0..points.len())
+            .into_par_iter()
+            .map(|p| {
+                let report = self.basis.diagnose(mesh, &points.position[p], &self.domains[p]);
+                report.unwrap_or_else(|_| DomainReport {
+                    corners_outside: self.outline(p).len(),
+                    ..DomainReport::default()
+                })
+            })
+            .collect()
+    }
+
+    fn outline(&self, point: usize) -> Vec<Vector<D>> {
+        self.basis.outline(&self.points.position[point], &self.domains[point])
+    }
+
+    fn columns(&self) -> [(&'static str, usize); 9] {
+        let points = &self.points;
+        [
+            ("position", size_of_val(&points.position[..])),
+            ("position at rest", size_of_val(&points.reference_position[..])),
+            ("volume at rest", size_of_val(&points.reference_volume[..])),
+            ("mass", size_of_val(&points.mass[..])),
+            ("domain", size_of_val(&self.domains[..])),
+            ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
+            ("elastic state", size_of_val(&points.elastic_excess[..])),
+            ("history of the law", size_of_val(&points.history[..])),
+            ("plastic state", size_of_val(&points.plastic[..])),
+        ]
+    }
+
+    fn stored_columns(&self) -> Vec<(&'static str, usize)> {
+        self.points.stored_columns(B::Domain::NUMBERS)
+    }
+
+    fn store(&self) -> StoredPoints {
+        self.points.store(&self.domains)
+    }
+
+    fn recall(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints> {
+        let points = self.points.restore(stored, B::Domain::NUMBERS)?;
+        self.domains = stored::restore_domains(stored)?;
+        self.points = points;
+        Ok(())
+    }
+}
+
+/// All points of a body in order, viewed in parallel, a block at a time: all views together would need as much
+/// memory as the points themselves.
+pub fn views<const D: usize>(body: &dyn Body<D>) -> impl Iterator<Item = PointView<D>> {
+    const BLOCK: usize = 8192;
+    let n = body.n_points();
+    (0..n).step_by(BLOCK).flat_map(move |first| {
+        let block = first..n.min(first + BLOCK);
+        block.into_par_iter().map(|point| body.point(point)).collect::<Vec<_>>()
+    })
+}

@@ -1,0 +1,206 @@
+//! The matrix of one level by block rows, and its products and sweeps.
+
+use super::arithmetic::{Block, CHUNK, Vector, for_each_part, without};
+use super::strips::Strips;
+use rayon::prelude::*;
+
+/// A pivot of a diagonal block below this part of the block's largest entry belongs to nothing.
+const NOTHING: f64 = 1e-13;
+
+/// A symmetric matrix by rows of `D × D` blocks, both triangles; columns ascend in each row.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockMatrix<const D: usize> {
+    /// Where each row starts in `column` and `block`, and their length.
+    pub start: Vec<usize>,
+    pub column: Vec<u32>,
+    pub block: Vec<Block<D>>,
+    /// Place of each row's diagonal block.
+    pub diagonal: Vec<usize>,
+    /// Inverse of each diagonal block, zero in components that carry nothing.
+    pub inverse: Vec<Block<D>>,
+}
+
+impl<const D: usize> BlockMatrix<D> {
+    /// A matrix of zeros with this structure.
+    pub(crate) fn zeros(start: Vec<usize>, column: Vec<u32>) -> Self {
+        let n = start.len() - 1;
+        let diagonal = (0..n)
+            .map(|row| {
+                let columns = &column[start[row]..start[row + 1]];
+                start[row] + columns.binary_search(&(row as u32)).expect("every row has its diagonal")
+            })
+            .collect();
+        let block = vec![Block::zeros(); column.len()];
+        Self { start, column, block, diagonal, inverse: vec![Block::zeros(); n] }
+    }
+
+    pub(crate) fn n_rows(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    #[inline]
+    fn row(&self, row: usize) -> impl Iterator<Item = (usize, &Block<D>)> {
+        let entries = self.start[row]..self.start[row + 1];
+        self.column[entries.clone()].iter().map(|&column| column as usize).zip(&self.block[entries])
+    }
+
+    /// Inverts the diagonal blocks.
+    ///
+    /// # Errors
+    /// The first row whose block is not positive definite.
+    pub(crate) fn invert_diagonal(&mut self) -> Result<(), usize> {
+        let Self { block, diagonal, inverse, .. } = self;
+        let failed =
+            inverse.par_iter_mut().zip(&*diagonal).enumerate().filter_map(|(row, (inverse, &place))| {
+                match pseudo_inverse(block[place]) {
+                    Some(found) => {
+                        *inverse = found;
+                        None
+                    }
+                    None => Some(row),
+                }
+            });
+        failed.min().map_or(Ok(()), Err)
+    }
+
+    /// `y = A x`.
+    pub(crate) fn multiply(&self, x: &[Vector<D>], y: &mut [Vector<D>]) {
+        y.par_iter_mut().with_min_len(CHUNK / 4).enumerate().for_each(|(row, y)| {
+            let mut sum = Vector::zeros();
+            for (column, block) in self.row(row) {
+                sum = without(sum, block, &x[column]);
+            }
+            *y = -sum;
+        });
+    }
+
+    /// One forward Gauss–Seidel sweep from x = 0.
+    pub(crate) fn sweep_from_zero(&self, strips: &Strips, b: &[Vector<D>], x: &mut [Vector<D>]) {
+        let (even, odd) = x.split_at_mut(strips.n_even());
+        for_each_part(&strips.even, even, &|strip, x| {
+            let first = strips.even[strip];
+            for i in 0..x.len() {
+                let row = first + i;
+                let mut sum = b[row];
+                for entry in self.start[row]..self.diagonal[row] {
+                    sum = without(sum, &self.block[entry], &x[self.column[entry] as usize - first]);
+                }
+                x[i] = self.inverse[row] * sum;
+            }
+        });
+        let even = &*even;
+        for_each_part(&strips.odd, odd, &|strip, x| {
+            let first = strips.odd[strip];
+            for i in 0..x.len() {
+                let row = first + i;
+                let mut sum = b[row];
+                for entry in self.start[row]..self.diagonal[row] {
+                    let column = self.column[entry] as usize;
+                    let value = if column < even.len() { &even[column] } else { &x[column - first] };
+                    sum = without(sum, &self.block[entry], value);
+                }
+                x[i] = self.inverse[row] * sum;
+            }
+        });
+    }
+
+    /// `r = b − A x` after [`Self::sweep_from_zero`] with that b: what later rows have added.
+    pub(crate) fn residual_after_sweep(&self, x: &[Vector<D>], r: &mut [Vector<D>]) {
+        r.par_iter_mut().with_min_len(CHUNK / 4).enumerate().for_each(|(row, r)| {
+            let mut sum = Vector::zeros();
+            for entry in self.diagonal[row] + 1..self.start[row + 1] {
+                sum = without(sum, &self.block[entry], &x[self.column[entry] as usize]);
+            }
+            *r = sum;
+        });
+    }
+
+    /// One backward Gauss–Seidel sweep, the transpose of a forward one.
+    pub(crate) fn sweep_back(&self, strips: &Strips, b: &[Vector<D>], x: &mut [Vector<D>]) {
+        let (even, odd) = x.split_at_mut(strips.n_even());
+        let n_even = even.len();
+        let other = &*even;
+        for_each_part(&strips.odd, odd, &|strip, x| {
+            let first = strips.odd[strip];
+            for i in (0..x.len()).rev() {
+                let row = first + i;
+                let mut sum = b[row];
+                for (column, block) in self.row(row).filter(|&(column, _)| column != row) {
+                    let value = if column < n_even { &other[column] } else { &x[column - first] };
+                    sum = without(sum, block, value);
+                }
+                x[i] = self.inverse[row] * sum;
+            }
+        });
+        let other = &*odd;
+        for_each_part(&strips.even, even, &|strip, x| {
+            let first = strips.even[strip];
+            for i in (0..x.len()).rev() {
+                let row = first + i;
+                let mut sum = b[row];
+                for (column, block) in self.row(row).filter(|&(column, _)| column != row) {
+                    let value = if column < n_even { &x[column - first] } else { &other[column - n_even] };
+                    sum = without(sum, block, value);
+                }
+                x[i] = self.inverse[row] * sum;
+            }
+        });
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.start[..])
+            + size_of_val(&self.column[..])
+            + size_of_val(&self.block[..])
+            + size_of_val(&self.diagonal[..])
+            + size_of_val(&self.inverse[..])
+    }
+}
+
+/// Inverse of a symmetric block, by elimination; components whose pivot is nothing stay zero. None where
+/// a pivot is negative.
+fn pseudo_inverse<const D: usize>(mut block: Block<D>) -> Option<Block<D>> {
+    let largest = block.diagonal().amax();
+    let mut inverse = Block::identity();
+    let mut carries = [false; D];
+    for k in 0..D {
+        let pivot = block[(k, k)];
+        if !pivot.is_finite() || pivot < -NOTHING * largest {
+            return None;
+        }
+        carries[k] = pivot > NOTHING * largest;
+        if !carries[k] {
+            continue;
+        }
+        for i in (0..D).filter(|&i| i != k) {
+            let factor = block[(i, k)] / pivot;
+            for j in 0..D {
+                let (from, was) = (block[(k, j)], inverse[(k, j)]);
+                block[(i, j)] -= factor * from;
+                inverse[(i, j)] -= factor * was;
+            }
+        }
+    }
+    for i in 0..D {
+        for j in 0..D {
+            inverse[(i, j)] = if carries[i] && carries[j] { inverse[(i, j)] / block[(i, i)] } else { 0.0 };
+        }
+    }
+    Some(inverse)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_is_inverted_in_what_it_carries() {
+        let block = Block::<3>::new(4.0, 1.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 0.0);
+        let inverse = pseudo_inverse(block).unwrap();
+        let product = block * inverse;
+        let expected = Block::<3>::from_diagonal(&Vector::<3>::new(1.0, 1.0, 0.0));
+        assert!((product - expected).norm() < 1e-15, "{product}");
+        assert!(pseudo_inverse(Block::<2>::new(1.0, 2.0, 2.0, 1.0)).is_none());
+        assert!(pseudo_inverse(Block::<2>::new(f64::NAN, 0.0, 0.0, 1.0)).is_none());
+    }
+}
