@@ -1,4 +1,4 @@
-//! Between load steps: domains that have outgrown their cells, see [`mpm_basis::control`].
+//! Between load steps: domains that have outgrown their cells, see [`mpm_basis::domain_control`].
 
 use crate::error::Error;
 use crate::model::{Loads, Model};

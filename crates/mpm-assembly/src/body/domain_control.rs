@@ -1,4 +1,4 @@
-//! Between load steps: points whose domains have outgrown their cells, see [`mpm_basis::control`].
+//! Between load steps: points whose domains have outgrown their cells, see [`mpm_basis::domain_control`].
 
 use crate::body::kinematics::inverse_and_determinant;
 use crate::body::points::Points;
