@@ -12,7 +12,7 @@ pub trait Couplings: Sync {
     fn set(&self, set: usize) -> &[u32];
 }
 
-/// Supports: points couple the nodes that they share.
+/// Node sets: points couple the nodes that they share.
 impl<const D: usize> Couplings for Connectivity<D> {
     #[inline]
     fn n_sets(&self) -> usize {
@@ -25,7 +25,7 @@ impl<const D: usize> Couplings for Connectivity<D> {
     }
 }
 
-/// A body's links, with the cells that couple its points where it has mean dilatation.
+/// A body's connectivity, with the cells that couple its points where it has mean dilatation.
 #[derive(Clone, Debug)]
 pub struct Linked<const D: usize> {
     /// Groups of points and their influences.
@@ -53,7 +53,7 @@ impl<const D: usize> Linked<D> {
     }
 }
 
-/// Supports of points, or cells where these couple their points.
+/// Node sets of points, or cells where these couple their points.
 impl<const D: usize> Couplings for Linked<D> {
     #[inline]
     fn n_sets(&self) -> usize {

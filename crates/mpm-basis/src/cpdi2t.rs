@@ -1,7 +1,7 @@
 //! CPDI2t: triangles whose corners move with the displacement field; the formulas are in
 //! [`crate::Simplex`].
 //!
-//! Where a node has a single corner c of a triangle in its support, `∇S_vp = N_v(x_c) g_c`: its
+//! Where a node has a single corner c of a triangle among its nodes, `∇S_vp = N_v(x_c) g_c`: its
 //! direction is the normal of the far edge wherever the node lies, and its size grows without bound
 //! as the triangle turns into a sliver (Wang et al. 2019). [`crate::DomainReport`] counts such nodes,
 //! [`crate::Fallback`] replaces slivers.

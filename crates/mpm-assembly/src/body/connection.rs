@@ -18,12 +18,12 @@ pub struct Connection<const D: usize> {
     pub(crate) sums: Summation<D>,
 }
 
-/// What sums over a body's points need; the same for all links that connect the same points and nodes.
+/// What sums over a body's points need; the same for all lists that connect the same points and nodes.
 #[derive(Debug)]
 pub(crate) struct Summation<const D: usize> {
     pub strips: Strips,
     pub slots: Vec<u32>,
-    /// Start of the slots of every support, or cell where there is mean dilatation.
+    /// Start of the slots of every node set, or cell where there is mean dilatation.
     pub slot_start: Vec<usize>,
     /// One for each task of a phase.
     pub scratch: Vec<Mutex<Scratch<D>>>,
@@ -77,7 +77,7 @@ impl<const D: usize> Connection<D> {
     }
 }
 
-/// Memory for the dense sums of a support, reused from support to support.
+/// Memory for the dense sums of a node set, reused from set to set.
 #[derive(Debug)]
 pub(crate) struct Scratch<const D: usize> {
     pub increment: Vec<Vector<D>>,

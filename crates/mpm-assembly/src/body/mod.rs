@@ -188,7 +188,7 @@ pub struct PointView<const D: usize> {
 
 /// The one kind of [`Body`] there is: basis `B`, law `M`.
 ///
-/// A pass is compiled for the law, not for the basis, because it reads points and links only. What the basis decides
+/// A pass is compiled for the law, not for the basis, because it reads points and their connectivity only. What the basis decides
 /// are stencils, the convection of domains, and domain control.
 pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     basis: B,

@@ -24,7 +24,7 @@ use mpm_grid::{Block, Vector};
 use mpm_material::Material;
 use std::sync::{Mutex, PoisonError};
 
-/// The dense sums of a support, and what its points need of its nodes.
+/// The dense sums of a node set, and what its points need of its nodes.
 struct Dense<'a, const D: usize> {
     increment: &'a mut [Vector<D>],
     force: &'a mut [Vector<D>],
@@ -101,8 +101,8 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         let mut smallest = f64::INFINITY;
         match self.connection.dilatation() {
             None => {
-                for support in sets {
-                    smallest = smallest.min(self.sum_support::<TANGENT>(support, &mut scratch, &mut part)?);
+                for set in sets {
+                    smallest = smallest.min(self.sum_node_set::<TANGENT>(set, &mut scratch, &mut part)?);
                 }
             }
             Some(dilatation) => {
@@ -146,15 +146,15 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         }
     }
 
-    /// Sums the points of a support and adds the sum to the global arrays.
+    /// Sums the points of a node set and adds the sum to the global arrays.
     #[inline]
-    fn sum_support<const TANGENT: bool>(
+    fn sum_node_set<const TANGENT: bool>(
         &self,
-        support: usize,
+        set: usize,
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
     ) -> Result<f64, InvertedPoint> {
-        let n = self.connection.connectivity().node_set(support).len();
+        let n = self.connection.connectivity().node_set(set).len();
         let Scratch { increment, force, gradient, tangent } = scratch;
         let pairs = if TANGENT { n * (n + 1) / 2 } else { 0 };
         let dense = Dense {
@@ -163,38 +163,38 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
             gradient: &mut gradient[..n],
             tangent: &mut tangent[..pairs],
         };
-        // The commonest supports are compiled with their size known.
+        // The commonest node sets are compiled with their size known.
         match n {
-            4 => self.sum_dense::<TANGENT>(4, support, dense, part),
-            8 => self.sum_dense::<TANGENT>(8, support, dense, part),
-            9 => self.sum_dense::<TANGENT>(9, support, dense, part),
-            n => self.sum_dense::<TANGENT>(n, support, dense, part),
+            4 => self.sum_dense::<TANGENT>(4, set, dense, part),
+            8 => self.sum_dense::<TANGENT>(8, set, dense, part),
+            9 => self.sum_dense::<TANGENT>(9, set, dense, part),
+            n => self.sum_dense::<TANGENT>(n, set, dense, part),
         }
     }
 
-    /// Sums the points of a support of `n` nodes densely and adds the sum to the global arrays.
+    /// Sums the points of a node set of `n` nodes densely and adds the sum to the global arrays.
     #[inline(always)]
     fn sum_dense<const TANGENT: bool>(
         &self,
         n: usize,
-        support: usize,
+        set: usize,
         mut dense: Dense<'_, D>,
         part: &mut Part<'_, D>,
     ) -> Result<f64, InvertedPoint> {
         let Self { connection, input, .. } = *self;
-        let nodes = connection.connectivity().node_set(support);
+        let nodes = connection.connectivity().node_set(set);
         for (du, node) in dense.increment.iter_mut().zip(nodes) {
             *du = input.increment[*node as usize];
         }
         dense.force.fill(Vector::zeros());
         dense.tangent.fill(Block::zeros());
         let mut smallest = f64::INFINITY;
-        for &group in connection.connectivity().node_set_groups(support) {
+        for &group in connection.connectivity().node_set_groups(set) {
             let group = connection.connectivity().group(group as usize);
             let least = sum_group::<D, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
             smallest = smallest.min(least);
         }
-        self.scatter::<TANGENT>(nodes, support, dense.force, dense.tangent, part);
+        self.scatter::<TANGENT>(nodes, set, dense.force, dense.tangent, part);
         Ok(smallest)
     }
 }

@@ -56,7 +56,7 @@ impl<const D: usize> Part<'_, D> {
     }
 }
 
-/// `lift_v += K_vw Δū_w` for the support's nodes with prescribed increments.
+/// `lift_v += K_vw Δū_w` for the set's nodes with prescribed increments.
 pub(crate) fn add_lift<const D: usize>(
     nodes: &[u32],
     tangent: &[Block<D>],
@@ -80,7 +80,7 @@ pub(crate) fn add_lift<const D: usize>(
     }
 }
 
-/// Adds a support's dense tangent to the stored lower triangle, leaving out what is prescribed.
+/// Adds a node set's dense tangent to the stored lower triangle, leaving out what is prescribed.
 #[inline]
 pub(crate) fn add_tangent<const D: usize>(
     nodes: &[u32],
