@@ -7,7 +7,6 @@ use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::model::{Model, NamedBody, Predictor, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
-use crate::nodes::check_nodes;
 use crate::observe::{Moment, Observer, Outcome};
 use crate::path::{self, Attempt, Length};
 use crate::record::{Record, StepResult, Summary};
@@ -35,7 +34,7 @@ use mpm_linear::{Analysis, LinearSolver, Method, Place};
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    check_nodes(model)?;
+    model.check_nodes()?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let control = match model.path {
@@ -58,7 +57,7 @@ pub fn resume<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
-    check_nodes(model)?;
+    model.check_nodes()?;
     let mut record = Record::new(model);
     state.recall(model)?;
     record.recall(&state.progress).map_err(wrong)?;

@@ -1,41 +1,15 @@
-//! A compiled scene: nouns with everything resolved, nothing left to look up.
+//! A model: nouns with everything resolved, nothing left to look up.
 
 use crate::domains::DomainLimit;
-use crate::vortex::Vortex;
 use mpm_assembly::{Body, views};
 use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, NodeSpace, Ramp, Region, Vector};
 use mpm_linear::Choice;
+use std::fmt;
+use std::sync::Arc;
 
 /// All that a run needs to know.
 ///
-/// A scene is compiled into one ([`crate::compile`]). Without a scene, with a body of any basis and law:
-///
-/// ```
-/// use mpm_assembly::MaterialBody;
-/// use mpm_basis::{Basis, Smpm};
-/// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
-/// use mpm_material::{Elasticity, Hencky};
-/// use mpm_solver::{Model, Prescribed, Schedule, run};
-///
-/// // A cell with one point, pressed to nine tenths of its height.
-/// let axis = Axis::uniform(0.0, 1.0, 1)?;
-/// let layout = Layout::on_axes([axis.clone(), axis])?;
-/// let mut points = Vec::new();
-/// let (low, high) = (Vector::<2>::repeat(-1.0), Vector::<2>::repeat(1.0));
-/// Smpm.seed(&Mesh::at_rest(&layout).piece([0, 0], &low, &high), &mut |seed| points.push(seed));
-/// let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3)?);
-///
-/// let mut model = Model::new(layout);
-/// model.add_body("block", Box::new(MaterialBody::new(Smpm, law, points)));
-/// let side = |axis: usize, at: f64| Region::<2>::Plane { axis, at };
-/// model.add_support("left", &side(0, 0.0), [Some(Prescribed::Held), None]);
-/// model.add_support("base", &side(1, 0.0), [None, Some(Prescribed::Held)]);
-/// model.add_support("top", &side(1, 1.0), [None, Some(Prescribed::Driven(Ramp::linear(-0.1)))]);
-/// model.schedule = Schedule::equal(2);
-/// let summary = run(&mut model, &mut ())?;
-/// assert_eq!((summary.steps, summary.cuts, summary.points), (2, 0, 1));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// The example of the [crate] makes one by hand, with a body of any basis and law.
 #[non_exhaustive]
 pub struct Model<const D: usize> {
     /// Where the mesh's nodes stand at rest.
@@ -221,6 +195,14 @@ impl Turn {
     }
 }
 
+/// A force per volume on the points of a body, for example that of a manufactured solution.
+///
+/// It must be a pure function, so that a load step that is cut, or a run that is resumed, meets the same force.
+pub trait BodyForce<const D: usize>: fmt::Debug + Send + Sync {
+    /// Force per volume at rest on the point that was at `rest` `[L]`, at a load fraction `[F/L^D]`.
+    fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D>;
+}
+
 /// Forces on the bodies.
 #[derive(Clone, Debug, Default)]
 pub struct Loads<const D: usize> {
@@ -228,8 +210,8 @@ pub struct Loads<const D: usize> {
     pub body_forces: Vec<(Vector<D>, Ramp)>,
     /// Forces on single points.
     pub point_loads: Vec<PointLoad<D>>,
-    /// Manufactured body forces: the body's index, and the field.
-    pub vortices: Vec<(usize, Vortex)>,
+    /// Forces per volume on single bodies: the body's index, and the force. The body keeps positions at rest.
+    pub fields: Vec<(usize, Arc<dyn BodyForce<D>>)>,
 }
 
 /// One load carried by points of one body.
@@ -261,10 +243,11 @@ impl<const D: usize> Loads<D> {
             let force = load.force * load.ramp.value(at);
             forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
         }
-        for (_, vortex) in self.vortices.iter().filter(|(index, _)| *index == body) {
+        for (_, field) in self.fields.iter().filter(|(index, _)| *index == body) {
             forces.extend(views(points).enumerate().map(|(point, view)| {
-                let rest = view.reference_position.expect("kept where a vortex acts");
-                (point, vortex.body_force(&rest, at) * view.reference_volume)
+                let rest =
+                    view.reference_position.expect("a body under a force per volume keeps positions at rest");
+                (point, field.force(&rest, at) * view.reference_volume)
             }));
         }
         forces.sort_by_key(|&(point, _)| point);

@@ -58,34 +58,36 @@ pub enum NodeMismatch {
     },
 }
 
-/// Refuses combinations that would need other nodes than the model has.
-///
-/// # Errors
-/// The first combination that is not possible.
-pub(crate) fn check_nodes<const D: usize>(model: &Model<D>) -> Result<(), NodeMismatch> {
-    let kind = model.nodes.kind();
-    for named in &model.bodies {
-        let (found, basis) = (named.body.node_kind(), named.body.basis());
-        if found != kind {
-            return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
+impl<const D: usize> Model<D> {
+    /// Refuses combinations that would need other nodes than the model has; every run begins with this check.
+    ///
+    /// # Errors
+    /// The first combination that is not possible.
+    pub fn check_nodes(&self) -> Result<(), NodeMismatch> {
+        let kind = self.nodes.kind();
+        for named in &self.bodies {
+            let (found, basis) = (named.body.node_kind(), named.body.basis());
+            if found != kind {
+                return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
+            }
+            if found != NodeKind::Vertices && named.body.averages_volume_changes() {
+                return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
+            }
         }
-        if found != NodeKind::Vertices && named.body.averages_volume_changes() {
-            return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
+        if kind != NodeKind::Vertices && self.ghost.is_some() {
+            return Err(NodeMismatch::Ghost { found: kind });
         }
-    }
-    if kind != NodeKind::Vertices && model.ghost.is_some() {
-        return Err(NodeMismatch::Ghost { found: kind });
-    }
-    for support in &model.supports {
-        if let Some(&node) = support.nodes.iter().find(|&&node| !model.nodes.interpolates_at(node)) {
-            let position = model.nodes.position(&mpm_grid::Mesh::at_rest(&model.layout), node);
-            return Err(NodeMismatch::Inside {
-                support: support.name.clone(),
-                node: node.index(),
-                kind,
-                position: position.iter().copied().collect(),
-            });
+        for support in &self.supports {
+            if let Some(&node) = support.nodes.iter().find(|&&node| !self.nodes.interpolates_at(node)) {
+                let position = self.nodes.position(&mpm_grid::Mesh::at_rest(&self.layout), node);
+                return Err(NodeMismatch::Inside {
+                    support: support.name.clone(),
+                    node: node.index(),
+                    kind,
+                    position: position.iter().copied().collect(),
+                });
+            }
         }
+        Ok(())
     }
-    Ok(())
 }

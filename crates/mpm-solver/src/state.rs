@@ -147,27 +147,11 @@ impl Progress {
     pub fn rows(&self) -> usize {
         self.rows as usize
     }
-
-    /// As text, from which [`Self::from_text`] gets every bit back.
-    ///
-    /// # Errors
-    /// Says why it cannot be written.
-    pub fn to_text(&self) -> Result<String, String> {
-        ron::to_string(self).map_err(|error| error.to_string())
-    }
-
-    /// From text.
-    ///
-    /// # Errors
-    /// Says what is wrong with the text.
-    pub fn from_text(text: &str) -> Result<Self, String> {
-        ron::from_str(text).map_err(|error| error.to_string())
-    }
 }
 
 impl StateLayout {
     /// The layout of the states of a model that has not begun to run.
-    pub(crate) fn of<const D: usize>(model: &Model<D>) -> Self {
+    pub fn of<const D: usize>(model: &Model<D>) -> Self {
         let points = |k: usize| model.bodies[k].body.n_points();
         let all: usize = (0..model.bodies.len()).map(points).sum();
         let split = model.domain_limit.filter(|limit| matches!(limit.control, DomainControl::Split { .. }));
