@@ -256,7 +256,7 @@ fn states_of_other_scenes_are_refused_by_name() {
         state.progress = Progress::from_text(&text).unwrap();
     });
     assert!(error.reason.contains("a last step over -0.1"), "{error}");
-    let error = refused(|state| state.secant.increment[0] = f64::NAN);
+    let error = refused(|state| state.predictor.increment[0] = f64::NAN);
     assert!(error.reason.contains("a last step that is not finite"), "{error}");
     let path = shipped("path_arch", &[("steps: 100", "steps: 3")]);
     let mut seen = Seen::default();

@@ -1,7 +1,7 @@
 //! LLᵀ and LBLᵀ: faer's supernodal factorisations, with our order, memory and reading of pivots.
 
 use super::{Method, OutOfMemory, Pivot, Report, SymmetricPattern};
-use crate::rehearsal::processor_seconds;
+use crate::clock::processor_seconds;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::perm::PermRef;

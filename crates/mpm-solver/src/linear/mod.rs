@@ -94,8 +94,8 @@ pub struct Factorization {
     order: Vec<usize>,
     /// An order for the first pattern, if that is the one it was found for.
     given: Option<StoredOrder>,
-    /// Whether a pattern has been analysed since the last [`Self::settle`].
-    unsettled: bool,
+    /// Whether a pattern has been analysed since the last [`Self::end_step`].
+    is_new_in_step: bool,
 }
 
 impl Factorization {
@@ -131,7 +131,7 @@ impl Factorization {
         let memory = self.cholesky.take().map(Cholesky::into_memory).unwrap_or_default();
         let given = self.given.take().filter(|given| given.suits(pattern));
         let analysis = if given.is_some() { Analysis::Reused } else { Analysis::New };
-        self.unsettled |= analysis == Analysis::New;
+        self.is_new_in_step |= analysis == Analysis::New;
         self.order = match given {
             Some(given) => given.order,
             None => order(pattern, lattice, periodic, components),
@@ -147,23 +147,23 @@ impl Factorization {
 
     /// Goes on from a run that had this order at hand: the first pattern, if it is the order's, counts as
     /// kept.
-    pub(crate) fn recall(&mut self, order: Option<StoredOrder>) {
+    pub(crate) fn restore(&mut self, order: Option<StoredOrder>) {
         self.given = order;
     }
 
     /// What has been analysed so far belongs to steps taken, not to the one that is tried next.
-    pub(crate) fn settle(&mut self) {
-        self.unsettled = false;
+    pub(crate) fn end_step(&mut self) {
+        self.is_new_in_step = false;
     }
 
     /// The order at hand when the present step was begun; none where that step has replaced it (or there
     /// was none), and would do so again.
-    pub(crate) fn store(&self) -> Option<StoredOrder> {
+    pub(crate) fn save(&self) -> Option<StoredOrder> {
         if self.given.is_some() {
             return self.given.clone();
         }
         let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
-        let is_kept = self.cholesky.is_some() && !self.unsettled;
+        let is_kept = self.cholesky.is_some() && !self.is_new_in_step;
         is_kept.then(|| StoredOrder::of(pattern, &self.order))
     }
 

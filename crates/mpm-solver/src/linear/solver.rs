@@ -69,8 +69,8 @@ pub struct LinearSolver<const D: usize> {
     helped: bool,
     /// Fingerprint of the hierarchy that an earlier run had at hand: its first analysis counts as kept.
     given: Option<u64>,
-    /// Whether a hierarchy has been made since the last [`Self::settle`].
-    unsettled: bool,
+    /// Whether a hierarchy has been made since the last [`Self::end_step`].
+    is_new_in_step: bool,
 }
 
 struct Iterative<const D: usize> {
@@ -91,7 +91,7 @@ impl<const D: usize> LinearSolver<D> {
             iterative: None,
             helped: false,
             given: None,
-            unsettled: false,
+            is_new_in_step: false,
         }
     }
 
@@ -118,7 +118,7 @@ impl<const D: usize> LinearSolver<D> {
             Some(given) if given == fingerprint => Analysis::Reused,
             _ => Analysis::New,
         };
-        self.unsettled |= analysis == Analysis::New;
+        self.is_new_in_step |= analysis == Analysis::New;
         // The memory of the former hierarchy is free before the next one is made; a factorisation that
         // helps with the next one orders its equations anew.
         self.iterative = None;
@@ -233,27 +233,27 @@ impl<const D: usize> LinearSolver<D> {
         self.direct.condition(values)
     }
 
-    /// See [`Factorization::recall`].
-    pub(crate) fn recall(&mut self, order: Option<StoredOrder>) {
+    /// See [`Factorization::restore`].
+    pub(crate) fn restore(&mut self, order: Option<StoredOrder>) {
         match order {
             Some(StoredOrder { fingerprint, order }) if order.is_empty() => self.given = Some(fingerprint),
-            order => self.direct.recall(order),
+            order => self.direct.restore(order),
         }
     }
 
-    /// See [`Factorization::settle`].
-    pub(crate) fn settle(&mut self) {
-        self.unsettled = false;
-        self.direct.settle();
+    /// See [`Factorization::end_step`].
+    pub(crate) fn end_step(&mut self) {
+        self.is_new_in_step = false;
+        self.direct.end_step();
     }
 
-    /// See [`Factorization::store`]; of a hierarchy only the fingerprint, without an order.
-    pub(crate) fn store(&self) -> Option<StoredOrder> {
+    /// See [`Factorization::save`]; of a hierarchy only the fingerprint, without an order.
+    pub(crate) fn save(&self) -> Option<StoredOrder> {
         let of_hierarchy = |fingerprint| StoredOrder { fingerprint, order: Vec::new() };
         match &self.iterative {
             _ if self.given.is_some() => self.given.map(of_hierarchy),
-            Some(kept) => (!self.unsettled).then(|| of_hierarchy(kept.fingerprint)),
-            None => self.direct.store(),
+            Some(kept) => (!self.is_new_in_step).then(|| of_hierarchy(kept.fingerprint)),
+            None => self.direct.save(),
         }
     }
 }

@@ -1,10 +1,11 @@
 //! How long a run will take, found by doing each of its parts once where that is quick.
 
+use crate::clock::processor_seconds;
+use crate::connection::Connected;
+use crate::equilibrium::system::columns;
 use crate::error::{Error, SceneError};
 use crate::linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
-use crate::load_step::Connected;
 use crate::model::Model;
-use crate::newton::columns;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::{Block, Mesh, Vector};
 use std::hint::black_box;
@@ -189,19 +190,4 @@ fn shortest<T, E>(mut work: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
             return Ok(shortest);
         }
     }
-}
-
-/// Processor time of this process so far, all threads together `[s]`.
-#[cfg(unix)]
-pub(crate) fn processor_seconds() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
-/// Wall time where nobody tells that of processors `[s]`.
-#[cfg(not(unix))]
-pub(crate) fn processor_seconds() -> f64 {
-    use std::{sync::OnceLock, time::Instant};
-    static START: OnceLock<Instant> = OnceLock::new();
-    START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
