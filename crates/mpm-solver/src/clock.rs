@@ -1,4 +1,4 @@
-//! Processor time.
+//! The clock by which the cost of a run is predicted.
 
 /// Processor time of this process so far, all threads together `[s]`.
 #[cfg(unix)]

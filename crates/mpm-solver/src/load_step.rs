@@ -14,7 +14,6 @@ use crate::equilibrium::problem::{Equilibrium, Problem};
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
 use crate::error::StepFailure;
-use crate::linear::{Analysis, Place};
 use crate::loading::StepLoading;
 use crate::model::Model;
 use crate::progress::DomainCounts;
@@ -24,6 +23,7 @@ use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Converged;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::{Analysis, Place};
 
 /// What load steps hand on to each other.
 pub(crate) struct Tools<const D: usize> {

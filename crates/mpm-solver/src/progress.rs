@@ -99,7 +99,8 @@ pub(crate) struct Totals {
     pub dropped: u64,
     pub cuts: u64,
     pub shortened: u64,
-    pub staged_steps: u64,
+    #[serde(rename = "staged_steps")]
+    pub relaxed_steps: u64,
     pub indefinite_steps: u64,
     pub domains: DomainCounts,
     pub smallest_determinant: Option<f64>,

@@ -5,7 +5,6 @@ use crate::domain_control::control_domains;
 use crate::equilibrium::system::Solver;
 use crate::error::Error;
 use crate::estimate::{cells_without_material, columns_not_stored};
-use crate::linear::LinearSolver;
 use crate::load_step::{Tools, load_step};
 use crate::model::Model;
 use crate::observe::{Moment, Observer, Outcome};
@@ -16,6 +15,7 @@ use crate::steps::Steps;
 use crate::steps::plan::StepKind;
 use crate::timing::Timings;
 use mpm_grid::LoadFraction;
+use mpm_linear::LinearSolver;
 
 /// Runs a model through its load steps.
 ///
@@ -52,7 +52,7 @@ pub fn resume<const D: usize>(
     let steps = Steps::restore(model, &state.progress, &state.predictor).map_err(wrong)?;
     check_covered(model, steps.at())?;
     let mut linear = LinearSolver::new(model.linear_solver());
-    linear.restore(state.order.clone());
+    linear.recall(state.order.clone());
     record.show_resumed(model, steps.at(), observer)?;
     let solver = Solver::new(linear, observer.cancellation(), timings);
     RunState { record, steps, tools: Tools { solver, former: None } }.finish(model, observer)

@@ -1,11 +1,11 @@
 //! The state of a run between two load steps, from which it goes on bit for bit: plain data, nothing of
 //! files.
 
-use crate::linear::StoredOrder;
 use crate::model::Model;
 use crate::progress::{Progress, StepsProgress};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
+use mpm_linear::StoredOrder;
 
 /// Everything that the rest of a run depends on, besides its scene.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -11,7 +11,6 @@ use crate::connection::stencils;
 use crate::error::{Error, SceneError};
 use crate::estimate::{Estimate, estimate};
 use crate::files::{NoFiles, SceneFiles};
-use crate::linear::Choice;
 use crate::model::{Model, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, Tolerance};
 use crate::observe::Observer;
 use crate::record::summary::Summary;
@@ -28,6 +27,7 @@ use loads::{loads, probes};
 use mesh::{layout, motion};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Choice;
 use supports::supports;
 
 /// A model in the space of its scene.

@@ -18,11 +18,11 @@ use super::newton;
 use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot, inverted};
 use super::system::{BorderRow, BorderedSolution, Solver};
 use crate::error::{PathFailure, StepFailure};
-use crate::linear::Method;
 use crate::loading::{LoadingAt, StepLoading, impose};
 use crate::predictor::Predictor;
 use crate::timing::Phase;
 use mpm_grid::{LoadFraction, Vector};
+use mpm_linear::Method;
 use std::sync::Arc;
 
 /// A step counts as solved although its length is off by this part of what it should be.

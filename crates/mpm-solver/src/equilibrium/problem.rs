@@ -2,11 +2,11 @@
 
 use crate::connection::{Connected, Ghost};
 use crate::error::StepFailure;
-use crate::linear::Method;
 use crate::model::{NamedBody, Tolerance};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Constraints, InvertedPoint, PassInput, Sums, TangentSums, finish_tangent};
 use mpm_grid::{Mesh, NodeId, Vector};
+use mpm_linear::Method;
 
 /// Everything that stays fixed while one load step is balanced.
 #[derive(Clone, Copy)]

@@ -14,12 +14,12 @@
 use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot};
 use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
-use crate::linear::{
-    Analysis, Cause, LinearSolver, Method, Pivot, Place, Singular, StoredOrder, SymmetricPattern,
-};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Pattern;
 use mpm_grid::Vector;
+use mpm_linear::{
+    Analysis, Cause, LinearSolver, Method, Pivot, Place, Singular, StoredOrder, SymmetricPattern,
+};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
 const LEFT_BESIDE_BORDER: f64 = 1e-9;
@@ -54,14 +54,14 @@ impl<const D: usize> Solver<D> {
         Ok(analysis)
     }
 
-    /// The load steps that were solved so far are done: see [`LinearSolver::end_step`].
+    /// The load steps that were solved so far are done: see [`LinearSolver::settle`].
     pub(crate) fn end_step(&mut self) {
-        self.linear.end_step();
+        self.linear.settle();
     }
 
-    /// The order of elimination that a resumed run needs, see [`LinearSolver::save`].
+    /// The order of elimination that a resumed run needs, see [`LinearSolver::store`].
     pub(crate) fn saved_order(&self) -> Option<StoredOrder> {
-        self.linear.save()
+        self.linear.store()
     }
 
     /// No node has moved.

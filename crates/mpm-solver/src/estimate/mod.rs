@@ -6,10 +6,10 @@ use crate::clock::processor_seconds;
 use crate::connection::{Connected, connect, lines, periods};
 use crate::equilibrium::system::columns;
 use crate::error::{Error, SceneError};
-use crate::linear::{Place, Prediction, predict, predict_factor_entries};
 use crate::model::{Model, NamedBody};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::{Place, Prediction, predict, predict_factor_entries};
 pub use rehearsal::Seconds;
 use rehearsal::{Stage, rehearse};
 

@@ -4,10 +4,10 @@ use crate::clock::processor_seconds;
 use crate::connection::Connected;
 use crate::equilibrium::system::columns;
 use crate::error::{Error, SceneError};
-use crate::linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
 use crate::model::Model;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::{Block, Mesh, Vector};
+use mpm_linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
 use std::hint::black_box;
 
 /// Newton iterations of a load step that are reckoned with: elastic bodies, and those that can yield.
@@ -170,7 +170,7 @@ fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<
 /// The same from operations and bytes, and from what the machine does with small ones.
 fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
     let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
-    let operation = dense_operation();
+    let operation = dense_operation(processor_seconds);
     if stage.model.linear_solver().is_iterative(stage.prediction) {
         let solve = BYTE_SHARE * iterative_traffic * operation;
         return (solve, solve);

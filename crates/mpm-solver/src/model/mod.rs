@@ -8,9 +8,9 @@ pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule
 pub use loads::{Loads, PointLoad};
 pub use supports::{Prescribed, Support, Turn};
 
-use crate::linear::Choice;
 use mpm_assembly::Body;
 use mpm_grid::{Layout, MeshMotion, Region, Vector};
+use mpm_linear::Choice;
 
 /// All that a run needs to know.
 ///

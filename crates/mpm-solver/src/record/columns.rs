@@ -1,9 +1,9 @@
 //! The columns of the history of a model.
 
-use crate::linear::Choice;
 use crate::model::{Model, Probe};
 use crate::observe::{Column, ColumnKind};
 use mpm_basis::DomainControl;
+use mpm_linear::Choice;
 
 /// The columns, in the order in which [`super::history::Record`] fills them.
 pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {

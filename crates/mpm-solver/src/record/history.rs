@@ -6,7 +6,6 @@ use super::energy::elastic;
 use super::fields::BodyFields;
 use super::summary::Summary;
 use crate::error::Error;
-use crate::linear::{Analysis, Method};
 use crate::model::{Model, Support};
 use crate::observe::{Column, ColumnKind, Entry, LoadStep, Observer, Resumed, RunStart};
 use crate::progress::{Progress, Totals};
@@ -14,6 +13,7 @@ use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::views;
 use mpm_basis::DomainReport;
 use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_linear::{Analysis, Method};
 use std::time::Instant;
 
 /// Builds the rows of the history and keeps the running totals.

@@ -9,10 +9,10 @@ pub(crate) mod summary;
 
 use crate::connection::{Connected, Former};
 use crate::equilibrium::problem::Equilibrium;
-use crate::linear::Analysis;
 use crate::progress::DomainCounts;
 use energy::StepEnergy;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Analysis;
 
 /// What one converged load step leaves for the record.
 pub(crate) struct StepResult<const D: usize> {

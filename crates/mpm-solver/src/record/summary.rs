@@ -1,26 +1,26 @@
 //! A run in a few numbers.
 
 use super::StepResult;
-use crate::linear::Method;
 use crate::model::Model;
 use crate::progress::Totals;
 use crate::timing::{Timing, Timings};
+use mpm_linear::Method;
 
 /// A run in a few numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Converged load steps.
     pub steps: usize,
-    /// Linear solutions on the way to the states that were kept.
+    /// Number of linear solves that led to an equilibrium.
     pub iterations: u64,
-    /// Linear solutions for guesses of these states that were dropped.
+    /// Number of linear solves spent on predictors that were discarded.
     pub dropped_iterations: u64,
     /// Times a step was halved.
     pub cuts: u64,
-    /// Newton corrections of which only a part was taken.
+    /// Number of Newton corrections of which only a part was taken.
     pub shortened: u64,
-    /// Steps that had to be balanced in stages.
-    pub staged_steps: u64,
+    /// Steps that had to be balanced with relaxation.
+    pub relaxed_steps: u64,
     /// Steps in which the tangent was not positive definite.
     pub indefinite_steps: u64,
     /// Smallest `det ΔF` of any point in any step `[-]`.
@@ -62,7 +62,7 @@ impl Summary {
             dropped_iterations: totals.dropped,
             cuts: totals.cuts,
             shortened: totals.shortened,
-            staged_steps: totals.staged_steps,
+            relaxed_steps: totals.relaxed_steps,
             indefinite_steps: totals.indefinite_steps,
             domains_capped: totals.domains.capped,
             domains_split: totals.domains.split,
@@ -87,7 +87,7 @@ impl Totals {
         self.iterations += effort.residuals.len() as u64;
         self.dropped += effort.dropped;
         self.shortened += u64::from(effort.shortened);
-        self.staged_steps += u64::from(effort.relaxations > 0);
+        self.relaxed_steps += u64::from(effort.relaxations > 0);
         self.domains.capped += domains.capped;
         self.domains.split += domains.split;
         self.indefinite_steps += u64::from(effort.method > Method::Llt);

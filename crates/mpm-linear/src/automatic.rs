@@ -1,12 +1,11 @@
 //! The linear solver of a run: direct, or iterative where that is asked for or predicted to be quicker.
 
-use super::order::fingerprint;
-use super::prediction::{Prediction, predict};
-use super::{
-    Analysis, Cause, Factorization, Method, OutOfMemory, Report, Singular, SolveReport, StoredOrder,
-    SymmetricPattern,
-};
-use mpm_multigrid::{Failure, Multigrid, Nodes, Pattern};
+use crate::direct::{Factorization, StoredOrder, fingerprint};
+use crate::matrix::SymmetricPattern;
+use crate::multigrid::{Failure, Multigrid};
+use crate::prediction::{Prediction, predict};
+use crate::report::{Analysis, Cause, Method, OutOfMemory, Report, Singular, SolveReport};
+use crate::solver::Place;
 
 /// Iterations after which a system is left to the direct solver.
 const MOST_ITERATIONS: u32 = 400;
@@ -49,17 +48,6 @@ impl Choice {
     }
 }
 
-/// The nodes of a system: where they stand, which serves order and coarsening.
-#[derive(Clone, Copy, Debug)]
-pub struct Place<'a> {
-    /// Lattice index of each node.
-    pub index: &'a [[u32; 3]],
-    /// Coordinates of the lattice lines in each direction `[L]`.
-    pub lines: &'a [Vec<f64>; 3],
-    /// Number of lines of each direction that closes on itself.
-    pub periodic: [Option<u32>; 3],
-}
-
 /// Solves one linear system after another, with `D` equations a node.
 pub struct LinearSolver<const D: usize> {
     choice: Choice,
@@ -69,8 +57,8 @@ pub struct LinearSolver<const D: usize> {
     helped: bool,
     /// Fingerprint of the hierarchy that an earlier run had at hand: its first analysis counts as kept.
     given: Option<u64>,
-    /// Whether a hierarchy has been made since the last [`Self::end_step`].
-    is_new_in_step: bool,
+    /// Whether a hierarchy has been made since the last [`Self::settle`].
+    unsettled: bool,
 }
 
 struct Iterative<const D: usize> {
@@ -91,7 +79,7 @@ impl<const D: usize> LinearSolver<D> {
             iterative: None,
             helped: false,
             given: None,
-            is_new_in_step: false,
+            unsettled: false,
         }
     }
 
@@ -118,13 +106,12 @@ impl<const D: usize> LinearSolver<D> {
             Some(given) if given == fingerprint => Analysis::Reused,
             _ => Analysis::New,
         };
-        self.is_new_in_step |= analysis == Analysis::New;
+        self.unsettled |= analysis == Analysis::New;
         // The memory of the former hierarchy is free before the next one is made; a factorisation that
         // helps with the next one orders its equations anew.
         self.iterative = None;
         self.direct = Factorization::new();
-        let nodes = Nodes { index: place.index, lines: place.lines, periodic: place.periodic };
-        let multigrid = Multigrid::analyse(blocks(pattern), nodes);
+        let multigrid = Multigrid::analyse(pattern, place);
         let (index, periodic) = (place.index.to_vec(), place.periodic);
         self.iterative = Some(Iterative { multigrid, fingerprint, index, periodic, prediction });
         Ok(analysis)
@@ -152,7 +139,7 @@ impl<const D: usize> LinearSolver<D> {
                 None => self.direct.factorise(values, start.max(Method::Llt)),
             };
         };
-        match iterative.multigrid.prepare(blocks(pattern), values) {
+        match iterative.multigrid.prepare(pattern, values) {
             Ok(()) => Ok(Report {
                 method: Method::ConjugateGradients,
                 not_positive: None,
@@ -233,31 +220,27 @@ impl<const D: usize> LinearSolver<D> {
         self.direct.condition(values)
     }
 
-    /// See [`Factorization::restore`].
-    pub(crate) fn restore(&mut self, order: Option<StoredOrder>) {
+    /// See [`Factorization::recall`].
+    pub fn recall(&mut self, order: Option<StoredOrder>) {
         match order {
             Some(StoredOrder { fingerprint, order }) if order.is_empty() => self.given = Some(fingerprint),
-            order => self.direct.restore(order),
+            order => self.direct.recall(order),
         }
     }
 
-    /// See [`Factorization::end_step`].
-    pub(crate) fn end_step(&mut self) {
-        self.is_new_in_step = false;
-        self.direct.end_step();
+    /// See [`Factorization::settle`].
+    pub fn settle(&mut self) {
+        self.unsettled = false;
+        self.direct.settle();
     }
 
-    /// See [`Factorization::save`]; of a hierarchy only the fingerprint, without an order.
-    pub(crate) fn save(&self) -> Option<StoredOrder> {
+    /// See [`Factorization::store`]; of a hierarchy only the fingerprint, without an order.
+    pub fn store(&self) -> Option<StoredOrder> {
         let of_hierarchy = |fingerprint| StoredOrder { fingerprint, order: Vec::new() };
         match &self.iterative {
             _ if self.given.is_some() => self.given.map(of_hierarchy),
-            Some(kept) => (!self.is_new_in_step).then(|| of_hierarchy(kept.fingerprint)),
-            None => self.direct.save(),
+            Some(kept) => (!self.unsettled).then(|| of_hierarchy(kept.fingerprint)),
+            None => self.direct.store(),
         }
     }
-}
-
-fn blocks(pattern: SymmetricPattern<'_>) -> Pattern<'_> {
-    Pattern { column_start: pattern.column_start, row: pattern.row }
 }
