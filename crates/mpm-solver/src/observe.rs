@@ -250,7 +250,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// Whatever keeps the observer from working; the run stops.
-    fn keep(&mut self, _at: Moment, _state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, _at: Moment, _state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         Ok(())
     }
 

@@ -134,6 +134,6 @@ impl<const D: usize> RunState<D> {
             state.progress.spent = tools.solver.timings.save();
             state
         };
-        observer.keep(at, &state).map_err(Error::Observer)
+        observer.save(at, &state).map_err(Error::Observer)
     }
 }

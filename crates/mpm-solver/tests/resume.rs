@@ -57,7 +57,7 @@ impl Observer for Seen {
         Ok(())
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         match at {
             Moment::Step(step) => {
                 assert_eq!(step, self.first + self.rows.len() - 1);
