@@ -72,7 +72,8 @@ pub enum StepsProgress {
         /// Halvings so far.
         cuts: u64,
         /// Change of the load fraction in the last step, and its length.
-        secant: Option<(f64, f64)>,
+        #[serde(rename = "secant")]
+        last: Option<(f64, f64)>,
     },
 }
 

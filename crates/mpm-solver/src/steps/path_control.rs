@@ -61,9 +61,9 @@ impl<const D: usize> PathSteps<D> {
     /// See [`super::Steps::save`].
     pub(crate) fn save(&self) -> (StepsProgress, StoredPredictor) {
         let Self { at, span, aim, along, landing, level, cuts, .. } = *self;
-        let secant = self.predictor.as_ref().map(|it| (it.fraction, it.length));
+        let last = self.predictor.as_ref().map(|it| (it.fraction, it.length));
         let stored = self.predictor.as_ref().map(|it| it.save()).unwrap_or_default();
-        (StepsProgress::Path { at, span, aim, along, landing, level, cuts, secant }, stored)
+        (StepsProgress::Path { at, span, aim, along, landing, level, cuts, last }, stored)
     }
 
     /// Where the choice of steps can have come to from its start, on a grid of `n_nodes`.
@@ -80,14 +80,14 @@ impl<const D: usize> PathSteps<D> {
         if rows - 1 > self.most as usize {
             return Err(format!("has {rows} rows of history, expected at most one more than steps"));
         }
-        let StepsProgress::Path { at, span, aim, along, landing, level, cuts, secant } = progress.control
+        let StepsProgress::Path { at, span, aim, along, landing, level, cuts, last } = progress.control
         else {
             return Err("is that of equal load steps, expected path control".into());
         };
         if !(0.0..=1.0).contains(&at) {
             return Err(format!("is at load fraction {at}, expected 0 to 1"));
         }
-        let length = secant.map(|(_, length)| length);
+        let length = last.map(|(_, length)| length);
         if let Some(wrong) =
             [Some(span), aim, length].into_iter().flatten().find(|it| !(*it > 0.0 && it.is_finite()))
         {
@@ -96,7 +96,7 @@ impl<const D: usize> PathSteps<D> {
         if level > self.floor {
             return Err(format!("has halved a step {level} times, expected at most {}", self.floor));
         }
-        let predictor = Predictor::restore(secant, stored, n_nodes)?.map(Arc::new);
+        let predictor = Predictor::restore(last, stored, n_nodes)?.map(Arc::new);
         let taken = rows as u32 - 1;
         Ok(Self { taken, at, span, aim, along, landing, predictor, level, cuts, ..self })
     }
