@@ -1,10 +1,11 @@
 //! How long a run will take, found by doing each of its parts once where that is quick.
 
 use crate::clock::processor_seconds;
+use crate::connection::Connected;
+use crate::equilibrium::problem::inverted;
+use crate::equilibrium::system::columns;
 use crate::error::{Error, StepFailure};
-use crate::load_step::Connected;
 use crate::model::Model;
-use crate::newton::{columns, inverted};
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
@@ -100,7 +101,8 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
     let mut internal = vec![Vector::zeros(); pattern.n_equations() / D];
     // At rest laws have less to do: nothing yields, and no direction is a principal one.
     let strain = Block::<D>::from_fn(|i, j| if i == j { STRAIN / (1.0 + i as f64) } else { STRAIN });
-    let strained = stage.connected.active.nodes().iter().map(|&node| strain * stage.mesh.position(node));
+    let nodes = connected.active.nodes().iter();
+    let strained = nodes.map(|&node| strain * connected.active.space().position(stage.mesh, node));
     let strained: Vec<Vector<D>> = strained.collect();
     let rest = vec![Vector::zeros(); internal.len()];
     let mut assemble = |increment: &[Vector<D>], values: &mut [f64]| {
