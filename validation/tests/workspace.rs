@@ -99,15 +99,8 @@ fn a_table_ends_where_the_next_begins() {
 fn workspace_crates_depend_downwards_only() {
     // From the ground up; each may use what it names, and what stands beside or above it may not be named.
     const SOLVER: &[&str] = &["mpm-grid", "mpm-basis", "mpm-material", "mpm-linear", "mpm-assembly"];
-    const SCENE: &[&str] = &[
-        "mpm-grid",
-        "mpm-basis",
-        "mpm-geometry",
-        "mpm-material",
-        "mpm-linear",
-        "mpm-assembly",
-        "mpm-solver",
-    ];
+    const SCENE: &[&str] =
+        &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-linear", "mpm-assembly", "mpm-solver"];
     const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
     let below: [(&str, &[&str]); 10] = [
         ("mpm-plot", &[]),
