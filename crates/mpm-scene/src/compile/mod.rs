@@ -26,7 +26,7 @@ use mpm_geometry::MemoryLimit;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::Choice;
 use mpm_solver::{
-    Model, NamedBody, PathControl, PathMeasure, Predictor, Prescribed, Schedule, StepFailure, Tolerance,
+    Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, StepFailure, Tolerance,
 };
 use supports::supports;
 
@@ -109,8 +109,8 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
         return Err(SceneError::new("schedule.cuts", reason));
     }
     let predictor = match scene.schedule.predictor {
-        PredictorInput::LastStep => Predictor::LastStep,
-        PredictorInput::Rest => Predictor::Rest,
+        PredictorInput::LastStep => PredictorKind::LastStep,
+        PredictorInput::Rest => PredictorKind::Rest,
     };
     Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
 }

@@ -1,14 +1,17 @@
 //! What a run will have to do and to hold, found by connecting the points once.
 
+mod rehearsal;
+
 use crate::clock::processor_seconds;
+use crate::connection::{Connected, connect, lines, periods};
+use crate::equilibrium::system::columns;
 use crate::error::{Error, StepFailure};
-use crate::load_step::{Connected, connect, lines, periods};
 use crate::model::{Model, NamedBody};
-use crate::newton::columns;
-use crate::rehearsal::{Seconds, Stage, rehearse};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Place, Prediction, predict, predict_factor_entries};
+pub use rehearsal::Seconds;
+use rehearsal::{Stage, rehearse};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
