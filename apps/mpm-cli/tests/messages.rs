@@ -245,7 +245,11 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("timing.rs", "", "names of times, and of checkpoints"),
     ("von_mises.rs", "the accumulated plastic strain", "of checkpoints"),
     ("assembly/src/body/mod.rs", "", "names of columns of checkpoints"),
-    ("assembly/src/body/domain_control.rs", "points would be split", "the solver says it with the step and the body"),
+    (
+        "assembly/src/body/domain_control.rs",
+        "points would be split",
+        "the solver says it with the step and the body",
+    ),
     ("points.rs", "dataset ", "of HDF5 tables, in the tests of that file"),
     ("scene_files/whole.rs", "the file is empty", "of files, in `places.rs`"),
     ("scene_files/mod.rs", "coordinates reach {farthest}", "of a surface far away, in the tests of that file"),
