@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
 use mpm_linear::StoredOrder;
-use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
+use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredPredictor};
 
 use crate::calls::{Call, Closing};
 use crate::error::{CheckpointError, reason};
@@ -183,7 +183,7 @@ impl Checkpoint {
             progress: self.progress.clone(),
             bodies: bodies.collect::<Result<_, _>>()?,
             shares: loads.collect::<Result<_, _>>()?,
-            secant: StoredSecant {
+            predictor: StoredPredictor {
                 nodes: self.numbers(&path, "node", "path/node", 1, (0, layout.nodes))?,
                 increment: self.numbers(&path, "increment", "path/increment", 1, (0, components))?,
             },
@@ -410,9 +410,9 @@ fn write_all(
         write_numbers(&group, "point", 1, &points)?;
         write_numbers(&group, "share", 1, &shares.iter().map(|&(_, share)| share).collect::<Vec<f64>>())?;
     }
-    let secant = file.create_group("path")?;
-    write_numbers(&secant, "node", 1, &state.secant.nodes)?;
-    write_numbers(&secant, "increment", 1, &state.secant.increment)?;
+    let predictor = file.create_group("path")?;
+    write_numbers(&predictor, "node", 1, &state.predictor.nodes)?;
+    write_numbers(&predictor, "increment", 1, &state.predictor.increment)?;
     let order = file.create_group("order")?;
     let fingerprint = state.order.as_ref().map_or(0, |order| order.fingerprint);
     write_numbers(&order, "fingerprint", 1, &[fingerprint])?;

@@ -57,7 +57,7 @@ impl Observer for Seen {
         Ok(())
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         match at {
             Moment::Step(step) => {
                 assert_eq!(step, self.first + self.rows.len() - 1);
@@ -256,7 +256,7 @@ fn states_of_other_scenes_are_refused_by_name() {
         state.progress = Progress::from_text(&text).unwrap();
     });
     assert!(error.reason.contains("a last step over -0.1"), "{error}");
-    let error = refused(|state| state.secant.increment[0] = f64::NAN);
+    let error = refused(|state| state.predictor.increment[0] = f64::NAN);
     assert!(error.reason.contains("a last step that is not finite"), "{error}");
     let path = shipped("path_arch", &[("steps: 100", "steps: 3")]);
     let mut seen = Seen::default();

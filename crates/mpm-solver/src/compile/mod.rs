@@ -7,13 +7,15 @@ mod mesh;
 mod overlap;
 mod supports;
 
+use crate::connection::stencils;
 use crate::error::{Error, SceneError};
+use crate::estimate::{Estimate, estimate};
 use crate::files::{NoFiles, SceneFiles};
-use crate::load_step::{resume, run, stencils};
-use crate::model::{Model, PathControl, PathMeasure, Predictor, Prescribed, Schedule, Tolerance};
+use crate::model::{Model, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, Tolerance};
 use crate::observe::Observer;
-use crate::record::Summary;
+use crate::record::summary::Summary;
 use crate::room::Room;
+use crate::run::{resume, run};
 use crate::scene::{
     PathMeasureInput, PredictorInput, Scene, SceneIn, SolverInput, StabilisationInput, StepControlInput,
     ToleranceInput,
@@ -56,6 +58,17 @@ impl Compiled {
         match self {
             Compiled::Plane(model) => resume(model, state, observer),
             Compiled::Solid(model) => resume(model, state, observer),
+        }
+    }
+
+    /// What a run will have to do and to hold, see [`estimate`].
+    ///
+    /// # Errors
+    /// As [`estimate`].
+    pub fn estimate(&self) -> Result<Estimate, Error> {
+        match self {
+            Compiled::Plane(model) => estimate(model),
+            Compiled::Solid(model) => estimate(model),
         }
     }
 
@@ -157,8 +170,8 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
         return Err(SceneError::new("schedule.cuts", reason));
     }
     let predictor = match scene.schedule.predictor {
-        PredictorInput::LastStep => Predictor::LastStep,
-        PredictorInput::Rest => Predictor::Rest,
+        PredictorInput::LastStep => PredictorKind::LastStep,
+        PredictorInput::Rest => PredictorKind::Rest,
     };
     Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
 }

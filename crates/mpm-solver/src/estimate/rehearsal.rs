@@ -1,10 +1,10 @@
 //! How long a run will take, found by doing each of its parts once where that is quick.
 
 use crate::clock::processor_seconds;
+use crate::connection::Connected;
+use crate::equilibrium::system::columns;
 use crate::error::{Error, SceneError};
-use crate::load_step::Connected;
 use crate::model::Model;
-use crate::newton::columns;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
