@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
-use mpm_linear::StoredOrder;
+use mpm_linear::Saved;
 use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredPredictor};
 
 use crate::calls::{Call, Closing};
@@ -16,7 +16,7 @@ use crate::error::{CheckpointError, reason};
 pub(crate) const FORMAT: &str = "mpm-checkpoint";
 
 /// A reader refuses any other.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Length of the block before the HDF5 file proper that holds its length and check sum [bytes].
 const BLOCK: usize = 512;
@@ -176,9 +176,12 @@ impl Checkpoint {
         });
         let path = self.group("path")?;
         let components = layout.nodes.saturating_mul(layout.dimensions);
-        let order = self.group("order")?;
-        let fingerprint = self.numbers::<u64>(&order, "fingerprint", "order/fingerprint", 1, (1, 1))?[0];
-        let equations = self.indices(&order, "equation", "order/equation", components)?;
+        let linear_solver = self.group("linear_solver")?;
+        let item = |name: &str| format!("linear_solver/{name}");
+        let fingerprint =
+            self.numbers::<u64>(&linear_solver, "fingerprint", &item("fingerprint"), 1, (0, 1))?;
+        let numbers = self.numbers::<u64>(&linear_solver, "number", &item("number"), 1, (0, usize::MAX))?;
+        let linear_solver = fingerprint.first().map(|&fingerprint| Saved { fingerprint, numbers });
         Ok(State {
             progress: self.progress.clone(),
             bodies: bodies.collect::<Result<_, _>>()?,
@@ -187,7 +190,7 @@ impl Checkpoint {
                 nodes: self.numbers(&path, "node", "path/node", 1, (0, layout.nodes))?,
                 increment: self.numbers(&path, "increment", "path/increment", 1, (0, components))?,
             },
-            order: (!equations.is_empty()).then_some(StoredOrder { fingerprint, order: equations }),
+            linear_solver,
         })
     }
 
@@ -413,11 +416,11 @@ fn write_all(
     let predictor = file.create_group("path")?;
     write_numbers(&predictor, "node", 1, &state.predictor.nodes)?;
     write_numbers(&predictor, "increment", 1, &state.predictor.increment)?;
-    let order = file.create_group("order")?;
-    let fingerprint = state.order.as_ref().map_or(0, |order| order.fingerprint);
-    write_numbers(&order, "fingerprint", 1, &[fingerprint])?;
-    let equations = state.order.iter().flat_map(|order| &order.order).map(|&equation| equation as u64);
-    write_numbers(&order, "equation", 1, &equations.collect::<Vec<u64>>())
+    let linear_solver = file.create_group("linear_solver")?;
+    let fingerprint = state.linear_solver.as_ref().map(|saved| saved.fingerprint);
+    write_numbers(&linear_solver, "fingerprint", 1, fingerprint.as_slice())?;
+    let numbers = state.linear_solver.as_ref().map_or(&[][..], |saved| &saved.numbers);
+    write_numbers(&linear_solver, "number", 1, numbers)
 }
 
 fn write_numbers<T: H5Type>(group: &Group, name: &str, width: usize, values: &[T]) -> hdf5::Result<()> {

@@ -7,6 +7,7 @@ use crate::timing::{Phase, Timings};
 use mpm_assembly::{Connection, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion};
+use std::cell::Cell;
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
 pub(crate) struct Connected<const D: usize> {
@@ -15,6 +16,8 @@ pub(crate) struct Connected<const D: usize> {
     pub connections: Vec<Connection<D>>,
     pub pattern: Pattern<D>,
     pub ghost: Option<Ghost<D>>,
+    /// Whether the linear solver has analysed the pattern.
+    pub is_analysed: Cell<bool>,
 }
 
 /// Penalised faces, and where their stiffness goes in the pattern.
@@ -123,17 +126,18 @@ pub(crate) fn connect<const D: usize>(
                 && linked.iter().zip(&former.connections).all(|(now, before)| before.is_connected_as(now))
         });
     match former {
-        Some(Connected { connections, pattern, .. }) if same => {
+        Some(Connected { connections, pattern, is_analysed, .. }) if same => {
             let connections =
                 connections.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.links)).collect();
-            Ok((Connected { active, connections, pattern, ghost: None }, Kept::Pattern))
+            Ok((Connected { active, connections, pattern, ghost: None, is_analysed }, Kept::Pattern))
         }
         former => {
             let former = former.map(|former| former.pattern);
             let pattern = Pattern::reusing(former, active.len(), &linked, faces.as_ref());
             let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
             let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
-            Ok((Connected { active, connections, pattern, ghost }, Kept::Memory))
+            let is_analysed = Cell::new(false);
+            Ok((Connected { active, connections, pattern, ghost, is_analysed }, Kept::Memory))
         }
     }
 }

@@ -40,7 +40,7 @@ pub use error::{Error, PathFailure, SceneError, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
 pub use model::{
     DomainLimit, Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, PredictorKind, Prescribed,
-    Probe, Schedule, Support, Tolerance, Turn,
+    Probe, Schedule, SolverChoice, SolverFactory, Support, Tolerance, Turn,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

@@ -22,8 +22,8 @@ use crate::record::energy::StepEnergy;
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Converged;
-use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Analysis, Place};
+use mpm_grid::{LoadFraction, Mesh, NodeId};
+use mpm_linear::{Analysis, Hints, LatticePlaces};
 
 /// What load steps hand on to each other.
 pub(crate) struct Tools<const D: usize> {
@@ -101,8 +101,16 @@ fn balance<const D: usize>(
         tolerance: model.tolerance,
     };
     let lines = lines(&model.layout);
-    let place = Place { index: &connected.active.lattice_indices(), lines: &lines, periodic: periods(mesh) };
-    let analysis = solver.analyse(&connected.pattern, place)?;
+    let index = connected.active.lattice_indices();
+    let hints = Hints {
+        lattice: Some(LatticePlaces { index: &index, lines: &lines, periods: periods(mesh) }),
+        position: Some(&|node| position(mesh, connected.active.nodes()[node])),
+        is_held: Some(&|equation| constraints.is_prescribed(equation / D, equation % D)),
+        is_kept: connected.is_analysed.get(),
+        owned: None,
+    };
+    let analysis = solver.analyse(&connected.pattern, &hints)?;
+    connected.is_analysed.set(true);
 
     let (mut end, span) = (plan.end, plan.end.get() - plan.start.get());
     let equilibrium = match &mut plan.kind {
@@ -124,8 +132,14 @@ fn balance<const D: usize>(
         StepEnergy::of(&Problem { external: &after, ..problem }, &before, &equilibrium)
     });
     let energy = energy.transpose()?;
-    let condition = if model.condition_history { solver.condition() } else { None };
+    let condition = if model.condition_history { solver.condition(&problem) } else { None };
     Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
+}
+
+/// Where a node stands `[L]`, 0 in directions that do not exist.
+fn position<const D: usize>(mesh: &Mesh<D>, node: NodeId) -> [f64; 3] {
+    let position = mesh.position(node);
+    std::array::from_fn(|d| if d < D { position[d] } else { 0.0 })
 }
 
 /// Prepares the points for the equilibrium that has been found.

@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::progress::{Progress, StepsProgress};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
-use mpm_linear::StoredOrder;
+use mpm_linear::Saved;
 
 /// Everything that the rest of a run depends on, besides its scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,8 +18,8 @@ pub struct State {
     pub shares: Vec<Vec<(usize, f64)>>,
     /// Displacement of the last step, where the next one is predicted from it.
     pub predictor: StoredPredictor,
-    /// The order of elimination that was at hand, if any.
-    pub order: Option<StoredOrder>,
+    /// What the linear solver needs in order to go on bit for bit, if anything.
+    pub linear_solver: Option<Saved>,
 }
 
 /// Displacement of the last step.
@@ -99,14 +99,14 @@ impl State {
     pub(crate) fn of<const D: usize>(
         model: &Model<D>,
         (control, predictor): (StepsProgress, StoredPredictor),
-        order: Option<StoredOrder>,
+        linear_solver: Option<Saved>,
     ) -> Self {
         Self {
             progress: Progress { control, ..Progress::default() },
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
             shares: model.loads.point_loads.iter().map(|load| load.shares.clone()).collect(),
             predictor,
-            order,
+            linear_solver,
         }
     }
 
@@ -147,16 +147,6 @@ impl State {
                 ));
             }
             load.shares.clone_from(shares);
-        }
-        if let Some(order) = &self.order {
-            let equations = layout.nodes * layout.dimensions;
-            if order.order.len() > equations || !order.is_permutation() {
-                let n = order.order.len();
-                return Err(StateError::new(
-                    "order",
-                    format!("is no order of {n} equations, of {equations} at most"),
-                ));
-            }
         }
         Ok(())
     }

@@ -11,7 +11,9 @@ use crate::connection::stencils;
 use crate::error::{Error, SceneError};
 use crate::estimate::{Estimate, estimate};
 use crate::files::{NoFiles, SceneFiles};
-use crate::model::{Model, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, Tolerance};
+use crate::model::{
+    Model, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, Tolerance,
+};
 use crate::observe::Observer;
 use crate::record::summary::Summary;
 use crate::room::Room;
@@ -144,11 +146,11 @@ fn model<const D: usize, B: FillBody<D>>(
         energies: scene.output.energies,
         probes,
         condition_history: scene.output.condition,
-        solver: match scene.solver {
+        solver: SolverChoice::from(match scene.solver {
             SolverInput::Auto => Choice::Auto,
             SolverInput::Direct => Choice::Direct,
             SolverInput::Iterative => Choice::Iterative,
-        },
+        }),
         tolerance: tolerance(&scene.tolerance)?,
     };
     check_start(&model, &mesh, room)?;

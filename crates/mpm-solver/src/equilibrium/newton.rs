@@ -50,6 +50,7 @@ pub(crate) fn solve<const D: usize>(
             outcome => return outcome.map(Iterate::into_equilibrium),
         }
         rest.effort.dropped = solver.timings.count(Phase::Solve) - before;
+        solver.restart();
     }
     solver.weakest_pivot = None;
     let lift = problem.constraints.increment();

@@ -22,7 +22,6 @@ use crate::loading::{LoadingAt, StepLoading, impose};
 use crate::predictor::Predictor;
 use crate::timing::Phase;
 use mpm_grid::{LoadFraction, Vector};
-use mpm_linear::Method;
 use std::sync::Arc;
 
 /// A step counts as solved although its length is off by this part of what it should be.
@@ -90,8 +89,7 @@ pub(crate) fn solve_measured<const D: usize>(
 ) -> Result<Equilibrium<D>, StepFailure> {
     step.end = end.get();
     let equilibrium = newton::solve(problem, None, solver)?;
-    let is_indefinite = equilibrium.effort.method > Method::Llt;
-    if step.measure == Length::Dissipation && is_indefinite && end.get() < 1.0 {
+    if step.measure == Length::Dissipation && equilibrium.effort.is_unstable && end.get() < 1.0 {
         return Err(StepFailure::Path(PathFailure::LimitPoint));
     }
     step.length = gauge(problem, &weights(problem), step.measure, &equilibrium.increment, &[])?.length;

@@ -53,8 +53,10 @@ pub(crate) struct Equilibrium<const D: usize> {
 pub(crate) struct Effort {
     /// Relative out-of-balance force after each linear solution.
     pub residuals: Vec<f64>,
-    /// The most general factorisation that was needed.
+    /// The method of the last linear solution.
     pub method: Method,
+    /// Whether a tangent was seen not to be positive definite.
+    pub is_unstable: bool,
     /// Iterations of conjugate gradients.
     pub linear_iterations: u64,
     /// Corrections of which only a part was taken.
@@ -79,6 +81,7 @@ impl<const D: usize> Iterate<D> {
         let effort = Effort {
             residuals: Vec::new(),
             method,
+            is_unstable: false,
             linear_iterations: 0,
             shortened: 0,
             dropped: 0,

@@ -59,7 +59,10 @@ pub(crate) fn solve<const D: usize>(
             }
             Err(StepFailure::Cancelled) => return Err(StepFailure::Cancelled),
             Err(failure) if 0.5 * part < LEAST_PART => return Err(failure),
-            Err(_) => (part, growth) = (0.5 * part, 1.0),
+            Err(_) => {
+                solver.restart();
+                (part, growth) = (0.5 * part, 1.0);
+            }
         }
     }
 }

@@ -17,16 +17,14 @@ use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Pattern;
 use mpm_grid::Vector;
-use mpm_linear::{
-    Analysis, Cause, LinearSolver, Method, Pivot, Place, Singular, StoredOrder, SymmetricPattern,
-};
+use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
 const LEFT_BESIDE_BORDER: f64 = 1e-9;
 
 /// What solves the systems of a run; it is kept from step to step.
 pub(crate) struct Solver<const D: usize> {
-    linear: LinearSolver<D>,
+    linear: Box<dyn LinearSolver>,
     /// Entries of the tangent that was summed last.
     values: Vec<f64>,
     rhs: Vec<f64>,
@@ -37,7 +35,7 @@ pub(crate) struct Solver<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> {
-    pub(crate) fn new(linear: LinearSolver<D>, cancellation: Cancellation, timings: Timings) -> Self {
+    pub(crate) fn new(linear: Box<dyn LinearSolver>, cancellation: Cancellation, timings: Timings) -> Self {
         Self { linear, values: Vec::new(), rhs: Vec::new(), weakest_pivot: None, cancellation, timings }
     }
 
@@ -45,8 +43,8 @@ impl<const D: usize> Solver<D> {
     ///
     /// # Errors
     /// The factor does not fit into memory.
-    pub(crate) fn analyse(&mut self, pattern: &Pattern<D>, place: Place<'_>) -> Result<Analysis, StepFailure> {
-        let analysis = self.timings.time(Phase::Analyse, || self.linear.analyse(columns(pattern), place));
+    pub(crate) fn analyse(&mut self, pattern: &Pattern<D>, hints: &Hints<'_>) -> Result<Analysis, StepFailure> {
+        let analysis = self.timings.time(Phase::Analyse, || self.linear.analyse(pattern.for_solver(), hints));
         let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
         if analysis == Analysis::Reused {
             self.timings.skipped.analyses += 1;
@@ -54,14 +52,25 @@ impl<const D: usize> Solver<D> {
         Ok(analysis)
     }
 
-    /// The load steps that were solved so far are done: see [`LinearSolver::settle`].
+    /// The load steps that were solved so far are done: see [`LinearSolver::end_step`].
     pub(crate) fn end_step(&mut self) {
-        self.linear.settle();
+        self.linear.end_step();
     }
 
-    /// The order of elimination that a resumed run needs, see [`LinearSolver::store`].
-    pub(crate) fn saved_order(&self) -> Option<StoredOrder> {
-        self.linear.store()
+    /// The iteration begins anew from another state: see [`LinearSolver::restart`].
+    pub(crate) fn restart(&mut self) {
+        self.linear.restart();
+    }
+
+    /// What a resumed run needs of the linear solver: see [`LinearSolver::save`].
+    pub(crate) fn save(&self) -> Option<Saved> {
+        self.linear.save()
+    }
+
+    /// # Errors
+    /// See [`LinearSolver::restore`].
+    pub(crate) fn restore(&mut self, saved: Saved) -> Result<(), NotSavedHere> {
+        self.linear.restore(saved)
     }
 
     /// No node has moved.
@@ -70,8 +79,8 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Estimate of the condition number of the last tangent, if it can be had.
-    pub(crate) fn condition(&mut self) -> Option<f64> {
-        self.linear.condition(&self.values)
+    pub(crate) fn condition(&mut self, problem: &Problem<'_, D>) -> Option<f64> {
+        self.linear.condition(Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values })
     }
 
     /// # Errors
@@ -107,23 +116,24 @@ impl<const D: usize> Solver<D> {
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         self.check_cancellation()?;
-        let columns = columns(&problem.connected.pattern);
-        let report = self
+        let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values };
+        let factored = self
             .timings
-            .time(Phase::Factorise, || self.linear.factorise(columns, &self.values, effort.method))
+            .time(Phase::Factorise, || self.linear.factorise(matrix))
             .map_err(|error| linear_failure(problem, error))?;
-        effort.method = effort.method.max(report.method);
-        self.weakest_pivot = report.weakest;
-        if let Some(ratio) = report.pivot_ratio {
+        effort.method = factored.method;
+        effort.is_unstable |= factored.shows_instability();
+        self.weakest_pivot = factored.weakest;
+        if let Some(ratio) = factored.pivot_ratio {
             effort.pivot_spread = effort.pivot_spread.max(ratio.recip());
         }
-        if let Some(pivot) = report.not_positive {
+        if let Some(pivot) = factored.not_positive {
             effort.unstable_node = Some(problem.connected.active.nodes()[pivot.equation / D]);
         }
         Ok(())
     }
 
-    /// `K⁻¹ f` with the factorisation at hand, zero on prescribed components; conjugate gradients may leave
+    /// `K⁻¹ f` with the factorisation at hand, zero on prescribed components; an iterative solver may leave
     /// `accuracy · |f|`.
     ///
     /// # Errors
@@ -139,17 +149,17 @@ impl<const D: usize> Solver<D> {
         let Self { linear, values, rhs, timings, .. } = self;
         rhs.clear();
         rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
-        let columns = columns(&problem.connected.pattern);
-        let report = timings
-            .time(Phase::Solve, || linear.solve(columns, values, rhs, accuracy))
+        let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values };
+        let solved = timings
+            .time(Phase::Solve, || linear.solve(matrix, rhs, accuracy))
             .map_err(|error| linear_failure(problem, error))?;
-        effort.linear_iterations += u64::from(report.iterations);
-        effort.method = effort.method.max(report.method);
-        // What conjugate gradients leave is chosen, and no error.
-        if report.method != Method::ConjugateGradients {
-            effort.backward_error = effort.backward_error.max(report.backward_error);
+        effort.linear_iterations += u64::from(solved.iterations);
+        effort.method = solved.method;
+        effort.is_unstable |= solved.taken_over.is_some_and(|factored| factored.shows_instability());
+        if let Some(backward_error) = solved.backward_error {
+            effort.backward_error = effort.backward_error.max(backward_error);
         }
-        effort.refinements += report.refinements as u32;
+        effort.refinements += solved.refinements as u32;
         for (solution, x) in solution.iter_mut().zip(rhs.chunks_exact(D)) {
             solution.copy_from_slice(x);
         }
@@ -238,11 +248,6 @@ fn solve_dense(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
         rhs[k] = (rhs[k] - known) / rows[k][k];
     }
     Some(rhs)
-}
-
-/// The tangent's pattern as the linear solver takes it.
-pub(crate) fn columns<const D: usize>(pattern: &Pattern<D>) -> SymmetricPattern<'_> {
-    SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() }
 }
 
 fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {

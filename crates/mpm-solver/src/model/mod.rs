@@ -2,15 +2,17 @@
 
 mod control;
 mod loads;
+mod solver;
 mod supports;
 
 pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance};
 pub use loads::{Loads, PointLoad};
+pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Prescribed, Support, Turn};
 
 use mpm_assembly::Body;
 use mpm_grid::{Layout, MeshMotion, Region, Vector};
-use mpm_linear::Choice;
+use mpm_linear::{Automatic, Choice, LinearSolver};
 
 /// All that a run needs to know.
 ///
@@ -61,7 +63,7 @@ pub struct Model<const D: usize> {
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
     /// How linear systems are solved.
-    pub solver: Choice,
+    pub solver: SolverChoice,
     /// What is done about domains that have outgrown their cells, if anything.
     pub domain_limit: Option<DomainLimit>,
     /// Stiffness of the jumps of displacement gradient at the edge of the bodies over Young's modulus, where
@@ -89,7 +91,7 @@ impl<const D: usize> Model<D> {
             schedule: Schedule::equal(1),
             path: None,
             tolerance: Tolerance::default(),
-            solver: Choice::Auto,
+            solver: SolverChoice::default(),
             domain_limit: None,
             ghost: None,
             domain_history: false,
@@ -99,12 +101,21 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// How its linear systems are solved: path control in the plane takes the signs of pivots to see limit points,
-    /// which conjugate gradients can pass without notice.
-    pub(crate) fn linear_solver(&self) -> Choice {
+    /// The choice among the shipped solvers, if one of them is to be taken: path control in the plane takes the
+    /// signs of pivots to see limit points, which conjugate gradients can pass without notice.
+    pub(crate) fn choice(&self) -> Option<Choice> {
         match self.solver {
-            Choice::Auto if D == 2 && self.path.is_some() => Choice::Direct,
-            chosen => chosen,
+            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.path.is_some() => Some(Choice::Direct),
+            SolverChoice::Automatic(choice) => Some(choice),
+            SolverChoice::Custom(_) => None,
+        }
+    }
+
+    /// A linear solver for a run.
+    pub(crate) fn linear_solver(&self) -> Box<dyn LinearSolver> {
+        match (&self.solver, self.choice()) {
+            (SolverChoice::Custom(make), _) => make(),
+            (_, choice) => Box::new(Automatic::new(choice.unwrap_or_default())),
         }
     }
 

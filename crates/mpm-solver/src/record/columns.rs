@@ -84,11 +84,11 @@ fn columns_of_every_run() -> Vec<Column> {
 /// Nodes of a grid in the plane up to which nothing is predicted to be iterated.
 const SMALL: usize = 2000;
 
-/// Whether conjugate gradients may solve a model's linear systems.
+/// Whether a model's linear systems may be solved by iteration; a solver of one's own may do so.
 pub(crate) fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
-    match model.linear_solver() {
-        Choice::Direct => false,
-        Choice::Iterative => true,
-        Choice::Auto => D == 3 || model.layout.lattice().n_nodes() > SMALL,
+    match model.choice() {
+        Some(Choice::Direct) => false,
+        Some(Choice::Iterative) | None => true,
+        Some(Choice::Auto) => D == 3 || model.layout.lattice().n_nodes() > SMALL,
     }
 }

@@ -257,6 +257,7 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Method::Lblt => 1,
         Method::Lu => 2,
         Method::ConjugateGradients => 3,
+        Method::Other(_) => 4,
     };
     vec![
         Entry::Real(vec![end.get()]),

@@ -80,8 +80,7 @@ impl<const D: usize> PathSteps<D> {
         if rows - 1 > self.most as usize {
             return Err(format!("has {rows} rows of history, expected at most one more than steps"));
         }
-        let StepsProgress::Path { at, span, aim, along, landing, level, cuts, last } = progress.control
-        else {
+        let StepsProgress::Path { at, span, aim, along, landing, level, cuts, last } = progress.control else {
             return Err("is that of equal load steps, expected path control".into());
         };
         if !(0.0..=1.0).contains(&at) {
