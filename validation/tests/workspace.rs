@@ -94,7 +94,7 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-material", &[]),
         ("mpm-linear", &[]),
         ("mpm-basis", &["mpm-grid"]),
-        ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material"]),
+        ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-linear"]),
         ("mpm-solver", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-linear"]),
         ("mpm-io", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-linear", "mpm-solver"]),
     ];
