@@ -4,8 +4,8 @@ use mpm_solver::observe::{Column, ColumnKind, Entry, Field};
 
 use crate::error::ResultsError;
 use crate::reader::Results;
+use crate::snapshot::Snapshot;
 use crate::source::Source;
-use crate::writer::Snapshot;
 
 /// A results file of which the first rows, and the points at those of them that are recorded, are wanted.
 pub(crate) struct Earlier {
