@@ -212,7 +212,7 @@ impl<const D: usize> GhostFaces<D> {
                     }
                 }
             }
-            let slots = &slots[slot..slot + n * (n - 1) / 2];
+            let slots = &slots[slot..slot + input.pattern.n_slots(n)];
             slot += slots.len();
             input.pattern.add_isotropic(nodes, slots, stiffness, input.constraints, tangent.values);
         }

@@ -23,8 +23,8 @@ mod pattern;
 
 pub use body::{
     AdvanceError, Body, BodyLoads, COLUMNS, Connection, Controlled, Converged, Dilatation, ForeignPoints,
-    InvertedPoint, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn, StoredPoints, Sums,
-    TangentSums, TooManyPoints, determinant, finish_tangent, views,
+    Inadmissible, InadmissiblePoint, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn,
+    StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent, views,
 };
 pub use constraints::Constraints;
 pub use couplings::{Couplings, Linked};

@@ -1,50 +1,53 @@
 //! Sparsity of the tangent: which node couples with which, and where each coupling is stored.
 //!
-//! The lower triangle is stored by columns, equation `D·node + component`, in the order of the
-//! active nodes. It depends on connectivity alone: prescribed components stay in the matrix, as rows
-//! and columns with nothing but their diagonal.
+//! Entries are stored by columns, equation `D·node + component`, in the order of the active nodes: the lower triangle
+//! of a symmetric tangent, both triangles of another. The pattern depends on connectivity alone: prescribed
+//! components stay in the matrix, as rows and columns with nothing but their diagonal.
 
-use crate::{Constraints, Couplings, GhostFaces};
+use crate::{Constraints, Couplings};
+use mpm_linear::Symmetry;
 use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
 
-/// Lower triangle of the block-sparse tangent, `D × D` blocks.
+/// Block-sparse tangent, `D × D` blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern<const D: usize> {
+    symmetry: Symmetry,
     /// Start of every node's neighbours in `neighbour`, and its length at the end.
     neighbour_start: Vec<usize>,
-    /// Neighbours with a higher active number than the node itself, ascending.
+    /// Nodes that a node couples with, ascending: those with a higher number of a symmetric tangent, all of another,
+    /// the node itself included.
     neighbour: Vec<u32>,
     /// Start of every equation's column.
     column_start: Vec<usize>,
-    /// Rows, ascending in each column, the diagonal first.
+    /// Rows, ascending in each column; the diagonal of a symmetric tangent is the first.
     row: Vec<usize>,
 }
 
 impl<const D: usize> Pattern<D> {
-    /// Couples all nodes that share a set of any body.
-    pub fn of<C: Couplings>(n_active: usize, bodies: &[C]) -> Self {
-        Self::reusing(None, n_active, bodies, None)
+    /// Couples all nodes that share a set.
+    pub fn of(n_active: usize, symmetry: Symmetry, couplings: &[&dyn Couplings]) -> Self {
+        Self::reusing(None, n_active, symmetry, couplings)
     }
 
-    /// Couples all nodes that share a set of any body or a face, in the memory of a pattern that is
-    /// no longer needed.
-    pub fn reusing<C: Couplings>(
+    /// Couples all nodes that share a set, in the memory of a pattern that is no longer needed.
+    pub fn reusing(
         former: Option<Self>,
         n_active: usize,
-        bodies: &[C],
-        faces: Option<&GhostFaces<D>>,
+        symmetry: Symmetry,
+        couplings: &[&dyn Couplings],
     ) -> Self {
         let mut pattern = former.unwrap_or_else(|| Self {
+            symmetry,
             neighbour_start: Vec::new(),
             neighbour: Vec::new(),
             column_start: Vec::new(),
             row: Vec::new(),
         });
-        let incidence: Vec<Incidence> = bodies.iter().map(|links| Incidence::of(n_active, links)).collect();
-        let faces = faces.map(|faces| (faces, Incidence::of(n_active, faces)));
+        pattern.symmetry = symmetry;
+        let incidence: Vec<Incidence> = couplings.iter().map(|it| Incidence::of(n_active, *it)).collect();
         let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
@@ -55,14 +58,9 @@ impl<const D: usize> Pattern<D> {
                 let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
                 for node in nodes {
                     found.clear();
-                    for (links, incidence) in bodies.iter().zip(&incidence) {
-                        for &(group, position) in incidence.at(node) {
-                            found.extend_from_slice(&links.set(group as usize)[position as usize + 1..]);
-                        }
-                    }
-                    if let Some((faces, incidence)) = &faces {
-                        for &(face, position) in incidence.at(node) {
-                            found.extend_from_slice(&faces.set(face as usize)[position as usize + 1..]);
+                    for (couplings, incidence) in couplings.iter().zip(&incidence) {
+                        for &(set, position) in incidence.at(node) {
+                            found.extend_from_slice(&couplings.set(set as usize)[position as usize + 1..]);
                         }
                     }
                     found_by.once(&mut found, node);
@@ -73,7 +71,7 @@ impl<const D: usize> Pattern<D> {
             })
             .collect();
 
-        let Self { neighbour_start, neighbour, column_start, row } = &mut pattern;
+        let Self { neighbour_start, neighbour, column_start, row, .. } = &mut pattern;
         neighbour_start.clear();
         neighbour_start.push(0);
         neighbour.clear();
@@ -82,8 +80,16 @@ impl<const D: usize> Pattern<D> {
             neighbour_start.extend(end.into_iter().map(|end| end + offset));
             neighbour.extend(list);
         }
-        scalar_columns::<D>(neighbour_start, neighbour, column_start, row);
+        if symmetry == Symmetry::Unsymmetric {
+            (*neighbour_start, *neighbour) = both_ways(neighbour_start, neighbour);
+        }
+        scalar_columns::<D>(symmetry, neighbour_start, neighbour, column_start, row);
         pattern
+    }
+
+    /// Which triangles are stored.
+    pub fn symmetry(&self) -> Symmetry {
+        self.symmetry
     }
 
     /// Number of equations, prescribed ones included.
@@ -111,25 +117,42 @@ impl<const D: usize> Pattern<D> {
         self.row.len()
     }
 
-    /// Neighbours with a higher number.
+    /// Place of a component's own stiffness.
+    pub(crate) fn diagonal(&self, node: usize, component: usize) -> usize {
+        let start = self.column_start[node * D + component];
+        match self.symmetry {
+            Symmetry::Symmetric => start,
+            Symmetry::Unsymmetric => {
+                start + self.neighbours(node).partition_point(|&it| (it as usize) < node) * D + component
+            }
+        }
+    }
+
+    /// Neighbours that the node's columns hold.
     fn neighbours(&self, node: usize) -> &[u32] {
         &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
     }
 
-    /// For each pair (column node, row node), column before row, of each set in turn: position of
-    /// the row among the column's neighbours.
-    pub(crate) fn slots(&self, couplings: &impl Couplings) -> Vec<u32> {
-        let pairs = |set| {
-            let n = couplings.set(set).len();
-            n * n.saturating_sub(1) / 2
-        };
-        let mut slots = Vec::with_capacity((0..couplings.n_sets()).map(pairs).sum());
+    /// Number of [slots](Self::slots) of a set of `n` nodes.
+    pub(crate) fn n_slots(&self, n: usize) -> usize {
+        match self.symmetry {
+            Symmetry::Symmetric => n * n.saturating_sub(1) / 2,
+            Symmetry::Unsymmetric => n * n,
+        }
+    }
+
+    /// For each pair (column node, row node) of each set in turn, column by column: position of the row among the
+    /// column's neighbours. The pairs are those with the column before the row where the tangent is symmetric, else all.
+    pub(crate) fn slots(&self, couplings: &dyn Couplings) -> Vec<u32> {
+        let is_symmetric = self.symmetry == Symmetry::Symmetric;
+        let n_slots = (0..couplings.n_sets()).map(|set| self.n_slots(couplings.set(set).len()));
+        let mut slots = Vec::with_capacity(n_slots.sum());
         for set in 0..couplings.n_sets() {
             let nodes = couplings.set(set);
             for (k, &node) in nodes.iter().enumerate() {
                 let neighbours = self.neighbours(node as usize);
                 let mut at = 0;
-                for &other in &nodes[k + 1..] {
+                for &other in &nodes[if is_symmetric { k + 1 } else { 0 }..] {
                     while neighbours[at] != other {
                         at += 1;
                     }
@@ -140,8 +163,8 @@ impl<const D: usize> Pattern<D> {
         slots
     }
 
-    /// Adds `stiffness · I` for each pair of nodes, columns in turn from the diagonal down, leaving out
-    /// what is prescribed; `slots` as from [`Pattern::slots`].
+    /// Adds `stiffness · I` for each pair of nodes (columns in turn from the diagonal down, the same both ways), leaving
+    /// out what is prescribed; `slots` as from [`Pattern::slots`].
     pub(crate) fn add_isotropic(
         &self,
         nodes: &[u32],
@@ -150,26 +173,64 @@ impl<const D: usize> Pattern<D> {
         constraints: &Constraints<D>,
         values: &mut [f64],
     ) {
-        let (mut stiffness, mut slots) = (stiffness.iter(), slots.iter());
+        let n = nodes.len();
+        let is_symmetric = self.symmetry == Symmetry::Symmetric;
+        let (mut stiffness, mut slot) = (stiffness.iter(), 0);
         for (w, &column) in nodes.iter().enumerate() {
             let column = column as usize;
             let diagonal = stiffness.next().expect("one for each pair");
             for j in 0..D {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
-                values[self.column_start[column * D + j]] += diagonal;
+                values[self.diagonal(column, j)] += diagonal;
             }
-            for &row in &nodes[w + 1..] {
-                let value = stiffness.next().expect("one for each pair");
-                let slot = *slots.next().expect("one for each pair") as usize;
-                let free = |j: &usize| {
-                    !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row as usize, *j)
-                };
+            for (v, &row) in nodes.iter().enumerate().skip(w + 1) {
+                let (row, value) = (row as usize, stiffness.next().expect("one for each pair"));
+                let free =
+                    |j: &usize| !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row, *j);
                 for j in (0..D).filter(free) {
-                    values[self.column_start[column * D + j] + (D - j) + slot * D + j] += value;
+                    let column_start = self.column_start[column * D + j];
+                    if is_symmetric {
+                        values[column_start + (D - j) + slots[slot] as usize * D + j] += value;
+                    } else {
+                        values[column_start + slots[w * n + v] as usize * D + j] += value;
+                        values[self.column_start[row * D + j] + slots[v * n + w] as usize * D + j] += value;
+                    }
                 }
+                slot += 1;
             }
         }
     }
+}
+
+/// From the neighbours with a higher number to all of them, both ways, and each node itself; ascending.
+fn both_ways(start: &[usize], neighbour: &[u32]) -> (Vec<usize>, Vec<u32>) {
+    let n = start.len() - 1;
+    let of = |node: usize| &neighbour[start[node]..start[node + 1]];
+    let mut count = vec![1; n];
+    for node in 0..n {
+        count[node] += of(node).len();
+        of(node).iter().for_each(|&higher| count[higher as usize] += 1);
+    }
+    let mut all_start = Vec::with_capacity(n + 1);
+    all_start.push(0);
+    all_start.extend(count.iter().scan(0, |end, count| {
+        *end += count;
+        Some(*end)
+    }));
+    let (mut next, mut all) = (all_start.clone(), vec![0; all_start[n]]);
+    let mut push = |node: usize, other: u32| {
+        all[next[node]] = other;
+        next[node] += 1;
+    };
+    // Every node has its lower neighbours by the time that its own turn comes.
+    for node in 0..n {
+        push(node, node as u32);
+        for &higher in of(node) {
+            push(node, higher);
+            push(higher as usize, node as u32);
+        }
+    }
+    (all_start, all)
 }
 
 /// Node that each node from `first` on was last found to be a neighbour of.
@@ -203,7 +264,7 @@ struct Incidence {
 }
 
 impl Incidence {
-    fn of(n_active: usize, couplings: &impl Couplings) -> Self {
+    fn of(n_active: usize, couplings: &dyn Couplings) -> Self {
         let mut start = vec![0; n_active + 1];
         for set in 0..couplings.n_sets() {
             for &node in couplings.set(set) {
@@ -232,6 +293,7 @@ impl Incidence {
 
 /// Columns of the equations from neighbours of the nodes.
 fn scalar_columns<const D: usize>(
+    symmetry: Symmetry,
     neighbour_start: &[usize],
     neighbour: &[u32],
     column_start: &mut Vec<usize>,
@@ -242,10 +304,13 @@ fn scalar_columns<const D: usize>(
     column_start.reserve(n_active * D + 1);
     column_start.push(0);
     row.clear();
-    row.reserve(n_active * D * (D + 1) / 2 + neighbour.len() * D * D);
+    let is_symmetric = symmetry == Symmetry::Symmetric;
+    row.reserve(neighbour.len() * D * D + if is_symmetric { n_active * D * (D + 1) / 2 } else { 0 });
     for node in 0..n_active {
         for component in 0..D {
-            row.extend((component..D).map(|i| node * D + i));
+            if is_symmetric {
+                row.extend((component..D).map(|i| node * D + i));
+            }
             for &other in &neighbour[neighbour_start[node]..neighbour_start[node + 1]] {
                 row.extend((0..D).map(|i| other as usize * D + i));
             }

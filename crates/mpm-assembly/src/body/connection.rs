@@ -4,6 +4,7 @@ use crate::body::strips::Strips;
 use crate::{Couplings, Dilatation, Linked, Pattern};
 use mpm_basis::Links;
 use mpm_grid::{Block, Vector};
+use mpm_linear::Symmetry;
 use std::sync::Mutex;
 
 /// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
@@ -40,11 +41,11 @@ impl<const D: usize> Connection<D> {
         for set in 0..linked.n_sets() {
             let n = linked.set(set).len();
             slot_start.push(at);
-            at += n * n.saturating_sub(1) / 2;
+            at += pattern.n_slots(n);
             most_nodes = most_nodes.max(n);
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
-        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes))).collect();
+        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
         let Linked { links, dilatation } = linked;
         Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
     }
@@ -87,12 +88,16 @@ pub(crate) struct Scratch<const D: usize> {
 }
 
 impl<const D: usize> Scratch<D> {
-    fn new(most_nodes: usize) -> Self {
+    fn new(most_nodes: usize, symmetry: Symmetry) -> Self {
+        let n_blocks = match symmetry {
+            Symmetry::Symmetric => most_nodes * (most_nodes + 1) / 2,
+            Symmetry::Unsymmetric => most_nodes * most_nodes,
+        };
         Self {
             increment: vec![Vector::zeros(); most_nodes],
             force: vec![Vector::zeros(); most_nodes],
             gradient: vec![Vector::zeros(); most_nodes],
-            tangent: vec![Block::zeros(); most_nodes * (most_nodes + 1) / 2],
+            tangent: vec![Block::zeros(); n_blocks],
         }
     }
 }
