@@ -3,7 +3,7 @@
 mod setup;
 
 use mpm_assembly::{
-    Connection, Constraints, Converged, GhostFaces, Inadmissible, Linked, MeanDilatation, PassInput, Pattern,
+    Connection, Constraints, Converged, GhostFaces, InadmissibleState, Linked, MeanDilatation, PassInput, Pattern,
     Sums, TangentSums, views,
 };
 use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Links, Smpm};
@@ -226,7 +226,7 @@ fn an_inverting_trial_names_a_point() {
         let error = setup.body.dissipation(&setup.connection, &mirrored, &mut gradient).unwrap_err();
         assert_eq!(error.point, 0);
         assert!(
-            matches!(error.reason, Inadmissible::Inverted { determinant } if (determinant + 0.5).abs() < 1e-14)
+            matches!(error.reason, InadmissibleState::Inverted { determinant } if (determinant + 0.5).abs() < 1e-14)
         );
         let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &mirrored };
         assert!(setup.body.prepare(&setup.connection, step).is_err());

@@ -14,8 +14,7 @@ const TASKS: usize = 32;
 /// Connectivity of a body in a load step, with what makes sums over it quick.
 #[derive(Debug)]
 pub struct Connection<const D: usize> {
-    links: Links<D>,
-    dilatation: Option<Dilatation<D>>,
+    linked: Linked<D>,
     pub(crate) sums: Summation<D>,
 }
 
@@ -46,35 +45,45 @@ impl<const D: usize> Connection<D> {
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
         let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
-        let Linked { links, dilatation } = linked;
-        Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
+        Self { linked, sums: Summation { strips, slots, slot_start, scratch } }
     }
 
     /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
     pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
-        self.dilatation.is_none() && linked.dilatation.is_none() && self.links.is_connected_as(&linked.links)
+        let is_plain = self.linked.dilatation.is_none() && linked.dilatation.is_none();
+        is_plain && self.linked.links.is_connected_as(&linked.links)
     }
 
     /// Sums over `links`, which connect the same points and nodes as the present ones, into the same
     /// pattern.
     pub fn relinked(self, links: Links<D>) -> Self {
-        debug_assert!(links.is_connected_as(&self.links), "the same points and nodes");
-        Self { links, ..self }
+        debug_assert!(links.is_connected_as(&self.linked.links), "the same points and nodes");
+        Self { linked: links.into(), ..self }
+    }
+
+    /// The points and their nodes.
+    pub fn linked(&self) -> &Linked<D> {
+        &self.linked
+    }
+
+    /// The points and their nodes, without what depends on the pattern.
+    pub fn into_linked(self) -> Linked<D> {
+        self.linked
     }
 
     /// Groups of points and their influences.
     pub fn links(&self) -> &Links<D> {
-        &self.links
+        &self.linked.links
     }
 
     /// Cells over which volume changes are averaged, where they are.
     pub fn dilatation(&self) -> Option<&Dilatation<D>> {
-        self.dilatation.as_ref()
+        self.linked.dilatation.as_ref()
     }
 
     /// Bytes of all that is kept.
     pub fn bytes(&self) -> usize {
-        self.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+        self.linked.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
     }
 }
 

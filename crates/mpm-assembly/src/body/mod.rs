@@ -23,7 +23,7 @@ pub use domain_control::{Controlled, TooManyPoints};
 pub use kinematics::determinant;
 pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
 pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
-pub use trial::{Inadmissible, InadmissiblePoint};
+pub use trial::{InadmissiblePoint, InadmissibleState};
 
 use crate::OccupiedCell;
 use advance::{PreparedDomains, PreparedState};

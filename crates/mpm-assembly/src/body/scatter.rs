@@ -1,5 +1,6 @@
 //! From the dense sums of a set of nodes to the global arrays.
 
+use crate::unknowns::node_equation;
 use crate::{Constraints, Pattern};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
@@ -46,7 +47,8 @@ impl<const D: usize> Part<'_, D> {
     /// The parts before and from `node` on.
     pub fn split_at(self, node: usize, pattern: &Pattern<D>) -> (Self, Self) {
         let nodes = node - self.node;
-        let entries = pattern.column_start()[node * D] - pattern.column_start()[self.node * D];
+        let start = |node| pattern.column_start()[node_equation::<D>(node, 0)];
+        let entries = start(node) - start(self.node);
         let (internal, internal_rest) = self.internal.split_at_mut(nodes);
         let (values, values_rest) = self.values.split_at_mut(entries.min(self.values.len()));
         let (lift, lift_rest) = self.lift.split_at_mut(nodes.min(self.lift.len()));
@@ -161,14 +163,14 @@ fn add_all<const D: usize>(
 ) {
     let n = nodes.len();
     let columns = input.pattern.column_start();
-    let base = columns[part.node * D];
+    let base = columns[node_equation::<D>(part.node, 0)];
     let is_free = |k: usize, i: usize| !input.constraints.is_prescribed(nodes[k] as usize, i);
     for w in 0..n {
         for v in 0..n {
             let block = tangent.block(n, v, w);
-            let row = slots[w * n + v] as usize * D;
+            let row = node_equation::<D>(slots[w * n + v] as usize, 0);
             for j in 0..D {
-                let start = columns[nodes[w] as usize * D + j] - base + row;
+                let start = columns[node_equation::<D>(nodes[w] as usize, j)] - base + row;
                 for i in 0..D {
                     // A prescribed component keeps its own stiffness, alone in its row and column.
                     if (v == w && i == j) || (is_free(v, i) && is_free(w, j)) {
@@ -190,12 +192,12 @@ fn add_lower<const D: usize>(
     part: &mut Part<'_, D>,
 ) {
     let columns = input.pattern.column_start();
-    let base = columns[part.node * D];
+    let base = columns[node_equation::<D>(part.node, 0)];
     let (mut at, mut slot) = (0, 0);
     for w in 0..nodes.len() {
         let column_node = nodes[w] as usize;
         let column_mask = input.constraints.mask(column_node);
-        let starts: [usize; D] = std::array::from_fn(|j| columns[column_node * D + j] - base);
+        let starts: [usize; D] = std::array::from_fn(|j| columns[node_equation::<D>(column_node, j)] - base);
 
         let diagonal = &tangent[at];
         at += 1;
@@ -210,7 +212,7 @@ fn add_lower<const D: usize>(
         }
         for &node in &nodes[w + 1..] {
             let block = &tangent[at];
-            let row = slots[slot] as usize * D;
+            let row = node_equation::<D>(slots[slot] as usize, 0);
             at += 1;
             slot += 1;
             let row_mask = input.constraints.mask(node as usize);
@@ -238,7 +240,7 @@ fn add_lower<const D: usize>(
 pub fn finish_tangent<const D: usize>(pattern: &Pattern<D>, constraints: &Constraints<D>, values: &mut [f64]) {
     for node in 0..constraints.n_nodes() {
         for i in (0..D).filter(|&i| constraints.is_prescribed(node, i)) {
-            let value = &mut values[pattern.diagonal(node, i)];
+            let value = &mut values[pattern.diagonal(node_equation::<D>(node, i))];
             *value = if *value == 0.0 { 1.0 } else { value.abs() };
         }
     }

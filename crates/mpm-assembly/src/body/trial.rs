@@ -12,12 +12,12 @@ pub struct InadmissiblePoint {
     /// Index of the point in its body.
     pub point: usize,
     /// Why there is none.
-    pub reason: Inadmissible,
+    pub reason: InadmissibleState,
 }
 
 /// Why a point has no admissible state.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Inadmissible {
+pub enum InadmissibleState {
     /// The trial displacement turns it inside out.
     #[error("would be inverted (det ΔF = {determinant:e})")]
     Inverted {
@@ -32,12 +32,12 @@ pub enum Inadmissible {
 impl InadmissiblePoint {
     /// The trial displacement turns `point` inside out.
     pub(crate) fn inverted(point: usize, determinant: f64) -> Self {
-        Self { point, reason: Inadmissible::Inverted { determinant } }
+        Self { point, reason: InadmissibleState::Inverted { determinant } }
     }
 
     /// The law finds no stress for `point`.
     pub(crate) fn no_return(point: usize, reason: NoReturn) -> Self {
-        Self { point, reason: Inadmissible::NoReturn(reason) }
+        Self { point, reason: InadmissibleState::NoReturn(reason) }
     }
 }
 

@@ -1,4 +1,7 @@
 //! Prescribed components of nodal displacement.
+//!
+//! Unknowns that belong to no node's displacement are never prescribed: a contribution that wants one of its own to stay
+//! gives it stiffness and no force.
 
 use mpm_grid::Vector;
 

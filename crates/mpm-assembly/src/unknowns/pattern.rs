@@ -1,24 +1,26 @@
 //! Sparsity of the tangent: which node couples with which, and where each coupling is stored.
 //!
-//! Entries are stored by columns, equation `D·node + component`, in the order of the active nodes: the lower triangle
-//! of a symmetric tangent, both triangles of another. The pattern depends on connectivity alone: prescribed
+//! Entries are stored by columns, in the order of the unknowns: the lower triangle of a symmetric tangent, both triangles
+//! of another. The pattern depends on connectivity alone: prescribed
 //! components stay in the matrix, as rows and columns with nothing but their diagonal.
 
-use crate::{Constraints, Couplings};
+use super::numbering::node_equation;
+use super::{Constraints, Couplings, UnknownId, Unknowns};
 use mpm_linear::Symmetry;
 use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
 
-/// Block-sparse tangent, `D × D` blocks.
+/// Block-sparse tangent: blocks of a place and a place, `D × D` where both are nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern<const D: usize> {
     symmetry: Symmetry,
-    /// Start of every node's neighbours in `neighbour`, and its length at the end.
+    unknowns: Unknowns<D>,
+    /// Start of every place's neighbours in `neighbour`, and its length at the end.
     neighbour_start: Vec<usize>,
-    /// Nodes that a node couples with, ascending: those with a higher number of a symmetric tangent, all of another,
-    /// the node itself included.
+    /// Places that a place couples with, ascending: those with a higher number of a symmetric tangent, all of another,
+    /// the place itself included.
     neighbour: Vec<u32>,
     /// Start of every equation's column.
     column_start: Vec<usize>,
@@ -27,31 +29,34 @@ pub struct Pattern<const D: usize> {
 }
 
 impl<const D: usize> Pattern<D> {
-    /// Couples all nodes that share a set.
+    /// Couples all nodes that share a set; there are no other unknowns than their displacement.
     pub fn of(n_active: usize, symmetry: Symmetry, couplings: &[&dyn Couplings]) -> Self {
-        Self::reusing(None, n_active, symmetry, couplings)
+        Self::reusing(None, &Unknowns::of_nodes(n_active), symmetry, couplings)
     }
 
-    /// Couples all nodes that share a set, in the memory of a pattern that is no longer needed.
+    /// Couples all places that share a set, in the memory of a pattern that is no longer needed.
     pub fn reusing(
         former: Option<Self>,
-        n_active: usize,
+        unknowns: &Unknowns<D>,
         symmetry: Symmetry,
         couplings: &[&dyn Couplings],
     ) -> Self {
         let mut pattern = former.unwrap_or_else(|| Self {
             symmetry,
+            unknowns: unknowns.clone(),
             neighbour_start: Vec::new(),
             neighbour: Vec::new(),
             column_start: Vec::new(),
             row: Vec::new(),
         });
         pattern.symmetry = symmetry;
-        let incidence: Vec<Incidence> = couplings.iter().map(|it| Incidence::of(n_active, *it)).collect();
-        let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_active.div_ceil(CHUNK))
+        pattern.unknowns.clone_from(unknowns);
+        let n_places = unknowns.n_places();
+        let incidence: Vec<Incidence> = couplings.iter().map(|it| Incidence::of(n_places, *it)).collect();
+        let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_places.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
-                let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_active);
+                let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_places);
                 let mut end = Vec::with_capacity(nodes.len());
                 let mut neighbour: Vec<u32> = Vec::new();
                 let mut found: Vec<u32> = Vec::new();
@@ -83,8 +88,13 @@ impl<const D: usize> Pattern<D> {
         if symmetry == Symmetry::Unsymmetric {
             (*neighbour_start, *neighbour) = both_ways(neighbour_start, neighbour);
         }
-        scalar_columns::<D>(symmetry, neighbour_start, neighbour, column_start, row);
+        scalar_columns(symmetry, unknowns, neighbour_start, neighbour, column_start, row);
         pattern
+    }
+
+    /// The unknowns of its rows and columns.
+    pub fn unknowns(&self) -> &Unknowns<D> {
+        &self.unknowns
     }
 
     /// Which triangles are stored.
@@ -107,9 +117,15 @@ impl<const D: usize> Pattern<D> {
         &self.row
     }
 
-    /// The pattern as linear solvers take it: `D` equations for each node.
+    /// The pattern as linear solvers take it: `D` equations for each node, then those of no node.
     pub fn for_solver(&self) -> mpm_linear::Pattern<'_> {
-        mpm_linear::Pattern::symmetric(&self.column_start, &self.row, D)
+        mpm_linear::Pattern {
+            column_start: &self.column_start,
+            row: &self.row,
+            symmetry: self.symmetry,
+            block: D,
+            blocks: self.unknowns.n_nodes(),
+        }
     }
 
     /// Number of stored entries.
@@ -117,18 +133,46 @@ impl<const D: usize> Pattern<D> {
         self.row.len()
     }
 
-    /// Place of a component's own stiffness.
-    pub(crate) fn diagonal(&self, node: usize, component: usize) -> usize {
-        let start = self.column_start[node * D + component];
+    /// Place of the stiffness of an unknown against itself.
+    pub(crate) fn diagonal(&self, equation: usize) -> usize {
         match self.symmetry {
-            Symmetry::Symmetric => start,
-            Symmetry::Unsymmetric => {
-                start + self.neighbours(node).partition_point(|&it| (it as usize) < node) * D + component
+            Symmetry::Symmetric => self.column_start[equation],
+            Symmetry::Unsymmetric => self.find(equation, equation),
+        }
+    }
+
+    /// Place of the entry in a row and a column; of a symmetric tangent the row is not above the column.
+    fn find(&self, row: usize, column: usize) -> usize {
+        let entries = self.column_start[column]..self.column_start[column + 1];
+        let at = self.row[entries.clone()].binary_search(&row).expect("coupled unknowns have an entry");
+        entries.start + at
+    }
+
+    /// Adds the dense `stiffness` of some unknowns, column by column, leaving out what is prescribed.
+    pub(crate) fn add_dense(
+        &self,
+        unknowns: &[UnknownId],
+        stiffness: &[f64],
+        constraints: &Constraints<D>,
+        values: &mut [f64],
+    ) {
+        let n = unknowns.len();
+        let is_free = |unknown: UnknownId| match self.unknowns.node_of(unknown.equation()) {
+            Some((node, component)) => !constraints.is_prescribed(node, component),
+            None => true,
+        };
+        for (w, &column) in unknowns.iter().enumerate() {
+            for (v, &row) in unknowns.iter().enumerate() {
+                let is_stored = self.symmetry == Symmetry::Unsymmetric || row >= column;
+                // A prescribed component keeps its own stiffness, alone in its row and column.
+                if is_stored && (row == column || (is_free(row) && is_free(column))) {
+                    values[self.find(row.equation(), column.equation())] += stiffness[w * n + v];
+                }
             }
         }
     }
 
-    /// Neighbours that the node's columns hold.
+    /// Neighbours that the place's columns hold.
     fn neighbours(&self, node: usize) -> &[u32] {
         &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
     }
@@ -181,19 +225,20 @@ impl<const D: usize> Pattern<D> {
             let diagonal = stiffness.next().expect("one for each pair");
             for j in 0..D {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
-                values[self.diagonal(column, j)] += diagonal;
+                values[self.diagonal(node_equation::<D>(column, j))] += diagonal;
             }
             for (v, &row) in nodes.iter().enumerate().skip(w + 1) {
                 let (row, value) = (row as usize, stiffness.next().expect("one for each pair"));
                 let free =
                     |j: &usize| !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row, *j);
                 for j in (0..D).filter(free) {
-                    let column_start = self.column_start[column * D + j];
+                    let column_start = self.column_start[node_equation::<D>(column, j)];
                     if is_symmetric {
-                        values[column_start + (D - j) + slots[slot] as usize * D + j] += value;
+                        values[column_start + (D - j) + node_equation::<D>(slots[slot] as usize, j)] += value;
                     } else {
-                        values[column_start + slots[w * n + v] as usize * D + j] += value;
-                        values[self.column_start[row * D + j] + slots[v * n + w] as usize * D + j] += value;
+                        values[column_start + node_equation::<D>(slots[w * n + v] as usize, j)] += value;
+                        let column_start = self.column_start[node_equation::<D>(row, j)];
+                        values[column_start + node_equation::<D>(slots[v * n + w] as usize, j)] += value;
                     }
                 }
                 slot += 1;
@@ -291,28 +336,30 @@ impl Incidence {
     }
 }
 
-/// Columns of the equations from neighbours of the nodes.
+/// Columns of the equations from neighbours of the places.
 fn scalar_columns<const D: usize>(
     symmetry: Symmetry,
+    unknowns: &Unknowns<D>,
     neighbour_start: &[usize],
     neighbour: &[u32],
     column_start: &mut Vec<usize>,
     row: &mut Vec<usize>,
 ) {
-    let n_active = neighbour_start.len() - 1;
     column_start.clear();
-    column_start.reserve(n_active * D + 1);
+    column_start.reserve(unknowns.n_equations() + 1);
     column_start.push(0);
     row.clear();
     let is_symmetric = symmetry == Symmetry::Symmetric;
-    row.reserve(neighbour.len() * D * D + if is_symmetric { n_active * D * (D + 1) / 2 } else { 0 });
-    for node in 0..n_active {
-        for component in 0..D {
+    let diagonals = if is_symmetric { unknowns.n_nodes() * D * (D + 1) / 2 } else { 0 };
+    row.reserve(neighbour.len() * D * D + diagonals);
+    for place in 0..unknowns.n_places() {
+        let own = unknowns.equations(place);
+        for equation in own.clone() {
             if is_symmetric {
-                row.extend((component..D).map(|i| node * D + i));
+                row.extend(equation..own.end);
             }
-            for &other in &neighbour[neighbour_start[node]..neighbour_start[node + 1]] {
-                row.extend((0..D).map(|i| other as usize * D + i));
+            for &other in &neighbour[neighbour_start[place]..neighbour_start[place + 1]] {
+                row.extend(unknowns.equations(other as usize));
             }
             column_start.push(row.len());
         }
