@@ -69,8 +69,8 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     }
     line("material points", count(summary.points));
     let mut steps = format!("{}, {} halved", count(summary.steps), count(summary.cuts));
-    if summary.staged_steps > 0 {
-        let _ = write!(steps, ", {} balanced in stages", count(summary.staged_steps));
+    if summary.relaxed_steps > 0 {
+        let _ = write!(steps, ", {} balanced with relaxation", count(summary.relaxed_steps));
     }
     line("load steps", steps);
     let mut iterations =

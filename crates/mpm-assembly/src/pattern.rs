@@ -107,6 +107,15 @@ impl<const D: usize> Pattern<D> {
         &self.row
     }
 
+    /// The pattern as linear solvers take it: `D` equations for each node.
+    pub fn for_solver(&self) -> mpm_linear::Pattern<'_> {
+        let pattern = match self.symmetry {
+            Symmetry::Symmetric => mpm_linear::Pattern::symmetric,
+            Symmetry::Unsymmetric => mpm_linear::Pattern::unsymmetric,
+        };
+        pattern(&self.column_start, &self.row, D)
+    }
+
     /// Number of stored entries.
     pub fn n_entries(&self) -> usize {
         self.row.len()

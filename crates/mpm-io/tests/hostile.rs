@@ -36,7 +36,7 @@ impl Observer for Kept {
         Ok(())
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         if at == Moment::Step(self.0) {
             self.1 = Some(state());
         }

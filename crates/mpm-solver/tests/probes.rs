@@ -31,7 +31,7 @@ impl Observer for Seen {
         Ok(())
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         if self.wanted.map(Moment::Step) == Some(at) {
             self.state = Some(state());
         }

@@ -57,7 +57,7 @@ impl Observer for Seen {
         Ok(())
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         match at {
             Moment::Step(step) => {
                 assert_eq!(step, self.first + self.rows.len() - 1);
@@ -244,7 +244,7 @@ fn states_of_other_scenes_are_refused_by_name() {
         (|state| state.bodies[0].columns[2].values[2] = -1.0, "bodies/0/reference_volume", "is -1 at point 2"),
         (|state| state.shares[1].clear(), "loads/1/point", "expected points that ascend below 12"),
         (|state| state.shares[0][0].1 = 2.0, "loads/0/share", "is 2, expected 0 to 1"),
-        (|state| state.order.as_mut().unwrap().order[0] = 1, "order", "is no order"),
+        (|state| state.linear_solver.as_mut().unwrap().numbers[0] = 1, "linear_solver", "is no order"),
         (|state| state.bodies[0].columns[0].values[1] = 77.0, "bodies", "outside"),
     ];
     for (change, item, reason) in cases {
@@ -256,7 +256,7 @@ fn states_of_other_scenes_are_refused_by_name() {
         state.progress = Progress::from_text(&text).unwrap();
     });
     assert!(error.reason.contains("a last step over -0.1"), "{error}");
-    let error = refused(|state| state.secant.increment[0] = f64::NAN);
+    let error = refused(|state| state.predictor.increment[0] = f64::NAN);
     assert!(error.reason.contains("a last step that is not finite"), "{error}");
     let path = shipped("path_arch", &[("steps: 100", "steps: 3")]);
     let mut seen = Seen::default();

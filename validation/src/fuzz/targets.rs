@@ -333,7 +333,7 @@ impl Observer for Kept {
         self.writer.load_step(step)
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         if at == Moment::Step(1) {
             self.state = Some(state());
         }

@@ -1,9 +1,8 @@
 //! Bases and laws: what points of a body are under.
 
-use crate::domains::DomainLimit;
 use crate::error::SceneError;
 use crate::fill::{Filled, Plan, fill};
-use crate::model::NamedBody;
+use crate::model::{DomainLimit, NamedBody};
 use crate::scene::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,

@@ -7,13 +7,17 @@ mod mesh;
 mod overlap;
 mod supports;
 
+use crate::connection::stencils;
 use crate::error::{Error, SceneError};
+use crate::estimate::{Estimate, estimate};
 use crate::files::{NoFiles, SceneFiles};
 use crate::limits::memory_left;
-use crate::load_step::{resume, run, stencils};
-use crate::model::{Model, PathControl, PathMeasure, Predictor, Prescribed, Schedule, Tolerance};
+use crate::model::{
+    Model, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, Tolerance,
+};
 use crate::observe::Observer;
-use crate::record::Summary;
+use crate::record::summary::Summary;
+use crate::run::{resume, run};
 use crate::scene::{
     PathMeasureInput, PredictorInput, Scene, SceneIn, SolverInput, StabilisationInput, StepControlInput,
     ToleranceInput,
@@ -57,6 +61,17 @@ impl Compiled {
         match self {
             Compiled::Plane(model) => resume(model, state, observer),
             Compiled::Solid(model) => resume(model, state, observer),
+        }
+    }
+
+    /// What a run will have to do and to hold, see [`estimate`].
+    ///
+    /// # Errors
+    /// As [`estimate`].
+    pub fn estimate(&self) -> Result<Estimate, Error> {
+        match self {
+            Compiled::Plane(model) => estimate(model),
+            Compiled::Solid(model) => estimate(model),
         }
     }
 
@@ -132,11 +147,11 @@ fn model<const D: usize, B: FillBody<D>>(
         energies: scene.output.energies,
         probes,
         condition_history: scene.output.condition,
-        solver: match scene.solver {
+        solver: SolverChoice::from(match scene.solver {
             SolverInput::Auto => Choice::Auto,
             SolverInput::Direct => Choice::Direct,
             SolverInput::Iterative => Choice::Iterative,
-        },
+        }),
         tolerance: tolerance(&scene.tolerance)?,
     };
     check_start(&model, &mesh, memory)?;
@@ -158,8 +173,8 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
         return Err(SceneError::new("schedule.cuts", reason));
     }
     let predictor = match scene.schedule.predictor {
-        PredictorInput::LastStep => Predictor::LastStep,
-        PredictorInput::Rest => Predictor::Rest,
+        PredictorInput::LastStep => PredictorKind::LastStep,
+        PredictorInput::Rest => PredictorKind::Rest,
     };
     Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
 }

@@ -2,31 +2,15 @@
 
 use crate::error::Error;
 use crate::model::{Loads, Model};
-use mpm_basis::DomainControl;
+use crate::progress::DomainCounts;
 use mpm_grid::LoadFraction;
-
-/// What a scene wants done about domains that have outgrown their cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DomainLimit {
-    /// What is done, and from which size on.
-    pub control: DomainControl,
-    /// Points of all bodies at most.
-    pub most_points: usize,
-}
-
-/// How many domains have been dealt with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct DomainCounts {
-    pub capped: u64,
-    pub split: u64,
-}
 
 /// Shortens or splits the domains that are too long in the mesh at a load fraction, and hands the loads
 /// of points that were split to their parts.
 ///
 /// # Errors
 /// More points than the limit; the body that could not be split has not changed.
-pub(crate) fn control<const D: usize>(
+pub(crate) fn control_domains<const D: usize>(
     model: &mut Model<D>,
     at: LoadFraction,
     step: usize,

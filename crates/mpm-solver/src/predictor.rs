@@ -1,13 +1,15 @@
-//! The last step, from which the next one is guessed.
+//! The last load step, from which the solver predicts the next one.
 
-use crate::newton::Problem;
-use crate::state::StoredSecant;
+use crate::connection::Connected;
+use crate::loading::impose;
+use crate::state::StoredPredictor;
+use mpm_assembly::Constraints;
 use mpm_basis::ActiveNodes;
 use mpm_grid::{NodeId, Vector};
 
-/// The last step, as a direction for the next.
+/// The last load step, as a direction for the next.
 #[derive(Clone)]
-pub(crate) struct Secant<const D: usize> {
+pub(crate) struct Predictor<const D: usize> {
     /// Displacement of every node that was active `[L]`, ascending in the node.
     pub increment: Vec<(NodeId, Vector<D>)>,
     /// Change of the load fraction.
@@ -16,7 +18,7 @@ pub(crate) struct Secant<const D: usize> {
     pub length: f64,
 }
 
-impl<const D: usize> Secant<D> {
+impl<const D: usize> Predictor<D> {
     /// A step that moved the active nodes by `increment` `[L]`.
     pub(crate) fn of(
         active: &ActiveNodes<D>,
@@ -27,10 +29,25 @@ impl<const D: usize> Secant<D> {
         Self { increment: active.nodes().iter().copied().zip(increment).collect(), fraction, length }
     }
 
+    /// The displacement of a load step over `span` of the load fraction: that of the last step in proportion, with
+    /// the components that `constraints` prescribes `[L]`.
+    pub(crate) fn displacement(
+        &self,
+        connected: &Connected<D>,
+        span: f64,
+        constraints: &Constraints<D>,
+    ) -> Vec<Vector<D>> {
+        let scale = span / self.fraction;
+        let mut displacement = self.carried(connected);
+        displacement.iter_mut().for_each(|u| *u *= scale);
+        impose(constraints, constraints.increment(), &mut displacement);
+        displacement
+    }
+
     /// Its displacement on the nodes of this step; a node that was not active then takes the mean of
     /// those with which it shares points.
-    pub(crate) fn carried(&self, problem: &Problem<'_, D>) -> Vec<Vector<D>> {
-        let known: Vec<Option<Vector<D>>> = problem
+    pub(crate) fn carried(&self, connected: &Connected<D>) -> Vec<Vector<D>> {
+        let known: Vec<Option<Vector<D>>> = connected
             .active
             .nodes()
             .iter()
@@ -40,7 +57,7 @@ impl<const D: usize> Secant<D> {
             })
             .collect();
         let mut sums = vec![(Vector::<D>::zeros(), 0.0); known.len()];
-        for connection in problem.connections {
+        for connection in &connected.connections {
             let links = connection.links();
             for group in 0..links.n_groups() {
                 let nodes = links.group_nodes(group);
@@ -61,8 +78,8 @@ impl<const D: usize> Secant<D> {
     }
 
     /// Its displacement, as plain numbers.
-    pub(crate) fn store(&self) -> StoredSecant {
-        StoredSecant {
+    pub(crate) fn save(&self) -> StoredPredictor {
+        StoredPredictor {
             nodes: self.increment.iter().map(|(node, _)| node.index() as u64).collect(),
             increment: self.increment.iter().flat_map(|(_, u)| u.iter().copied()).collect(),
         }
@@ -72,13 +89,13 @@ impl<const D: usize> Secant<D> {
     /// fraction and its length, are none.
     ///
     /// # Errors
-    /// What cannot be.
-    pub(crate) fn recall(
+    /// What in the numbers cannot be that of a step.
+    pub(crate) fn restore(
         measures: Option<(f64, f64)>,
-        stored: &StoredSecant,
+        stored: &StoredPredictor,
         n_nodes: usize,
     ) -> Result<Option<Self>, String> {
-        let StoredSecant { nodes, increment } = stored;
+        let StoredPredictor { nodes, increment } = stored;
         if nodes.len().checked_mul(D) != Some(increment.len()) || (measures.is_none() && !nodes.is_empty()) {
             let (n, m) = (nodes.len(), increment.len());
             return Err(format!("has a last step of {m} numbers on {n} nodes, expected {D} on each"));

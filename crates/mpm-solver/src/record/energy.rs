@@ -1,8 +1,8 @@
 //! Energies of a run: what is stored, what is dissipated, what was done from outside, and whether they agree.
 
+use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible};
 use crate::error::StepFailure;
 use crate::model::NamedBody;
-use crate::newton::{Equilibrium, Problem, inverted};
 use mpm_assembly::{Constraints, PassInput, Sums, views};
 use mpm_grid::Vector;
 use mpm_material::log_strain;
@@ -32,9 +32,9 @@ impl StepEnergy {
         let free = Constraints::none(increment.len());
         let (mut internal, mut unused) = (rest.clone(), rest.clone());
         let mut dissipated = 0.0;
-        for (named, connection) in problem.bodies.iter().zip(problem.connections) {
-            let refuse = |it| inverted(named, it);
-            let input = PassInput { pattern: problem.pattern, constraints: &free, increment: &rest };
+        for (named, connection) in problem.bodies.iter().zip(&problem.connected.connections) {
+            let refuse = |it| inadmissible(named, it);
+            let input = PassInput { pattern: &problem.connected.pattern, constraints: &free, increment: &rest };
             let sums = Sums { internal: &mut internal, tangent: None };
             named.body.assemble(connection, input, sums).map_err(refuse)?;
             dissipated += named.body.dissipation(connection, increment, &mut unused).map_err(refuse)?;

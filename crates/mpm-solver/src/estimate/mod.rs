@@ -1,15 +1,16 @@
 //! What a run will have to do and to hold, found by connecting the points once.
 
+mod rehearsal;
+
 use crate::clock::processor_seconds;
-use crate::compile::Compiled;
+use crate::connection::{Connected, connect, lines, periods};
 use crate::error::{Error, SceneError};
-use crate::load_step::{Connected, connect, lines, periods};
 use crate::model::{Model, NamedBody};
-use crate::newton::columns;
-use crate::rehearsal::{Seconds, Stage, rehearse};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Place, Prediction, predict, predict_factor_entries};
+use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
+pub use rehearsal::Seconds;
+use rehearsal::{Stage, rehearse};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,21 +94,12 @@ impl Memory {
     }
 }
 
-impl Compiled {
-    /// Connects the points at the start and counts.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] where the mesh of the first step does not cover the points,
-    /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
-    pub fn estimate(&self) -> Result<Estimate, Error> {
-        match self {
-            Compiled::Plane(model) => estimate(model),
-            Compiled::Solid(model) => estimate(model),
-        }
-    }
-}
-
-fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
+/// Connects the points of a model at the start and counts.
+///
+/// # Errors
+/// [`Error::Scene`] where the mesh of the first step does not cover the points,
+/// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
+pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
     let mesh =
         model.motion.mesh_at(&model.layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     let (connected, connect) = connected(model, &mesh)?;
@@ -122,24 +114,25 @@ fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         }
     }
 
-    let (columns, lattice, lines) = (columns(pattern), active.lattice_indices(), lines(&model.layout));
-    let place = Place { index: &lattice, lines: &lines, periodic: periods(&mesh) };
-    let prediction = predict::<D>(columns, place);
+    let (lattice, lines) = (active.lattice_indices(), lines(&model.layout));
+    let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(&mesh) };
+    let prediction = predict(pattern.for_solver(), places);
     let stage = Stage {
         model,
         mesh: &mesh,
         connected: &connected,
         connect,
         constraints: &constraints,
-        place,
+        places,
         prediction: &prediction,
     };
     let seconds = rehearse(&stage)?;
-    let is_iterative = model.linear_solver().is_iterative(&prediction);
+    // Of a solver of one's own nothing is known; it is taken to factorise.
+    let is_iterative = model.choice().is_some_and(|choice| choice.is_iterative(&prediction));
     let factor_entries = if is_iterative {
         prediction.factor_entries as usize
     } else {
-        predict_factor_entries(columns, &lattice, periods(&mesh), D)
+        predict_factor_entries(pattern.for_solver(), &Hints::on_lattice(places))
             .map_err(|it| Error::TooLarge(it.to_string()))?
     };
 

@@ -1,0 +1,160 @@
+//! A compiled scene: nouns with everything resolved, nothing left to look up.
+
+mod control;
+mod loads;
+mod solver;
+mod supports;
+
+pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance};
+pub use loads::{Loads, PointLoad};
+pub use solver::{SolverChoice, SolverFactory};
+pub use supports::{Prescribed, Support, Turn};
+
+use mpm_assembly::Body;
+use mpm_grid::{Layout, MeshMotion, Region, Vector};
+use mpm_linear::{Automatic, Choice, LinearSolver};
+
+/// All that a run needs to know.
+///
+/// A scene is compiled into one ([`crate::compile`]). Without a scene, with a body of any basis and law:
+///
+/// ```
+/// use mpm_assembly::MaterialBody;
+/// use mpm_basis::{Basis, Smpm};
+/// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
+/// use mpm_material::{Elasticity, Hencky};
+/// use mpm_solver::{Model, Prescribed, Schedule, run};
+///
+/// // A cell with one point, pressed to nine tenths of its height.
+/// let axis = Axis::uniform(0.0, 1.0, 1)?;
+/// let layout = Layout::on_axes([axis.clone(), axis])?;
+/// let mut points = Vec::new();
+/// let (low, high) = (Vector::<2>::repeat(-1.0), Vector::<2>::repeat(1.0));
+/// Smpm.seed(&Mesh::at_rest(&layout).piece([0, 0], &low, &high), &mut |seed| points.push(seed));
+/// let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3)?);
+///
+/// let mut model = Model::new(layout);
+/// model.add_body("block", Box::new(MaterialBody::new(Smpm, law, points)));
+/// let side = |axis: usize, at: f64| Region::<2>::Plane { axis, at };
+/// model.add_support("left", &side(0, 0.0), [Some(Prescribed::Held), None]);
+/// model.add_support("base", &side(1, 0.0), [None, Some(Prescribed::Held)]);
+/// model.add_support("top", &side(1, 1.0), [None, Some(Prescribed::Driven(Ramp::linear(-0.1)))]);
+/// model.schedule = Schedule::equal(2);
+/// let summary = run(&mut model, &mut ())?;
+/// assert_eq!((summary.steps, summary.cuts, summary.points), (2, 0, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[non_exhaustive]
+pub struct Model<const D: usize> {
+    /// Where the mesh's nodes stand at rest.
+    pub layout: Layout<D>,
+    /// How they move.
+    pub motion: MeshMotion<D>,
+    /// The bodies, in the order of the scene.
+    pub bodies: Vec<NamedBody<D>>,
+    /// The supports, in the order of the scene.
+    pub supports: Vec<Support<D>>,
+    /// Forces.
+    pub loads: Loads<D>,
+    /// Load steps.
+    pub schedule: Schedule,
+    /// How the load fraction follows the path, where it does.
+    pub path: Option<PathControl>,
+    /// When a load step counts as solved.
+    pub tolerance: Tolerance,
+    /// How linear systems are solved.
+    pub solver: SolverChoice,
+    /// What is done about domains that have outgrown their cells, if anything.
+    pub domain_limit: Option<DomainLimit>,
+    /// Stiffness of the jumps of displacement gradient at the edge of the bodies over Young's modulus, where
+    /// they are to be penalised; see [`mpm_assembly::GhostFaces`].
+    pub ghost: Option<f64>,
+    /// Whether the history tells the health of the points' domains.
+    pub domain_history: bool,
+    /// Whether the history tells the condition number of the tangent.
+    pub condition_history: bool,
+    /// Whether the history tells energies.
+    pub energies: bool,
+    /// What the history follows besides supports, in the order of the scene.
+    pub probes: Vec<Probe<D>>,
+}
+
+impl<const D: usize> Model<D> {
+    /// A mesh at rest without bodies, supports and loads; one load step.
+    pub fn new(layout: Layout<D>) -> Self {
+        Self {
+            layout,
+            motion: MeshMotion::Fixed,
+            bodies: Vec::new(),
+            supports: Vec::new(),
+            loads: Loads::default(),
+            schedule: Schedule::equal(1),
+            path: None,
+            tolerance: Tolerance::default(),
+            solver: SolverChoice::default(),
+            domain_limit: None,
+            ghost: None,
+            domain_history: false,
+            condition_history: false,
+            energies: false,
+            probes: Vec::new(),
+        }
+    }
+
+    /// The choice among the shipped solvers, if one of them is to be taken: path control in the plane takes the
+    /// signs of pivots to see limit points, which conjugate gradients can pass without notice.
+    pub(crate) fn choice(&self) -> Option<Choice> {
+        match self.solver {
+            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.path.is_some() => Some(Choice::Direct),
+            SolverChoice::Automatic(choice) => Some(choice),
+            SolverChoice::Custom(_) => None,
+        }
+    }
+
+    /// A linear solver for a run.
+    pub(crate) fn linear_solver(&self) -> Box<dyn LinearSolver> {
+        match (&self.solver, self.choice()) {
+            (SolverChoice::Custom(make), _) => make(),
+            (_, choice) => Box::new(Automatic::new(choice.unwrap_or_default())),
+        }
+    }
+
+    /// Puts a body behind the others.
+    pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
+        self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });
+    }
+
+    /// Puts a support of the mesh's nodes in a region (at rest) behind the others.
+    pub fn add_support(
+        &mut self,
+        name: impl Into<String>,
+        region: &Region<D>,
+        components: [Option<Prescribed>; D],
+    ) {
+        let nodes = region.nodes(&self.layout);
+        self.supports.push(Support { name: name.into(), nodes, components, moment_about: None });
+    }
+}
+
+/// Points of a body that are followed through the history.
+#[derive(Clone, Debug)]
+pub struct Probe<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Index of the body.
+    pub body: usize,
+    /// Its points, ascending; at least one.
+    pub points: Vec<usize>,
+    /// Their mean position at rest `[L]`.
+    pub rest: Vector<D>,
+}
+
+/// A body and its name.
+pub struct NamedBody<const D: usize> {
+    /// Its name in the scene.
+    pub name: String,
+    /// Its points, law and basis.
+    pub body: Box<dyn Body<D>>,
+    /// Volume of the shape that its points fill, where theirs is found in another way `[L^D]`.
+    pub shape_volume: Option<f64>,
+}
