@@ -10,8 +10,9 @@ use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symm
 use mpm_material::{
     Elasticity, Hencky, Material, PointParameters, SymmetricTensor, VonMises, log_strain, respond,
 };
-use mpm_solver::scene::{Scene, SolidBasis};
-use mpm_solver::{Compiled, Model, compile};
+use mpm_scene::language::{Scene, SolidBasis};
+use mpm_scene::{Compiled, compile};
+use mpm_solver::Model;
 use mpm_validation::scenes::load;
 use mpm_validation::variants::{ALL, Method, SMPM};
 use std::hint::black_box;

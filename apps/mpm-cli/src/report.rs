@@ -2,8 +2,8 @@
 
 use crate::reference::field_names;
 use crate::watch::Row;
+use mpm_scene::Scene;
 use mpm_solver::Summary;
-use mpm_solver::scene::Scene;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -118,7 +118,7 @@ impl Checkpoint {
                 seconds: (seconds > 0.0).then_some(seconds),
             },
         };
-        let progress = Progress::from_text(&checkpoint.text("progress")?);
+        let progress = ron::from_str(&checkpoint.text("progress")?);
         checkpoint.progress = progress.map_err(|it| checkpoint.malformed("progress", it))?;
         Ok(checkpoint)
     }
@@ -318,7 +318,7 @@ impl Checkpoint {
 /// Writes the whole file at `part`, check sum and all.
 fn fill(part: &Path, path: &Path, head: &CheckpointHead, state: &State) -> Result<(), String> {
     hdf5::silence_errors(true);
-    let progress = state.progress.to_text()?;
+    let progress = ron::to_string(&state.progress).map_err(|error| error.to_string())?;
     let file = File::with_options()
         .with_fapl(|access| access.libver_v110())
         .with_fcpl(|create| create.userblock(BLOCK as u64).obj_track_times(false))

@@ -68,7 +68,7 @@ mod tests {
         let mut loads = Loads {
             body_forces: Vec::new(),
             point_loads: vec![load(0, vec![(1, 0.25), (2, 0.75)]), load(1, vec![(1, 1.0)])],
-            vortices: Vec::new(),
+            fields: Vec::new(),
         };
         // Point 0 became two, point 1 stayed, point 2 became three.
         divide_shares(&mut loads, 0, &[(0, 0.5), (0, 0.5), (1, 1.0), (2, 0.5), (2, 0.25), (2, 0.25)]);

@@ -38,19 +38,8 @@ pub enum Entry {
     Real(Vec<f64>),
 }
 
-/// A quantity of the material points that a scene can ask for.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-)]
+/// A quantity of the material points that can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Field {
     /// Displacement since the start, three components `[L]`.

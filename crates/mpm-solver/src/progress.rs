@@ -20,22 +20,6 @@ impl Progress {
     pub fn rows(&self) -> usize {
         self.rows as usize
     }
-
-    /// As text, from which [`Self::from_text`] gets every bit back.
-    ///
-    /// # Errors
-    /// Says why it cannot be written.
-    pub fn to_text(&self) -> Result<String, String> {
-        ron::to_string(self).map_err(|error| error.to_string())
-    }
-
-    /// From text.
-    ///
-    /// # Errors
-    /// Says what is wrong with the text.
-    pub fn from_text(text: &str) -> Result<Self, String> {
-        ron::from_str(text).map_err(|error| error.to_string())
-    }
 }
 
 /// How far the choice of load steps has come.

@@ -74,7 +74,7 @@ pub struct BodyLayout {
 
 impl StateLayout {
     /// The layout of the states of a model that has not begun to run.
-    pub(crate) fn of<const D: usize>(model: &Model<D>) -> Self {
+    pub fn of<const D: usize>(model: &Model<D>) -> Self {
         let points = |k: usize| model.bodies[k].body.n_points();
         let all: usize = (0..model.bodies.len()).map(points).sum();
         let split = model.domain_limit.filter(|limit| matches!(limit.control, DomainControl::Split { .. }));

@@ -236,9 +236,11 @@ fn solve_dense(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
         rows.swap(k, pivot);
         rhs.swap(k, pivot);
         for i in k + 1..n {
-            let factor = rows[i][k] / rows[k][k];
-            for j in k..n {
-                rows[i][j] -= factor * rows[k][j];
+            let (above, below) = rows.split_at_mut(i);
+            let (upper, lower) = (&above[k][k..], &mut below[0][k..]);
+            let factor = lower[0] / upper[0];
+            for (lower, upper) in lower.iter_mut().zip(upper) {
+                *lower -= factor * upper;
             }
             rhs[i] -= factor * rhs[k];
         }

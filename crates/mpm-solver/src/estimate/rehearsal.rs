@@ -2,7 +2,8 @@
 
 use crate::clock::processor_seconds;
 use crate::connection::Connected;
-use crate::error::{Error, SceneError};
+use crate::equilibrium::problem::inverted;
+use crate::error::{Error, StepFailure};
 use crate::model::Model;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::{Block, Mesh, Vector};
@@ -108,12 +109,12 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
             let tangent = Some(TangentSums { values: &mut *values, lift: None });
             let input = PassInput { pattern, constraints, increment };
             let summed = named.body.assemble(connection, input, Sums { internal: &mut internal, tangent });
-            summed.map_err(|it| SceneError::new("bodies", it))?;
+            summed.map_err(|it| inverted(named, it))?;
         }
-        Ok::<_, SceneError>(())
+        Ok::<_, StepFailure>(())
     };
-    let pass = shortest(|| assemble(&strained, &mut values))?;
-    assemble(&rest, &mut values)?;
+    let pass = shortest(|| assemble(&strained, &mut values)).map_err(Error::Start)?;
+    assemble(&rest, &mut values).map_err(Error::Start)?;
     finish_tangent(pattern, constraints, &mut values);
     let tried = try_solution(stage, &values);
     let is_tried = tried.is_some();
@@ -123,7 +124,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
         for view in model.bodies.iter().flat_map(|named| views(&*named.body)) {
             black_box(view);
         }
-        Ok::<_, SceneError>(())
+        Ok::<_, Error>(())
     })?;
     let yields = model
         .bodies

@@ -1,8 +1,17 @@
 //! Forces on the bodies.
 
-use crate::vortex::Vortex;
 use mpm_assembly::{Body, views};
 use mpm_grid::{LoadFraction, Ramp, Vector};
+use std::fmt;
+use std::sync::Arc;
+
+/// A force per volume on the points of a body, for example that of a manufactured solution.
+///
+/// It must be a pure function, so that a load step that is cut, or a run that is resumed, meets the same force.
+pub trait BodyForce<const D: usize>: fmt::Debug + Send + Sync {
+    /// Force per volume at rest on the point that was at `rest` `[L]`, at a load fraction `[F/L^D]`.
+    fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D>;
+}
 
 /// Forces on the bodies.
 #[derive(Clone, Debug, Default)]
@@ -11,8 +20,8 @@ pub struct Loads<const D: usize> {
     pub body_forces: Vec<(Vector<D>, Ramp)>,
     /// Forces on single points.
     pub point_loads: Vec<PointLoad<D>>,
-    /// Manufactured body forces: the body's index, and the field.
-    pub vortices: Vec<(usize, Vortex)>,
+    /// Forces per volume on single bodies: the body's index, and the force. The body keeps positions at rest.
+    pub fields: Vec<(usize, Arc<dyn BodyForce<D>>)>,
 }
 
 /// One load carried by points of one body.
@@ -44,10 +53,11 @@ impl<const D: usize> Loads<D> {
             let force = load.force * load.ramp.value(at);
             forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
         }
-        for (_, vortex) in self.vortices.iter().filter(|(index, _)| *index == body) {
+        for (_, field) in self.fields.iter().filter(|(index, _)| *index == body) {
             forces.extend(views(points).enumerate().map(|(point, view)| {
-                let rest = view.reference_position.expect("kept where a vortex acts");
-                (point, vortex.body_force(&rest, at) * view.reference_volume)
+                let rest =
+                    view.reference_position.expect("a body under a force per volume keeps positions at rest");
+                (point, field.force(&rest, at) * view.reference_volume)
             }));
         }
         forces.sort_by_key(|&(point, _)| point);

@@ -1,4 +1,4 @@
-//! A compiled scene: nouns with everything resolved, nothing left to look up.
+//! A model: nouns with everything resolved, nothing left to look up.
 
 mod control;
 mod loads;
@@ -6,7 +6,7 @@ mod solver;
 mod supports;
 
 pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance};
-pub use loads::{Loads, PointLoad};
+pub use loads::{BodyForce, Loads, PointLoad};
 pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Prescribed, Support, Turn};
 
@@ -16,34 +16,7 @@ use mpm_linear::{Automatic, Choice, LinearSolver};
 
 /// All that a run needs to know.
 ///
-/// A scene is compiled into one ([`crate::compile`]). Without a scene, with a body of any basis and law:
-///
-/// ```
-/// use mpm_assembly::MaterialBody;
-/// use mpm_basis::{Basis, Smpm};
-/// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
-/// use mpm_material::{Elasticity, Hencky};
-/// use mpm_solver::{Model, Prescribed, Schedule, run};
-///
-/// // A cell with one point, pressed to nine tenths of its height.
-/// let axis = Axis::uniform(0.0, 1.0, 1)?;
-/// let layout = Layout::on_axes([axis.clone(), axis])?;
-/// let mut points = Vec::new();
-/// let (low, high) = (Vector::<2>::repeat(-1.0), Vector::<2>::repeat(1.0));
-/// Smpm.seed(&Mesh::at_rest(&layout).piece([0, 0], &low, &high), &mut |seed| points.push(seed));
-/// let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3)?);
-///
-/// let mut model = Model::new(layout);
-/// model.add_body("block", Box::new(MaterialBody::new(Smpm, law, points)));
-/// let side = |axis: usize, at: f64| Region::<2>::Plane { axis, at };
-/// model.add_support("left", &side(0, 0.0), [Some(Prescribed::Held), None]);
-/// model.add_support("base", &side(1, 0.0), [None, Some(Prescribed::Held)]);
-/// model.add_support("top", &side(1, 1.0), [None, Some(Prescribed::Driven(Ramp::linear(-0.1)))]);
-/// model.schedule = Schedule::equal(2);
-/// let summary = run(&mut model, &mut ())?;
-/// assert_eq!((summary.steps, summary.cuts, summary.points), (2, 0, 1));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// The example of the [crate] makes one by hand, with a body of any basis and law.
 #[non_exhaustive]
 pub struct Model<const D: usize> {
     /// Where the mesh's nodes stand at rest.

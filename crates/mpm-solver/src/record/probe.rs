@@ -7,6 +7,13 @@ use mpm_grid::Vector;
 use mpm_material::SymmetricTensor;
 
 impl<const D: usize> Probe<D> {
+    /// Follows points of a body, ascending, from where they are.
+    pub fn new(name: impl Into<String>, body: usize, points: Vec<usize>, bodies: &[NamedBody<D>]) -> Self {
+        let mut probe = Self { name: name.into(), body, points, rest: Vector::zeros() };
+        probe.rest = probe.mean_position(bodies);
+        probe
+    }
+
     /// Columns of its entries.
     pub(crate) fn columns(&self) -> [Column; 3] {
         let column = |what: &str, width| {
@@ -35,7 +42,7 @@ impl<const D: usize> Probe<D> {
     }
 
     /// Mean position of its points `[L]`.
-    pub(crate) fn mean_position(&self, bodies: &[NamedBody<D>]) -> Vector<D> {
+    fn mean_position(&self, bodies: &[NamedBody<D>]) -> Vector<D> {
         let (mut sum, mut volume) = (Vector::zeros(), 0.0);
         for view in self.views(bodies) {
             sum += view.position * view.reference_volume;
