@@ -3,11 +3,12 @@
 use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, GhostFaces, Linked, PassInput, Pattern, PointView, Sums,
-    TangentSums,
+    Body, Connection, Constraints, Converged, Couplings, GhostFaces, Linked, PassInput, Pattern, PointView,
+    Sums, TangentSums,
 };
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_linear::Matrix;
 use mpm_scene::Compiled;
 use mpm_scene::Scene;
 use mpm_solver::Model;
@@ -111,19 +112,9 @@ impl<const D: usize> Probe<D> {
             faces.assemble(slots, input, Sums { internal: &mut internal, tangent });
         }
 
-        // The pattern holds the lower triangle by columns.
-        let mut product = vec![Vector::zeros(); self.active.len()];
-        let (starts, rows) = (self.pattern.column_start(), self.pattern.row());
-        for column in 0..self.pattern.n_equations() {
-            for entry in starts[column]..starts[column + 1] {
-                let row = rows[entry];
-                product[row / D][row % D] += values[entry] * v[column / D][column % D];
-                if row != column {
-                    product[column / D][column % D] += values[entry] * v[row / D][row % D];
-                }
-            }
-        }
-        Ok(product)
+        let flat: Vec<f64> = v.iter().flat_map(|v| v.iter().copied()).collect();
+        let product = Matrix { pattern: self.pattern.for_solver(), values: &values }.times(&flat);
+        Ok(product.chunks_exact(D).map(Vector::from_column_slice).collect())
     }
 
     /// Carries the points through an increment of displacement, and connects them to the mesh again.
@@ -157,7 +148,11 @@ fn connect<const D: usize>(
     });
     let dilatation = body.dilatation(&links, mesh, &active)?;
     let linked = Linked { links, dilatation };
-    let pattern = Pattern::reusing(None, active.len(), std::slice::from_ref(&linked), faces.as_ref());
+    let pattern = {
+        let mut couplings: Vec<&dyn Couplings> = vec![&linked];
+        couplings.extend(faces.as_ref().map(|it| it as &dyn Couplings));
+        Pattern::of(active.len(), body.symmetry(), &couplings)
+    };
     let connection = Connection::new(linked, &pattern);
     let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
     Ok((active, pattern, connection, ghost))

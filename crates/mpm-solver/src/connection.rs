@@ -4,9 +4,10 @@ use crate::error::StepFailure;
 use crate::model::{Model, NamedBody};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Connection, GhostFaces, Linked, Pattern};
+use mpm_assembly::{Connection, Couplings, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion};
+use mpm_linear::Symmetry;
 use std::cell::Cell;
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
@@ -56,7 +57,9 @@ pub(crate) fn connect_step<const D: usize>(
     let skipped = &mut timings.skipped;
     kept.count(skipped);
     skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
-    skipped.upper_triangle = (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64;
+    let stored = connected.pattern.n_entries() - connected.pattern.n_equations();
+    skipped.upper_triangle =
+        if connected.pattern.symmetry() == Symmetry::Symmetric { stored as u64 } else { 0 };
     skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
     Ok(connected)
 }
@@ -133,7 +136,11 @@ pub(crate) fn connect<const D: usize>(
         }
         former => {
             let former = former.map(|former| former.pattern);
-            let pattern = Pattern::reusing(former, active.len(), &linked, faces.as_ref());
+            let mut couplings: Vec<&dyn Couplings> = linked.iter().map(|it| it as _).collect();
+            couplings.extend(faces.as_ref().map(|it| it as &dyn Couplings));
+            let is_symmetric = model.bodies.iter().all(|named| named.body.symmetry() == Symmetry::Symmetric);
+            let symmetry = if is_symmetric { Symmetry::Symmetric } else { Symmetry::Unsymmetric };
+            let pattern = Pattern::reusing(former, active.len(), symmetry, &couplings);
             let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
             let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
             let is_analysed = Cell::new(false);

@@ -2,6 +2,7 @@
 
 use crate::observe::ObserverError;
 use mpm_assembly::AdvanceError;
+use mpm_material::NoReturn;
 
 /// Why a run did not start or did not finish.
 #[derive(Debug, thiserror::Error)]
@@ -98,6 +99,18 @@ pub enum StepFailure {
         position: Vec<f64>,
         /// `det ΔF`.
         determinant: f64,
+    },
+    /// A law found no stress for a trial displacement, nor for shorter corrections.
+    #[error("body `{body}`: the law of material point {point} at {position:?} finds no stress: {reason}")]
+    NoReturn {
+        /// Name of the body.
+        body: String,
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step `[L]`.
+        position: Vec<f64>,
+        /// What its law could not do.
+        reason: NoReturn,
     },
     /// The out-of-balance force did not become small enough.
     #[error("no equilibrium after {} Newton iterations (relative out-of-balance force {:e})",

@@ -53,7 +53,7 @@ impl<const D: usize> Correction<'_, D> {
         loop {
             self.apply(part, &mut iterate.increment);
             match solver.evaluate(problem, iterate, wanted, &mut []) {
-                Err(StepFailure::Inverted { .. }) if part > self.least_part => {
+                Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) if part > self.least_part => {
                     part *= 0.5;
                     iterate.effort.shortened += 1;
                 }

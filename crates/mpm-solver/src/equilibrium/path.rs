@@ -15,7 +15,7 @@
 //! One factorisation serves both right-hand sides; K stays symmetric and may be indefinite.
 
 use super::newton;
-use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot, inverted};
+use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot, inadmissible};
 use super::system::{BorderRow, BorderedSolution, Solver};
 use crate::error::{PathFailure, StepFailure};
 use crate::loading::{LoadingAt, StepLoading, impose};
@@ -188,7 +188,8 @@ impl<const D: usize> PathIteration<'_, '_, D> {
                 }
                 let tried = self.evaluate(&mut iterate, at);
                 match tried.and_then(|trial| Ok((trial, self.gauge(step.measure, &iterate.increment)?))) {
-                    Err(StepFailure::Inverted { .. }) if halvings < HALVINGS => {}
+                    Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) if halvings < HALVINGS => {
+                    }
                     // Where nothing yields any more there is no way back.
                     Ok((_, gauge)) if gauge.length == 0.0 && halvings < HALVINGS => {}
                     result => break result?,
@@ -339,7 +340,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
     ) -> Result<f64, StepFailure> {
         let mut energy = |change: f64| match self.gauge(Length::Dissipation, &along(change)) {
             // A step that inverts a point is too long as well.
-            Err(StepFailure::Inverted { .. }) => Ok(f64::INFINITY),
+            Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) => Ok(f64::INFINITY),
             gauge => gauge.map(|gauge| gauge.length),
         };
         let longest = step.reach.max(8.0 * step.seed);
@@ -415,7 +416,7 @@ fn gauge<const D: usize>(
                 let energy = named
                     .body
                     .dissipation(connection, increment, &mut gradient)
-                    .map_err(|it| inverted(named, it))?;
+                    .map_err(|it| inadmissible(named, it))?;
                 length += energy;
             }
         }

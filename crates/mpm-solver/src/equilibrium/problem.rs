@@ -4,7 +4,9 @@ use crate::connection::{Connected, Ghost};
 use crate::error::StepFailure;
 use crate::model::{NamedBody, Tolerance};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Constraints, InvertedPoint, PassInput, Sums, TangentSums, finish_tangent};
+use mpm_assembly::{
+    Constraints, Inadmissible, InadmissiblePoint, PassInput, Sums, TangentSums, finish_tangent,
+};
 use mpm_grid::{Mesh, NodeId, Vector};
 use mpm_linear::Method;
 
@@ -158,7 +160,7 @@ impl<const D: usize> Problem<'_, D> {
             for (named, connection) in self.bodies.iter().zip(connections) {
                 let sums = sums(wanted, &mut iterate.reaction, values, lift);
                 let determinant =
-                    named.body.assemble(connection, input, sums).map_err(|it| inverted(named, it))?;
+                    named.body.assemble(connection, input, sums).map_err(|it| inadmissible(named, it))?;
                 iterate.smallest_determinant = iterate.smallest_determinant.min(determinant);
             }
             if let Some(Ghost { faces, slots }) = ghost {
@@ -222,13 +224,14 @@ fn sums<'a, const D: usize>(
     Sums { internal, tangent: (wanted == Wanted::ForceAndTangent).then_some(tangent) }
 }
 
-/// The failure of a trial that inverts a point.
-pub(crate) fn inverted<const D: usize>(named: &NamedBody<D>, it: InvertedPoint) -> StepFailure {
-    StepFailure::Inverted {
-        body: named.name.clone(),
-        basis: named.body.basis(),
-        point: it.point,
-        position: named.body.point(it.point).position.iter().copied().collect(),
-        determinant: it.determinant,
+/// The failure of a trial under which a point has no admissible state.
+pub(crate) fn inadmissible<const D: usize>(named: &NamedBody<D>, it: InadmissiblePoint) -> StepFailure {
+    let (body, basis, point) = (named.name.clone(), named.body.basis(), it.point);
+    let position = named.body.point(point).position.iter().copied().collect();
+    match it.reason {
+        Inadmissible::Inverted { determinant } => {
+            StepFailure::Inverted { body, basis, point, position, determinant }
+        }
+        Inadmissible::NoReturn(reason) => StepFailure::NoReturn { body, point, position, reason },
     }
 }

@@ -1,6 +1,6 @@
 //! Energies of a run: what is stored, what is dissipated, what was done from outside, and whether they agree.
 
-use crate::equilibrium::problem::{Equilibrium, Problem, inverted};
+use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible};
 use crate::error::StepFailure;
 use crate::model::NamedBody;
 use mpm_assembly::{Constraints, PassInput, Sums, views};
@@ -33,7 +33,7 @@ impl StepEnergy {
         let (mut internal, mut unused) = (rest.clone(), rest.clone());
         let mut dissipated = 0.0;
         for (named, connection) in problem.bodies.iter().zip(&problem.connected.connections) {
-            let refuse = |it| inverted(named, it);
+            let refuse = |it| inadmissible(named, it);
             let input = PassInput { pattern: &problem.connected.pattern, constraints: &free, increment: &rest };
             let sums = Sums { internal: &mut internal, tangent: None };
             named.body.assemble(connection, input, sums).map_err(refuse)?;
