@@ -157,6 +157,26 @@ impl<const D: usize> UnknownVector<D> {
         self.own.copy_from_slice(&other.own);
     }
 
+    /// Adds `factor` times another vector of the same unknowns.
+    pub fn add(&mut self, factor: f64, other: &Self) {
+        for (sum, it) in self.nodes.iter_mut().zip(&other.nodes) {
+            *sum += it * factor;
+        }
+        for (sum, it) in self.own.iter_mut().zip(&other.own) {
+            *sum += it * factor;
+        }
+    }
+
+    /// Subtracts another vector of the same unknowns.
+    pub fn subtract(&mut self, other: &Self) {
+        for (sum, it) in self.nodes.iter_mut().zip(&other.nodes) {
+            *sum -= it;
+        }
+        for (sum, it) in self.own.iter_mut().zip(&other.own) {
+            *sum -= it;
+        }
+    }
+
     /// Scalar product, summed node by node.
     pub fn dot(&self, other: &Self) -> f64 {
         let nodes: f64 = self.nodes.iter().zip(&other.nodes).map(|(a, b)| a.dot(b)).sum();
