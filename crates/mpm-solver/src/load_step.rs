@@ -17,13 +17,13 @@ use crate::error::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::Model;
 use crate::progress::DomainCounts;
-use crate::record::StepResult;
 use crate::record::energy::StepEnergy;
+use crate::record::{Balanced, StepResult};
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Converged, Trial};
 use mpm_grid::{LoadFraction, Mesh, NodeId};
-use mpm_linear::{Analysis, Hints, LatticePlaces};
+use mpm_linear::{Hints, LatticePlaces};
 
 /// What load steps hand on to each other.
 pub(crate) struct Tools<const D: usize> {
@@ -51,35 +51,12 @@ pub(crate) fn load_step<const D: usize>(
         Ok(balanced)
     });
     match balanced {
-        Ok(Balanced { end, equilibrium, equations, analysis, energy, condition }) => {
-            let domains = DomainCounts::default();
-            Ok(StepResult {
-                end,
-                mesh,
-                connected,
-                equilibrium,
-                equations,
-                analysis,
-                energy,
-                condition,
-                domains,
-            })
-        }
+        Ok(balanced) => Ok(StepResult { mesh, connected, balanced, domains: DomainCounts::default() }),
         Err(failure) => {
             *former = Some(Former { connected, start_of_failed_step: Some(plan.start) });
             Err(failure)
         }
     }
-}
-
-/// A load step in equilibrium; the fields are those of [`StepResult`].
-struct Balanced<const D: usize> {
-    end: LoadFraction,
-    equilibrium: Equilibrium<D>,
-    equations: usize,
-    analysis: Analysis,
-    energy: Option<StepEnergy>,
-    condition: Option<f64>,
 }
 
 /// Finds the displacements that balance the forces.

@@ -108,7 +108,7 @@ impl<const D: usize> RunState<D> {
                 Ok(mut done) => {
                     model.commit();
                     self.steps.accept(&plan, &done);
-                    let controlled = control_domains(model, done.end, self.record.rows());
+                    let controlled = control_domains(model, done.balanced.end, self.record.rows());
                     done.domains = *controlled.as_ref().unwrap_or(&done.domains);
                     let Tools { solver, former } = &mut self.tools;
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;
