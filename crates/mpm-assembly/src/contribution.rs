@@ -208,11 +208,7 @@ pub struct Trial<'a, const D: usize> {
 impl<'a, const D: usize> Trial<'a, D> {
     /// What a pass over points reads.
     pub fn nodes(&self) -> PassInput<'a, D> {
-        PassInput {
-            pattern: self.pattern,
-            constraints: self.constraints,
-            increment: &self.increment.nodes,
-        }
+        PassInput { pattern: self.pattern, constraints: self.constraints, increment: &self.increment.nodes }
     }
 }
 

@@ -31,6 +31,4 @@ pub use contribution::{
     StepStart, SystemSums, SystemTangent, Trial,
 };
 pub use ghost::{GhostFaces, GhostStabilisation, OccupiedCell};
-pub use unknowns::{
-    Block, Constraints, Couplings, Linked, Pattern, Place, UnknownId, UnknownVector, Unknowns,
-};
+pub use unknowns::{Block, Constraints, Couplings, Linked, Pattern, Place, UnknownId, UnknownVector, Unknowns};

@@ -3,8 +3,8 @@
 mod setup;
 
 use mpm_assembly::{
-    Connection, Constraints, Converged, GhostFaces, InadmissibleState, Linked, MeanDilatation, PassInput, Pattern,
-    Sums, TangentSums, views,
+    Connection, Constraints, Converged, GhostFaces, InadmissibleState, Linked, MeanDilatation, PassInput,
+    Pattern, Sums, TangentSums, views,
 };
 use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Links, Smpm};
 use mpm_grid::{Block, Vector};

@@ -5,7 +5,8 @@ use crate::model::{Model, NamedBody, NamedContribution};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
-    Begun, BodyAtStart, ConnectedBody, Connection, Contribution, Couplings, Linked, Pattern, StepStart, Unknowns,
+    Begun, BodyAtStart, ConnectedBody, Connection, Contribution, Couplings, Linked, Pattern, StepStart,
+    Unknowns,
 };
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion};
@@ -231,9 +232,8 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
     let mut unknowns = Unknowns::of_nodes(active.len());
     let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
     let bodies = model.bodies.iter().zip(links);
-    let bodies: Vec<BodyAtStart<'_, D>> = bodies
-        .map(|(named, links)| BodyAtStart { name: &named.name, body: &*named.body, links })
-        .collect();
+    let bodies: Vec<BodyAtStart<'_, D>> =
+        bodies.map(|(named, links)| BodyAtStart { name: &named.name, body: &*named.body, links }).collect();
     let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry };
     for NamedContribution { name, contribution } in &mut model.contributions {
         let first = unknowns.n_own();

@@ -10,7 +10,7 @@
 //! converged step, so that a step that fails can be tried again in another way.
 
 use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods};
-use crate::equilibrium::problem::{Equilibrium, Problem};
+use crate::equilibrium::problem::Problem;
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
 use crate::error::StepFailure;

@@ -180,7 +180,8 @@ impl<const D: usize> Problem<'_, D> {
                 values.fill(0.0);
             }
             let is_first = std::mem::take(&mut iterate.is_first);
-            let tangent = (wanted == Wanted::ForceAndTangent).then_some(SystemTangent { values: &mut *values, lift });
+            let tangent =
+                (wanted == Wanted::ForceAndTangent).then_some(SystemTangent { values: &mut *values, lift });
             let (force, smallest_determinant) = (&mut iterate.reaction, f64::INFINITY);
             let mut sums = SystemSums { force, tangent, smallest_determinant };
             let trial = self.trial(&iterate.increment, is_first);
@@ -229,7 +230,8 @@ impl<const D: usize> Problem<'_, D> {
             for (end, sign) in [(after, 1.0), (before, -1.0)] {
                 let mut force = UnknownVector::zeros(self.unknowns());
                 let trial = Trial { end, ..self.trial(&iterate.increment, false) };
-                let mut sums = SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
+                let mut sums =
+                    SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
                 contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
                 rate.add(sign / (after.get() - before.get()), &force);
             }

@@ -209,7 +209,11 @@ impl<const D: usize> BorderedSolution<D> {
     /// The border unknowns δλ; none where the Schur complement is singular.
     pub(crate) fn border_unknowns(&self, rows: &[BorderRow<'_, D>]) -> Option<Vec<f64>> {
         let slopes = |row: &BorderRow<'_, D>| {
-            self.of_columns.iter().zip(&row.border).map(|(column, e)| dot(row.gradient, &column.nodes) + e).collect()
+            self.of_columns
+                .iter()
+                .zip(&row.border)
+                .map(|(column, e)| dot(row.gradient, &column.nodes) + e)
+                .collect()
         };
         let complement: Vec<Vec<f64>> = rows.iter().map(slopes).collect();
         let rhs = rows.iter().map(|row| row.wanted - dot(row.gradient, &self.of_force.nodes)).collect();
@@ -299,9 +303,8 @@ mod tests {
         // K = diag(2, 4, 5, 10), which BorderedSolution has applied already.
         let field = |x: [f64; 4]| vec![Vector::<2>::new(x[0], x[1]), Vector::<2>::new(x[2], x[3])];
         let k = [2.0, 4.0, 5.0, 10.0];
-        let inverse = |x: [f64; 4]| {
-            UnknownVector { nodes: field(std::array::from_fn(|i| x[i] / k[i])), own: Vec::new() }
-        };
+        let inverse =
+            |x: [f64; 4]| UnknownVector { nodes: field(std::array::from_fn(|i| x[i] / k[i])), own: Vec::new() };
         let (f, b) = ([1.0, 2.0, 3.0, 4.0], [[1.0, 0.0, 2.0, 0.0], [0.0, 3.0, 0.0, 1.0]]);
         let (c, e, g) = ([[0.0, 2.0, 1.0, 0.0], [1.0, 0.0, 0.0, 4.0]], [[0.0, 3.0], [1.0, 0.0]], [5.0, 6.0]);
         let solution = BorderedSolution { of_force: inverse(f), of_columns: b.map(inverse).to_vec() };

@@ -47,7 +47,8 @@ impl StepEnergy {
                 // On prescribed components what holds the body is internal force and external force in one.
                 let prescribed = problem.constraints.is_prescribed(v, i);
                 let start = if prescribed { internal[v][i] } else { before[v][i] };
-                let end = problem.external[v][i] + if prescribed { equilibrium.reaction.nodes[v][i] } else { 0.0 };
+                let end =
+                    problem.external[v][i] + if prescribed { equilibrium.reaction.nodes[v][i] } else { 0.0 };
                 work += 0.5 * (start + end) * u[i];
             }
         }
