@@ -94,7 +94,7 @@ fn the_stiffness_matrix_is_the_derivative_of_the_force() -> Result<(), Box<dyn E
 
 #[test]
 fn the_square_yields_and_newton_is_quadratic() -> Result<(), Box<dyn Error>> {
-    let (strain, residuals) = press()?;
+    let (strain, residuals) = drive(-0.1, Region::Plane { axis: 1, at: 0.0 })?;
     assert!(strain > 0.05, "{strain}");
     let last = &residuals.0[residuals.0.len() - 1];
     let order = |k: usize| (last[k + 1] / last[k]).ln() / (last[k] / last[k - 1]).ln();
@@ -102,4 +102,18 @@ fn the_square_yields_and_newton_is_quadratic() -> Result<(), Box<dyn Error>> {
     let k = last.len() - 3;
     assert!(order(k) > 1.8, "residuals {last:?}");
     Ok(())
+}
+
+#[test]
+fn where_the_law_finds_no_stress_the_run_ends_and_says_so() {
+    let failure = drive(0.3, Region::Everywhere).map(|_| ()).expect_err("pulled beyond the apex");
+    let mut reasons = failure.to_string();
+    let mut cause = failure.source();
+    while let Some(it) = cause {
+        reasons = format!("{reasons}: {it}");
+        cause = it.source();
+    }
+    for part in ["`square`", "material point", "beyond the apex of the cone"] {
+        assert!(reasons.contains(part), "{reasons}");
+    }
 }

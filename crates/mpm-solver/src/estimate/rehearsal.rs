@@ -2,7 +2,7 @@
 
 use crate::clock::processor_seconds;
 use crate::connection::Connected;
-use crate::equilibrium::problem::inverted;
+use crate::equilibrium::problem::inadmissible;
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
@@ -109,7 +109,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
             let tangent = Some(TangentSums { values: &mut *values, lift: None });
             let input = PassInput { pattern, constraints, increment };
             let summed = named.body.assemble(connection, input, Sums { internal: &mut internal, tangent });
-            summed.map_err(|it| inverted(named, it))?;
+            summed.map_err(|it| inadmissible(named, it))?;
         }
         Ok::<_, StepFailure>(())
     };
