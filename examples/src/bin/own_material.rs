@@ -48,10 +48,11 @@ impl Material for DruckerPrager {
         PlasticShear(0.0)
     }
 
-    /// With q = 3G ε_s and p = -K ε_v of the trial, `Δγ = (q - η p - k) / m`, `m = 3G + K η η̄ + H`.
+    /// With q = 3G ε_s and p = -K ε_v of the trial, `Δγ = (q - η p - k) / m`, `m = 3G + K η η̄ + H`. p_v to q_s are the
+    /// derivatives of p and q with respect to ε_v and ε_s.
     fn update(&self, trial: &Vector3<f64>, history: &PlasticShear) -> Result<Update<PlasticShear>, NoReturn> {
-        let (k, g, eta, eta_bar) =
-            (self.elasticity.bulk(), self.elasticity.shear(), self.friction, self.dilation);
+        let (k, g) = (self.elasticity.bulk(), self.elasticity.shear());
+        let (eta, eta_bar) = (self.friction, self.dilation);
         let (one, root) = (Vector3::repeat(1.0), (2.0_f64 / 3.0).sqrt());
         let e = trial.add_scalar(-trial.sum() / 3.0);
         let n = if e == Vector3::zeros() { e } else { e.normalize() };
@@ -59,23 +60,20 @@ impl Material for DruckerPrager {
         let over = q - eta * p - (self.cohesion + self.hardening * history.0);
         // The slack keeps rounding from calling points on the yield surface plastic.
         let plastic = over > 1e-12 * (q + self.cohesion);
-        // Where the point is elastic, A = diag(-K, 3G) in ∂(p, q)/∂(ε_v, ε_s).
         let per_m = if plastic { 1.0 / (3.0 * g + k * eta * eta_bar + self.hardening) } else { 0.0 };
         let strain = over * per_m;
         let (p, q_left) = (p + k * eta_bar * strain, q - 3.0 * g * strain);
         if plastic && q_left < 0.0 {
             return Err(NoReturn { reason: "the trial stress lies beyond the apex of the cone" });
         }
-        let a = [
-            [-k + k * k * eta * eta_bar * per_m, 3.0 * g * k * eta_bar * per_m],
-            [-3.0 * g * k * eta * per_m, 3.0 * g - 9.0 * g * g * per_m],
-        ];
+        let [p_v, p_s] = [k * k * eta * eta_bar * per_m - k, 3.0 * g * k * eta_bar * per_m];
+        let [q_v, q_s] = [-3.0 * g * k * eta * per_m, 3.0 * g - 9.0 * g * g * per_m];
         let secant = if plastic { 2.0 * g * q_left / q } else { 2.0 * g };
         Ok(Update {
             elastic_strain: trial - (n / root + one * (eta_bar / 3.0)) * strain,
             kirchhoff: n * (root * q_left) - one * p,
-            tangent: n * (one * (root * a[1][0]) + n * (root * root * a[1][1])).transpose()
-                - one * (one * a[0][0] + n * (root * a[0][1])).transpose()
+            tangent: n * (one * (root * q_v) + n * (root * root * q_s)).transpose()
+                - one * (one * p_v + n * (root * p_s)).transpose()
                 + (Matrix3::identity().add_scalar(-1.0 / 3.0) - n * n.transpose()) * secant,
             secant: Vector3::repeat(secant),
             plastic,
@@ -93,14 +91,14 @@ fn law(dilation: f64) -> Result<DruckerPrager, Box<dyn Error>> {
     Ok(DruckerPrager { elasticity, friction: 0.8, dilation, cohesion: 20.0, hardening: 50.0 })
 }
 
-/// Presses the square to nine tenths of its length; its top is free. Returns γ of its first point.
-fn press() -> Result<(f64, Residuals), Box<dyn Error>> {
-    let pressed = DrivenPlane { anchor: 0.0, driven: 1.0, displacement: Ramp::linear(-0.1) };
-    let motion = MeshMotion::stretch([Some(pressed), None])?;
+/// Moves a side of the square by `by` `[L]`; nodes in `held` keep their height. Returns γ of its first point.
+fn drive(by: f64, held: Region<2>) -> Result<(f64, Residuals), Box<dyn Error>> {
+    let plane = DrivenPlane { anchor: 0.0, driven: 1.0, displacement: Ramp::linear(by) };
+    let motion = MeshMotion::stretch([Some(plane), None])?;
     let supports = vec![
         support("left", Region::Plane { axis: 0, at: 0.0 }, [Some(Prescribed::Held), None])?,
-        support("bottom", Region::Plane { axis: 1, at: 0.0 }, [None, Some(Prescribed::Held)])?,
-        support("pressed", Region::Plane { axis: 0, at: 1.0 }, [Some(Prescribed::FollowMesh), None])?,
+        support("held", held, [None, Some(Prescribed::Held)])?,
+        support("right", Region::Plane { axis: 0, at: 1.0 }, [Some(Prescribed::FollowMesh), None])?,
     ];
     let mut square = model((Cpdi1, law(0.2)?), motion, supports, 10)?;
     let mut residuals = Residuals::default();
@@ -111,7 +109,7 @@ fn press() -> Result<(f64, Residuals), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (strain, residuals) = press()?;
+    let (strain, residuals) = drive(-0.1, Region::Plane { axis: 1, at: 0.0 })?;
     println!("Plastic shear at the end: {strain}; last step: {:?}", residuals.0.last());
     Ok(())
 }

@@ -52,22 +52,23 @@ fn body_error<const D: usize>(mean: Option<MeanDilatation>) -> Result<f64, Box<d
     let pattern = Pattern::of(active.len(), body.symmetry(), &[&linked]);
     let connection = Connection::new(linked, &pattern);
     let constraints = Constraints::none(active.len());
-    let sum = |by: f64| -> Result<(Vec<Vector<D>>, Vec<f64>, Vec<Vector<D>>), Box<dyn Error>> {
-        let direction: Vec<Vector<D>> = (0..active.len())
-            .map(|v| Vector::from_fn(|i, _| (1.7 * v as f64 + 2.3 * i as f64).sin()))
-            .collect();
+    let direction: Vec<Vector<D>> =
+        (0..active.len()).map(|v| Vector::from_fn(|i, _| (1.7 * v as f64 + 2.3 * i as f64).sin())).collect();
+    let mut values = vec![0.0; pattern.n_entries()];
+    let mut force = |by: f64| -> Result<Vec<Vector<D>>, Box<dyn Error>> {
         // Pressed along x, and sheared.
         let trial = |x: Vector<D>| Vector::from_fn(|i, _| if i == 0 { 0.05 * x[1] - 0.1 * x[0] } else { 0.0 });
         let nodes = active.nodes().iter().zip(&direction);
         let increment: Vec<_> = nodes.map(|(&node, d)| trial(mesh.position(node)) + d * by).collect();
         let mut internal = vec![Vector::zeros(); active.len()];
-        let mut values = vec![0.0; pattern.n_entries()];
+        values.fill(0.0);
         let tangent = Some(TangentSums { values: &mut values, lift: None });
         let input = PassInput { pattern: &pattern, constraints: &constraints, increment: &increment };
         body.assemble(&connection, input, Sums { internal: &mut internal, tangent })?;
-        Ok((internal, values, direction))
+        Ok(internal)
     };
-    let (above, below, (_, values, direction)) = (sum(1e-6)?.0, sum(-1e-6)?.0, sum(0.0)?);
+    // The tangent that is kept is that of the last call.
+    let (above, below, _) = (force(1e-6)?, force(-1e-6)?, force(0.0)?);
     let mut error: Vec<f64> = above
         .iter()
         .zip(&below)
@@ -94,7 +95,7 @@ fn the_stiffness_matrix_is_the_derivative_of_the_force() -> Result<(), Box<dyn E
 
 #[test]
 fn the_square_yields_and_newton_is_quadratic() -> Result<(), Box<dyn Error>> {
-    let (strain, residuals) = press()?;
+    let (strain, residuals) = drive(-0.1, Region::Plane { axis: 1, at: 0.0 })?;
     assert!(strain > 0.05, "{strain}");
     let last = &residuals.0[residuals.0.len() - 1];
     let order = |k: usize| (last[k + 1] / last[k]).ln() / (last[k] / last[k - 1]).ln();
@@ -102,4 +103,18 @@ fn the_square_yields_and_newton_is_quadratic() -> Result<(), Box<dyn Error>> {
     let k = last.len() - 3;
     assert!(order(k) > 1.8, "residuals {last:?}");
     Ok(())
+}
+
+#[test]
+fn where_the_law_finds_no_stress_the_run_ends_and_says_so() {
+    let failure = drive(0.3, Region::Everywhere).map(|_| ()).expect_err("pulled beyond the apex");
+    let mut reasons = failure.to_string();
+    let mut cause = failure.source();
+    while let Some(it) = cause {
+        reasons = format!("{reasons}: {it}");
+        cause = it.source();
+    }
+    for part in ["`square`", "material point", "beyond the apex of the cone"] {
+        assert!(reasons.contains(part), "{reasons}");
+    }
 }
