@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Says how large a scene with these settings is.
 pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
-    let input = input::read(file, settings, &FolderFiles::beside(file))?;
+    let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
     if as_json {
         return say(&format!("{:#}\n", json(&estimate, &input.scene)));

@@ -35,9 +35,11 @@ pub enum NodeMismatch {
         /// Nodes of the basis.
         found: NodeKind,
     },
-    /// Ghost stabilisation of functions whose gradients do not jump, or not at the faces of cells.
-    #[error("ghost stabilisation needs {}, and the model lives on {found}", NodeKind::Vertices)]
-    Ghost {
+    /// A contribution that takes nodes for corners of cells.
+    #[error("contribution `{contribution}` needs {}, and the model lives on {found}", NodeKind::Vertices)]
+    Contribution {
+        /// Name of the contribution.
+        contribution: String,
         /// Nodes of the model.
         found: NodeKind,
     },
@@ -74,8 +76,9 @@ impl<const D: usize> Model<D> {
                 return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
             }
         }
-        if kind != NodeKind::Vertices && self.ghost.is_some() {
-            return Err(NodeMismatch::Ghost { found: kind });
+        let misplaced = self.contributions.iter().find(|named| named.contribution.needs_vertices());
+        if let Some(named) = misplaced.filter(|_| kind != NodeKind::Vertices) {
+            return Err(NodeMismatch::Contribution { contribution: named.name.clone(), found: kind });
         }
         for support in &self.supports {
             if let Some(&node) = support.nodes.iter().find(|&&node| !self.nodes.interpolates_at(node)) {

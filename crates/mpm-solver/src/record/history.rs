@@ -6,11 +6,11 @@ use super::fields::BodyFields;
 use super::summary::Summary;
 use super::{Balanced, StepResult};
 use crate::error::Error;
-use crate::model::{Model, Support};
+use crate::model::{Model, NamedContribution, Support};
 use crate::observe::{Column, ColumnKind, Entry, LoadStep, Observer, Resumed, RunStart};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
-use mpm_assembly::views;
+use mpm_assembly::{HistoryColumn, views};
 use mpm_basis::DomainReport;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Analysis, Method};
@@ -188,15 +188,12 @@ impl Record {
         result: &StepResult<D>,
         mesh_after: &Mesh<D>,
     ) -> Vec<Entry> {
-        let StepResult { connected, balanced, domains, .. } = result;
+        let StepResult { balanced, domains, .. } = result;
         let mut entries = Vec::new();
         if model.domain_limit.is_some() {
             entries.push(Entry::Count(vec![domains.capped + domains.split]));
         }
-        if model.ghost.is_some() {
-            let faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
-            entries.push(Entry::Count(vec![faces as u64]));
-        }
+        entries.extend(model.contributions.iter().flat_map(contribution_entries));
         if model.condition_history {
             entries.push(Entry::Real(vec![balanced.condition.unwrap_or(0.0)]));
         }
@@ -210,7 +207,8 @@ impl Record {
             let totals = &mut self.totals;
             totals.dissipated += energy.dissipated;
             totals.external_work += energy.work;
-            let (stored, dissipated, work) = (elastic(&model.bodies), totals.dissipated, totals.external_work);
+            let stored = elastic(&model.bodies) + energy.stored;
+            let (dissipated, work) = (totals.dissipated, totals.external_work);
             let unbalanced = work - stored - dissipated;
             entries.extend([stored, dissipated, work, unbalanced].map(|it| Entry::Real(vec![it])));
         }
@@ -257,6 +255,7 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Method::Lblt => 1,
         Method::Lu => 2,
         Method::ConjugateGradients => 3,
+        Method::Other(_) => 4,
     };
     vec![
         Entry::Real(vec![end.get()]),
@@ -292,16 +291,16 @@ fn support_entries<const D: usize>(
     let mut moment = 0.0;
     for &node in &support.nodes {
         let Some(number) = connected.active.number(node) else { continue };
-        moved += equilibrium.increment[number];
+        moved += equilibrium.increment.nodes[number];
         carrying += 1;
-        let mut force = equilibrium.reaction[number];
+        let mut force = equilibrium.reaction.nodes[number];
         for i in (0..D).filter(|&i| support.components[i].is_none()) {
             force[i] = 0.0;
         }
         reaction += force;
         if let Some([x, y]) = support.moment_about {
             // The arm reaches to where the node is at the end of the step.
-            let end = connected.active.space().position(mesh, node) + equilibrium.increment[number];
+            let end = connected.active.space().position(mesh, node) + equilibrium.increment.nodes[number];
             moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
         }
     }
@@ -313,6 +312,23 @@ fn support_entries<const D: usize>(
         entries.push(Entry::Real(vec![moment]));
     }
     entries
+}
+
+/// Entries of a contribution's columns.
+fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
+    let mut values = Vec::new();
+    named.contribution.record(&mut values);
+    let mut rest = values.as_slice();
+    let mut entry = |column: HistoryColumn| {
+        let (here, behind) = rest.split_at(column.width);
+        rest = behind;
+        if column.is_count {
+            Entry::Count(here.iter().map(|&count| count as u64).collect())
+        } else {
+            Entry::Real(here.to_vec())
+        }
+    };
+    named.contribution.history_columns().into_iter().map(&mut entry).collect()
 }
 
 /// The mesh that the points meet next; `present` where the motion cannot place it.

@@ -4,7 +4,6 @@ use super::{Balanced, StepResult};
 use crate::model::Model;
 use crate::progress::Totals;
 use crate::timing::{Timing, Timings};
-use mpm_linear::Method;
 
 /// A run in a few numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +89,7 @@ impl Totals {
         self.relaxed_steps += u64::from(effort.relaxations > 0);
         self.domains.capped += domains.capped;
         self.domains.split += domains.split;
-        self.indefinite_steps += u64::from(effort.method > Method::Llt);
+        self.indefinite_steps += u64::from(effort.is_unstable);
         let smallest = self.smallest_determinant.unwrap_or(f64::INFINITY);
         self.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
         self.residual = self.residual.max(effort.residuals.last().copied().unwrap_or(0.0));
