@@ -2,14 +2,17 @@
 
 use crate::{Failure, blocks};
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+    Body, AssemblyPlan, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
-use mpm_linear::{Factorization, Method as Factoring, SymmetricPattern};
-use mpm_material::{Elasticity, Hencky, Material, SymmetricTensor, VonMises, log_strain, respond};
-use mpm_solver::scene::{Scene, SolidBasis};
-use mpm_solver::{Compiled, Model, compile};
+use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symmetry};
+use mpm_material::{
+    Elasticity, Hencky, Material, PointParameters, SymmetricTensor, VonMises, log_strain, respond,
+};
+use mpm_scene::language::{Scene, SolidBasis};
+use mpm_scene::{Compiled, compile};
+use mpm_solver::Model;
 use mpm_validation::scenes::load;
 use mpm_validation::variants::{ALL, Method, SMPM};
 use std::hint::black_box;
@@ -111,14 +114,14 @@ fn states(plane: bool) -> Vec<SymmetricTensor> {
 
 /// Stress and spatial moduli of many states.
 fn law<M: Material + 'static>(law: M, plane: bool) -> Result<Work, Failure> {
-    let (states, history) = (states(plane), M::History::default());
+    let (states, history) = (states(plane), law.initial(&PointParameters::at(nalgebra::Vector3::zeros())));
     Ok(Box::new(move || {
         for state in &states {
-            let response = respond(&law, black_box(state), &history);
+            let Ok(response) = respond(&law, black_box(state), &history) else { return };
             if plane {
-                black_box((response.kirchhoff, response.modes.spatial_tangent::<2>()));
+                black_box((response.kirchhoff, response.tangent.spatial_tangent::<2>()));
             } else {
-                black_box((response.kirchhoff, response.modes.spatial_tangent::<3>()));
+                black_box((response.kirchhoff, response.tangent.spatial_tangent::<3>()));
             }
         }
     }))
@@ -139,7 +142,7 @@ pub(crate) struct Connected<const D: usize> {
     pub mesh: Mesh<D>,
     pub active: ActiveNodes<D>,
     pub pattern: Pattern<D>,
-    pub connection: Connection<D>,
+    pub plan: AssemblyPlan<D>,
     pub constraints: Constraints<D>,
     increment: Vec<Vector<D>>,
     internal: Vec<Vector<D>>,
@@ -147,14 +150,14 @@ pub(crate) struct Connected<const D: usize> {
     pub values: Vec<f64>,
 }
 
-type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
+type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, AssemblyPlan<D>);
 
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&connectivity));
-    let connection = Connection::new(connectivity, &pattern);
-    (active, pattern, connection)
+    let pattern = Pattern::of(active.len(), Symmetry::Symmetric, &[&connectivity]);
+    let plan = AssemblyPlan::new(connectivity, &pattern);
+    (active, pattern, plan)
 }
 
 impl<const D: usize> Connected<D> {
@@ -163,7 +166,7 @@ impl<const D: usize> Connected<D> {
         let mesh = model.motion.mesh_at(&model.layout, at)?;
         let supports = model.supports;
         let body = model.bodies.into_iter().next().ok_or("the scene has no body")?.body;
-        let (active, pattern, connection) = connect(&mesh, body.stencils(&mesh)?);
+        let (active, pattern, plan) = connect(&mesh, body.stencils(&mesh)?);
         let mut constraints = Constraints::none(active.len());
         for support in &supports {
             for node in support.nodes.iter().filter_map(|&node| active.number(node)) {
@@ -178,7 +181,7 @@ impl<const D: usize> Connected<D> {
         });
         let increment = increment.collect();
         let (internal, values) = (vec![Vector::zeros(); active.len()], vec![0.0; pattern.n_entries()]);
-        Ok(Self { body, mesh, active, pattern, connection, constraints, increment, internal, values })
+        Ok(Self { body, mesh, active, pattern, plan, constraints, increment, internal, values })
     }
 
     fn stencils(&mut self) {
@@ -200,13 +203,13 @@ impl<const D: usize> Connected<D> {
         self.values.fill(0.0);
         let tangent = tangent.then_some(TangentSums { values: &mut self.values, lift: None });
         let sums = Sums { internal: &mut self.internal, tangent };
-        let _ = black_box(self.body.assemble(&self.connection, input, sums));
+        let _ = black_box(self.body.assemble(&self.plan, input, sums));
     }
 
     /// Works out the points at the end of the increment and forgets them with the next call.
     pub fn advance(&mut self) {
         let step = Converged { mesh: &self.mesh, active: &self.active, increment: &self.increment };
-        let _ = black_box(self.body.prepare(&self.connection, step));
+        let _ = black_box(self.body.prepare(&self.plan, step));
     }
 }
 
@@ -256,8 +259,7 @@ fn of_body<const D: usize>(
 
 /// The linear system of a connected body.
 struct System {
-    column_start: Vec<usize>,
-    row: Vec<usize>,
+    pattern: Pattern<2>,
     values: Vec<f64>,
     lattice: Vec<[u32; 3]>,
     rhs: Vec<f64>,
@@ -270,32 +272,37 @@ impl System {
         finish_tangent(&connected.pattern, &connected.constraints, &mut connected.values);
         let pattern = connected.pattern;
         let mut system = Self {
-            column_start: pattern.column_start().to_vec(),
-            row: pattern.row().to_vec(),
             values: connected.values,
             lattice: connected.active.lattice_indices(),
             rhs: vec![1.0; pattern.n_equations()],
             factorization: Factorization::new(),
+            pattern,
         };
         system.analyse();
-        system.factorization.factorise(&system.values, Factoring::Llt)?;
+        system
+            .factorization
+            .factorise(Matrix { pattern: system.pattern.for_solver(), values: &system.values })?;
         Ok(system)
     }
 
     fn analyse(&mut self) {
-        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        // The direct solver does not ask where the lines stand.
+        let lines = Default::default();
+        let places = LatticePlaces { index: &self.lattice, lines: &lines, periods: [None; 3] };
         // A solver that has seen the pattern before would keep its analysis.
         self.factorization = Factorization::new();
-        let _ = black_box(self.factorization.analyse(pattern, &self.lattice, [None; 3], 2));
+        let _ = black_box(self.factorization.analyse(self.pattern.for_solver(), &Hints::on_lattice(places)));
     }
 
     fn factorise(&mut self) {
-        let _ = black_box(self.factorization.factorise(&self.values, Factoring::Llt));
+        let matrix = Matrix { pattern: self.pattern.for_solver(), values: &self.values };
+        let _ = black_box(self.factorization.factorise(matrix));
     }
 
     fn solve(&mut self) {
         let mut x = self.rhs.clone();
-        let _ = black_box(self.factorization.solve(&self.values, &mut x));
+        let matrix = Matrix { pattern: self.pattern.for_solver(), values: &self.values };
+        let _ = black_box(self.factorization.solve(matrix, &mut x, 0.0));
     }
 }
 

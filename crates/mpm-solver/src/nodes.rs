@@ -35,9 +35,11 @@ pub enum NodeMismatch {
         /// Nodes of the basis.
         found: NodeKind,
     },
-    /// Ghost stabilisation of functions whose gradients do not jump, or not at the faces of cells.
-    #[error("ghost stabilisation needs {}, and the model lives on {found}", NodeKind::Vertices)]
-    Ghost {
+    /// A contribution that takes nodes for corners of cells.
+    #[error("contribution `{contribution}` needs {}, and the model lives on {found}", NodeKind::Vertices)]
+    Contribution {
+        /// Name of the contribution.
+        contribution: String,
         /// Nodes of the model.
         found: NodeKind,
     },
@@ -58,34 +60,37 @@ pub enum NodeMismatch {
     },
 }
 
-/// Refuses combinations that would need other nodes than the model has.
-///
-/// # Errors
-/// The first combination that is not possible.
-pub(crate) fn check_nodes<const D: usize>(model: &Model<D>) -> Result<(), NodeMismatch> {
-    let kind = model.nodes.kind();
-    for named in &model.bodies {
-        let (found, basis) = (named.body.node_kind(), named.body.basis());
-        if found != kind {
-            return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
+impl<const D: usize> Model<D> {
+    /// Refuses combinations that would need other nodes than the model has; every run begins with this check.
+    ///
+    /// # Errors
+    /// The first combination that is not possible.
+    pub fn check_nodes(&self) -> Result<(), NodeMismatch> {
+        let kind = self.nodes.kind();
+        for named in &self.bodies {
+            let (found, basis) = (named.body.node_kind(), named.body.basis());
+            if found != kind {
+                return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
+            }
+            if found != NodeKind::Vertices && named.body.averages_volume_changes() {
+                return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
+            }
         }
-        if found != NodeKind::Vertices && named.body.averages_volume_changes() {
-            return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
+        let misplaced = self.contributions.iter().find(|named| named.contribution.needs_vertices());
+        if let Some(named) = misplaced.filter(|_| kind != NodeKind::Vertices) {
+            return Err(NodeMismatch::Contribution { contribution: named.name.clone(), found: kind });
         }
-    }
-    if kind != NodeKind::Vertices && model.ghost.is_some() {
-        return Err(NodeMismatch::Ghost { found: kind });
-    }
-    for support in &model.supports {
-        if let Some(&node) = support.nodes.iter().find(|&&node| !model.nodes.interpolates_at(node)) {
-            let position = model.nodes.position(&mpm_grid::Mesh::at_rest(&model.layout), node);
-            return Err(NodeMismatch::Inside {
-                support: support.name.clone(),
-                node: node.index(),
-                kind,
-                position: position.iter().copied().collect(),
-            });
+        for support in &self.supports {
+            if let Some(&node) = support.nodes.iter().find(|&&node| !self.nodes.interpolates_at(node)) {
+                let position = self.nodes.position(&mpm_grid::Mesh::at_rest(&self.layout), node);
+                return Err(NodeMismatch::Inside {
+                    support: support.name.clone(),
+                    node: node.index(),
+                    kind,
+                    position: position.iter().copied().collect(),
+                });
+            }
         }
+        Ok(())
     }
-    Ok(())
 }

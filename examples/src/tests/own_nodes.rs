@@ -1,7 +1,7 @@
 //! Completeness and gradients on graded boxes, the patch test, and what the model refuses.
 
 use super::*;
-use mpm_assembly::{MaterialBody, MeanDilatation};
+use mpm_assembly::{GhostStabilisation, MaterialBody, MeanDilatation};
 use mpm_basis::{Completeness, Smpm};
 use mpm_grid::{Layout, LoadFraction};
 use mpm_solver::Model;
@@ -72,8 +72,8 @@ fn what_needs_other_nodes_is_refused() -> Result<(), Box<dyn Error>> {
          all bodies of a model need its nodes, expected a basis on them"
     );
     assert_eq!(
-        refusal(|model| model.ghost = Some(0.1))?,
-        "ghost stabilisation needs vertices, and the model lives on control points of degree 2"
+        refusal(|model| model.add_contribution("ghost", Box::new(GhostStabilisation::new(0.1))))?,
+        "contribution `ghost` needs vertices, and the model lives on control points of degree 2"
     );
     let nodes = NodeSpace::of(KIND, &Mesh::at_rest(&mpm_examples::layout()?))?;
     let body = MaterialBody::new(QuadraticSplines { nodes }, law(), []);

@@ -1,14 +1,16 @@
 //! The body at a recorded step: its domains or points coloured by a field, and the mesh.
 
-use super::{BodyArguments, Drawn, View, complain};
+use super::arguments::{BodyArguments, View};
+use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
 use crate::inspect::number;
 use mpm_grid::LoadFraction;
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
+use mpm_scene::Scene;
+use mpm_scene::{Compiled, compile};
+use mpm_solver::Model;
 use mpm_solver::observe::Field;
-use mpm_solver::scene::Scene;
-use mpm_solver::{Compiled, Model, compile};
 use std::ops::Range;
 
 /// What of the space round the body is shown, against its size.

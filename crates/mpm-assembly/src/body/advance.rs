@@ -1,9 +1,9 @@
 //! The end of a load step: points take the state of the converged displacement.
 
-use crate::body::connection::Connection;
+use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
-use crate::body::trial::{InvertedPoint, Trial, trial, trial_of};
+use crate::body::trial::{InadmissiblePoint, Trial, trial, trial_of};
 use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError, Connectivity};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
@@ -15,9 +15,9 @@ const GROUPS: usize = 256;
 /// A point that could not be carried through a load step.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AdvanceError {
-    /// Its increment of deformation is not admissible.
+    /// It has no admissible state.
     #[error(transparent)]
-    Inverted(#[from] InvertedPoint),
+    Inadmissible(#[from] InadmissiblePoint),
     /// Its domain cannot be carried on.
     #[error("material point {point} at {position:?}: {reason}")]
     Domain {
@@ -68,18 +68,19 @@ impl<const D: usize, M: Material> PreparedState<D, M> {
     /// of the law becomes the committed one.
     ///
     /// # Errors
-    /// The first point (in order) that the increment inverts.
+    /// The first point (in order) that has no admissible state under the increment.
     pub fn advance(
         &mut self,
         law: &M,
         points: &Points<D, M>,
-        connection: &Connection<D>,
+        plan: &AssemblyPlan<D>,
         increment: &[Vector<D>],
-    ) -> Result<(), InvertedPoint> {
+    ) -> Result<(), InadmissiblePoint> {
         let n = points.len();
         self.deformation_gradient.resize(n, Block::zeros());
         self.elastic_excess.resize(n, SymmetricTensor::ZERO);
-        self.history.resize(n, M::History::default());
+        // Written anew, too; this is for the length.
+        self.history.clone_from(&points.history);
         self.plastic.resize(points.plastic.len(), false);
         let columns = StateColumns {
             deformation_gradient: &mut self.deformation_gradient,
@@ -87,8 +88,8 @@ impl<const D: usize, M: Material> PreparedState<D, M> {
             history: &mut self.history,
             plastic: &mut self.plastic,
         };
-        let connectivity = connection.connectivity();
-        let dilated = match connection.dilatation() {
+        let connectivity = plan.connectivity();
+        let dilated = match plan.dilatation() {
             None => Vec::new(),
             Some(dilatation) => Dilated { law, points, connectivity, dilatation, increment }.steps()?,
         };

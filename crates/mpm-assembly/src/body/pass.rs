@@ -11,12 +11,14 @@
 //! their sum is added to the global arrays once. The strips of `strips.rs` fix the order of all
 //! sums. A pass allocates nothing, but for bodies with mean dilatation.
 
-use crate::InvertedPoint;
-use crate::body::connection::{Connection, Scratch};
+use crate::InadmissiblePoint;
+use crate::body::assembly_plan::{AssemblyPlan, Scratch};
 use crate::body::dilatation::{self, Dilated};
 use crate::body::kinematics::block;
 use crate::body::points::Points;
-use crate::body::scatter::{Part, PassInput, Sums, add_lift, add_tangent};
+use crate::body::scatter::{
+    ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
+};
 use crate::body::strips::Strip;
 use crate::body::trial::trial;
 use mpm_basis::Group;
@@ -29,7 +31,7 @@ struct Dense<'a, const D: usize> {
     increment: &'a mut [Vector<D>],
     force: &'a mut [Vector<D>],
     gradient: &'a mut [Vector<D>],
-    /// Blocks (row node ≥ column node), column by column; none where no tangent is wanted.
+    /// As in [`DenseTangent`]; none where no tangent is wanted.
     tangent: &'a mut [Block<D>],
 }
 
@@ -38,19 +40,19 @@ struct Dense<'a, const D: usize> {
 /// Returns the smallest `det ΔF` of its points.
 ///
 /// # Errors
-/// The first point (in order) that the trial displacement inverts or that is not finite; `sums` is
+/// The first point (in order) that has no admissible state under the trial displacement; `sums` is
 /// then meaningless.
 pub fn assemble<const D: usize, M: Material>(
     law: &M,
     points: &Points<D, M>,
-    connection: &Connection<D>,
+    plan: &AssemblyPlan<D>,
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
-) -> Result<f64, InvertedPoint> {
+) -> Result<f64, InadmissiblePoint> {
     let Sums { internal, mut tangent } = sums;
-    let pass = Pass { law, points, connection, input };
+    let pass = Pass { law, points, plan, input };
     let mut smallest = f64::INFINITY;
-    for strips in connection.sums.strips.phases() {
+    for strips in plan.sums.strips.phases() {
         let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
         if let Some(tangent) = &mut tangent {
             values = &mut *tangent.values;
@@ -58,11 +60,11 @@ pub fn assemble<const D: usize, M: Material>(
         }
         let wants_tangent = !values.is_empty();
         let part = Part { node: 0, internal: &mut *internal, values, lift };
-        let scratch = &connection.sums.scratch[..];
-        smallest = smallest.min(if wants_tangent {
-            pass.sum::<true>(strips, scratch, part)?
-        } else {
-            pass.sum::<false>(strips, scratch, part)?
+        let scratch = &plan.sums.scratch[..];
+        smallest = smallest.min(match (wants_tangent, law.has_symmetric_tangent()) {
+            (false, _) => pass.sum::<FORCE>(strips, scratch, part)?,
+            (true, true) => pass.sum::<LOWER>(strips, scratch, part)?,
+            (true, false) => pass.sum::<ALL>(strips, scratch, part)?,
         });
     }
     Ok(smallest)
@@ -72,18 +74,18 @@ pub fn assemble<const D: usize, M: Material>(
 struct Pass<'a, const D: usize, M: Material> {
     law: &'a M,
     points: &'a Points<D, M>,
-    connection: &'a Connection<D>,
+    plan: &'a AssemblyPlan<D>,
     input: PassInput<'a, D>,
 }
 
 impl<const D: usize, M: Material> Pass<'_, D, M> {
     /// Sums strips, halving the list until there is one task for each scratch.
-    fn sum<const TANGENT: bool>(
+    fn sum<const TANGENT: u8>(
         &self,
         strips: &[Strip],
         scratch: &[Mutex<Scratch<D>>],
         mut part: Part<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         if scratch.len() > 1 && strips.len() > 1 {
             let (low, high) = strips.split_at(strips.len() / 2);
             let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
@@ -97,17 +99,17 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         // What a task that panicked has left is overwritten.
         let mut scratch = scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
         let positions = strips.iter().flat_map(|strip| strip.sets.clone());
-        let sets = positions.map(|position| self.connection.sums.strips.set(position));
+        let sets = positions.map(|position| self.plan.sums.strips.set(position));
         let mut smallest = f64::INFINITY;
-        match self.connection.dilatation() {
+        match self.plan.dilatation() {
             None => {
                 for set in sets {
                     smallest = smallest.min(self.sum_node_set::<TANGENT>(set, &mut scratch, &mut part)?);
                 }
             }
             Some(dilatation) => {
-                let Self { law, points, connection, input } = *self;
-                let connectivity = connection.connectivity();
+                let Self { law, points, plan, input } = *self;
+                let connectivity = plan.connectivity();
                 let dilated = Dilated { law, points, connectivity, dilatation, increment: input.increment };
                 let mut of_cell = dilatation::Scratch::default();
                 let Scratch { force, tangent, .. } = &mut *scratch;
@@ -115,7 +117,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
                     let nodes = dilatation.cells().nodes(cell);
                     let n = nodes.len();
                     let force = &mut force[..n];
-                    let tangent = if TANGENT { &mut tangent[..n * (n + 1) / 2] } else { &mut [] };
+                    let tangent = &mut tangent[..n_blocks::<TANGENT>(n)];
                     smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
                     self.scatter::<TANGENT>(nodes, cell, force, tangent, &mut part);
                 }
@@ -126,7 +128,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
     /// Adds the dense sums of set `set` of nodes to the global arrays.
     #[inline(always)]
-    fn scatter<const TANGENT: bool>(
+    fn scatter<const TANGENT: u8>(
         &self,
         nodes: &[u32],
         set: usize,
@@ -137,26 +139,27 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         for (node, force) in nodes.iter().zip(force) {
             part.internal[*node as usize - part.node] += force;
         }
-        if TANGENT {
+        if TANGENT != FORCE {
+            let tangent = DenseTangent::of::<TANGENT>(tangent);
             if !part.lift.is_empty() {
                 add_lift(nodes, tangent, self.input.constraints, part);
             }
-            let sums = &self.connection.sums;
+            let sums = &self.plan.sums;
             add_tangent(nodes, &sums.slots[sums.slot_start[set]..], tangent, self.input, part);
         }
     }
 
     /// Sums the points of a node set and adds the sum to the global arrays.
     #[inline]
-    fn sum_node_set<const TANGENT: bool>(
+    fn sum_node_set<const TANGENT: u8>(
         &self,
         set: usize,
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
-        let n = self.connection.connectivity().node_set(set).len();
+    ) -> Result<f64, InadmissiblePoint> {
+        let n = self.plan.connectivity().node_set(set).len();
         let Scratch { increment, force, gradient, tangent } = scratch;
-        let pairs = if TANGENT { n * (n + 1) / 2 } else { 0 };
+        let pairs = n_blocks::<TANGENT>(n);
         let dense = Dense {
             increment: &mut increment[..n],
             force: &mut force[..n],
@@ -174,23 +177,23 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
     /// Sums the points of a node set of `n` nodes densely and adds the sum to the global arrays.
     #[inline(always)]
-    fn sum_dense<const TANGENT: bool>(
+    fn sum_dense<const TANGENT: u8>(
         &self,
         n: usize,
         set: usize,
         mut dense: Dense<'_, D>,
         part: &mut Part<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
-        let Self { connection, input, .. } = *self;
-        let nodes = connection.connectivity().node_set(set);
+    ) -> Result<f64, InadmissiblePoint> {
+        let Self { plan, input, .. } = *self;
+        let nodes = plan.connectivity().node_set(set);
         for (du, node) in dense.increment.iter_mut().zip(nodes) {
             *du = input.increment[*node as usize];
         }
         dense.force.fill(Vector::zeros());
         dense.tangent.fill(Block::zeros());
         let mut smallest = f64::INFINITY;
-        for &group in connection.connectivity().node_set_groups(set) {
-            let group = connection.connectivity().group(group as usize);
+        for &group in plan.connectivity().node_set_groups(set) {
+            let group = plan.connectivity().group(group as usize);
             let least = sum_group::<D, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
             smallest = smallest.min(least);
         }
@@ -201,17 +204,17 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
 /// Adds the points of a group to the dense sums; returns the smallest `det ΔF`.
 #[inline(always)]
-fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
+fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
     n: usize,
     law: &M,
     points: &Points<D, M>,
     group: Group<'_, D>,
     dense: &mut Dense<'_, D>,
-) -> Result<f64, InvertedPoint> {
+) -> Result<f64, InadmissiblePoint> {
     let du = &dense.increment[..n];
     let force = &mut dense.force[..n];
     let g = &mut dense.gradient[..n];
-    let tangent = if TANGENT { &mut dense.tangent[..n * (n + 1) / 2] } else { &mut [] };
+    let tangent = &mut dense.tangent[..n_blocks::<TANGENT>(n)];
 
     let mut smallest = f64::INFINITY;
     for k in 0..group.points {
@@ -226,8 +229,8 @@ fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
             *g = trial.inverse.tr_mul(gradient);
             *force += stress * *g;
         }
-        if TANGENT {
-            let a = trial.response.modes.spatial_tangent::<D>();
+        if TANGENT != FORCE {
+            let a = trial.response.tangent.spatial_tangent::<D>();
             let mut at = 0;
             for w in 0..n {
                 // half[k](i, j) = V⁰ a_ikjl g_w,l
@@ -239,12 +242,13 @@ fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
                     }
                     sum
                 });
-                for (sum, g) in tangent[at..].iter_mut().zip(&g[w..]) {
+                let from = if TANGENT == LOWER { w } else { 0 };
+                for (sum, g) in tangent[at..].iter_mut().zip(&g[from..]) {
                     for k in 0..D {
                         *sum += half[k] * g[k];
                     }
                 }
-                at += n - w;
+                at += n - from;
             }
         }
     }

@@ -1,19 +1,20 @@
 //! A body on a grid, and its sums.
 
 use mpm_assembly::{
-    Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
+    Body, AssemblyPlan, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
     finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
 use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
-use mpm_material::{Elasticity, VonMises};
+use mpm_linear::Symmetry;
+use mpm_material::{Elasticity, Material, VonMises};
 
 /// A body on a grid, ready to be summed.
 pub struct Setup<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub active: ActiveNodes<D>,
     pub pattern: Pattern<D>,
-    pub connection: Connection<D>,
+    pub plan: AssemblyPlan<D>,
     pub mesh: Mesh<D>,
 }
 
@@ -24,9 +25,9 @@ pub fn law() -> VonMises {
 
 /// Fills all but the outer cells of a grid with 2^D points a cell; every `stride`-th point first, so
 /// that neighbours are far apart in the list.
-pub fn setup<const D: usize, B: Basis<D> + 'static>(
+pub fn setup<const D: usize, B: Basis<D> + 'static, M: Material + 'static>(
     basis: B,
-    law: VonMises,
+    law: M,
     cells: u32,
     stride: usize,
     mean: Option<MeanDilatation>,
@@ -54,14 +55,20 @@ pub fn setup<const D: usize, B: Basis<D> + 'static>(
 
 /// Connects a body to a mesh.
 pub fn connect<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>) -> Setup<D> {
+    let symmetry = body.symmetry();
+    connect_as(body, mesh, symmetry)
+}
+
+/// Connects a body to a mesh, in a pattern of a symmetry that may be worse than its own.
+pub fn connect_as<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>, symmetry: Symmetry) -> Setup<D> {
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
     let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
     let linked = Linked { connectivity, dilatation };
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&linked));
-    let connection = Connection::new(linked, &pattern);
-    Setup { body, active, pattern, connection, mesh }
+    let pattern = Pattern::of(active.len(), symmetry, &[&linked]);
+    let plan = AssemblyPlan::new(linked, &pattern);
+    Setup { body, active, pattern, plan, mesh }
 }
 
 /// A smooth displacement, large enough for a part of the points to yield.
@@ -71,7 +78,7 @@ pub fn field<const D: usize>(setup: &Setup<D>, size: f64) -> Vec<Vector<D>> {
     setup.active.nodes().iter().map(|&node| wave(setup.mesh.position(node))).collect()
 }
 
-/// Internal force, tangent (lower triangle) and its product with the prescribed increments.
+/// Internal force, stored tangent and its product with the prescribed increments.
 pub fn sum<const D: usize>(
     setup: &Setup<D>,
     increment: &[Vector<D>],
@@ -83,7 +90,7 @@ pub fn sum<const D: usize>(
     let tangent = TangentSums { values: &mut values, lift: Some(&mut lift) };
     let input = PassInput { pattern: &setup.pattern, constraints, increment };
     let sums = Sums { internal: &mut internal, tangent: Some(tangent) };
-    setup.body.assemble(&setup.connection, input, sums).unwrap();
+    setup.body.assemble(&setup.plan, input, sums).unwrap();
     finish_tangent(&setup.pattern, constraints, &mut values);
     (internal, values, lift)
 }
@@ -95,7 +102,7 @@ pub fn times<const D: usize>(pattern: &Pattern<D>, values: &[f64], direction: &[
         let entries = pattern.column_start()[column]..pattern.column_start()[column + 1];
         for (&row, value) in pattern.row()[entries.clone()].iter().zip(&values[entries]) {
             product[row] += value * x[column];
-            if row != column {
+            if pattern.symmetry() == Symmetry::Symmetric && row != column {
                 product[column] += value * x[row];
             }
         }

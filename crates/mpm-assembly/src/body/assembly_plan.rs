@@ -1,0 +1,112 @@
+//! Connectivity of a body in a load step, with what makes sums over it quick.
+
+use crate::body::strips::Strips;
+use crate::{Couplings, Dilatation, Linked, Pattern};
+use mpm_basis::Connectivity;
+use mpm_grid::{Block, Vector};
+use mpm_linear::Symmetry;
+use std::sync::Mutex;
+
+/// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
+/// threads.
+const TASKS: usize = 32;
+
+/// Connectivity of a body in a load step, with what makes sums over it quick.
+#[derive(Debug)]
+pub struct AssemblyPlan<const D: usize> {
+    linked: Linked<D>,
+    pub(crate) sums: Summation<D>,
+}
+
+/// What sums over a body's points need; the same for all lists that connect the same points and nodes.
+#[derive(Debug)]
+pub(crate) struct Summation<const D: usize> {
+    pub strips: Strips,
+    pub slots: Vec<u32>,
+    /// Start of the slots of every node set, or cell where there is mean dilatation.
+    pub slot_start: Vec<usize>,
+    /// One for each task of a phase.
+    pub scratch: Vec<Mutex<Scratch<D>>>,
+}
+
+impl<const D: usize> AssemblyPlan<D> {
+    /// Prepares sums over `linked` points into `pattern`.
+    pub fn new(linked: impl Into<Linked<D>>, pattern: &Pattern<D>) -> Self {
+        let linked = linked.into();
+        let strips = Strips::of(&linked);
+        let slots = pattern.slots(&linked);
+        let mut slot_start = Vec::with_capacity(linked.n_sets());
+        let (mut at, mut most_nodes) = (0, 0);
+        for set in 0..linked.n_sets() {
+            let n = linked.set(set).len();
+            slot_start.push(at);
+            at += pattern.n_slots(n);
+            most_nodes = most_nodes.max(n);
+        }
+        let tasks = strips.phases()[0].len().clamp(1, TASKS);
+        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
+        Self { linked, sums: Summation { strips, slots, slot_start, scratch } }
+    }
+
+    /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
+    pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
+        let is_plain = self.linked.dilatation.is_none() && linked.dilatation.is_none();
+        is_plain && self.linked.connectivity.is_connected_as(&linked.connectivity)
+    }
+
+    /// Sums over `connectivity`, which connect the same points and nodes as the present ones, into the same
+    /// pattern.
+    pub fn relinked(self, connectivity: Connectivity<D>) -> Self {
+        debug_assert!(connectivity.is_connected_as(&self.linked.connectivity), "the same points and nodes");
+        Self { linked: connectivity.into(), ..self }
+    }
+
+    /// The points and their nodes.
+    pub fn linked(&self) -> &Linked<D> {
+        &self.linked
+    }
+
+    /// The points and their nodes, without what depends on the pattern.
+    pub fn into_linked(self) -> Linked<D> {
+        self.linked
+    }
+
+    /// Groups of points and their influences.
+    pub fn connectivity(&self) -> &Connectivity<D> {
+        &self.linked.connectivity
+    }
+
+    /// Cells over which volume changes are averaged, where they are.
+    pub fn dilatation(&self) -> Option<&Dilatation<D>> {
+        self.linked.dilatation.as_ref()
+    }
+
+    /// Bytes of all that is kept.
+    pub fn bytes(&self) -> usize {
+        self.linked.connectivity.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+    }
+}
+
+/// Memory for the dense sums of a node set, reused from set to set.
+#[derive(Debug)]
+pub(crate) struct Scratch<const D: usize> {
+    pub increment: Vec<Vector<D>>,
+    pub force: Vec<Vector<D>>,
+    pub gradient: Vec<Vector<D>>,
+    pub tangent: Vec<Block<D>>,
+}
+
+impl<const D: usize> Scratch<D> {
+    fn new(most_nodes: usize, symmetry: Symmetry) -> Self {
+        let n_blocks = match symmetry {
+            Symmetry::Symmetric => most_nodes * (most_nodes + 1) / 2,
+            Symmetry::Unsymmetric => most_nodes * most_nodes,
+        };
+        Self {
+            increment: vec![Vector::zeros(); most_nodes],
+            force: vec![Vector::zeros(); most_nodes],
+            gradient: vec![Vector::zeros(); most_nodes],
+            tangent: vec![Block::zeros(); n_blocks],
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Filling a shape with material points.
+
+use crate::pieces::{MOST_POINTS, Shape, box_piece, count_pieces, for_each_piece};
+use mpm_assembly::{Body, MaterialBody, MeanDilatation};
+use mpm_basis::{Basis, Seed};
+use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
+use mpm_grid::{Block, LinearCell, Mesh, Vector};
+use mpm_material::{Material, SymmetricTensor};
+use std::ops::Range;
+
+/// What a body is to be filled with.
+pub(crate) struct Plan<'a, const D: usize> {
+    /// The mesh of the first load step.
+    pub start: &'a Mesh<D>,
+    pub shape: Shape<'a, D>,
+    /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
+    pub shape_mesh: &'a Mesh<D>,
+    /// Material points per cell and direction; of no use for points that are given.
+    pub points_per_cell: u32,
+    /// Given where a body force acts `[M/L^D]`.
+    pub density: Option<f64>,
+    /// Whether positions at rest must be kept.
+    pub keep_reference_positions: bool,
+    /// Parts of the boundary that carry tractions.
+    pub faces: Vec<Face<D>>,
+    /// Memory that there is.
+    pub memory: MemoryLimit,
+    /// What the volume change of a cell is, where points take it.
+    pub mean_dilatation: Option<MeanDilatation>,
+}
+
+/// A body, and for every face of the plan the points next to it with their areas of it.
+pub(crate) struct Filled<const D: usize> {
+    pub body: Box<dyn Body<D>>,
+    pub faces: Vec<Vec<(usize, f64)>>,
+    /// The shape's own volume, where the points' may differ from it `[L^D]`.
+    pub shape_volume: Option<f64>,
+}
+
+/// Fills a box with points of one basis and law.
+///
+/// # Errors
+/// A sentence that says what is wrong with the box or the number of points.
+pub(crate) fn fill<const D: usize, B, M>(basis: B, law: M, plan: &Plan<'_, D>) -> Result<Filled<D>, String>
+where
+    B: Basis<D> + 'static,
+    M: Material + 'static,
+{
+    let Seeded { seeds, faces, shape_volume } = seeds(&basis, plan, bytes_of_point::<D, B, M>())?;
+    let mut body = MaterialBody::new(basis, law, seeds).with_mean_dilatation(plan.mean_dilatation);
+    if let Some(density) = plan.density {
+        body = body.with_density(density);
+    }
+    if plan.keep_reference_positions {
+        body = body.with_reference_positions();
+    }
+    Ok(Filled { body: Box::new(body), faces, shape_volume })
+}
+
+/// A point of a basis at rest.
+type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
+
+/// The points of a body at rest; the rest as in [`Filled`].
+struct Seeded<S> {
+    seeds: Vec<S>,
+    faces: Vec<Vec<(usize, f64)>>,
+    shape_volume: Option<f64>,
+}
+
+/// Places the points that fill a shape; each takes up at least `bytes_per_point`.
+fn seeds<const D: usize, B: Basis<D>>(
+    basis: &B,
+    plan: &Plan<'_, D>,
+    bytes_per_point: usize,
+) -> Result<Seeded<SeedOf<D, B>>, String> {
+    basis.suits(plan.start)?;
+    let mut seeds = Vec::new();
+    let mut faces = vec![Vec::new(); plan.faces.len()];
+    let made = made_parts(basis, plan)?;
+    let pieces = match &made {
+        Some(parts) => parts.parts.len() as f64,
+        None => count_pieces(plan.shape_mesh, &plan.shape, basis.pieces_per_cell(plan.points_per_cell)?)?,
+    };
+    let mut points_per_piece = 0.0;
+    basis.seed(&box_piece(&Vector::zeros(), &Vector::repeat(1.0)), &mut |_| points_per_piece += 1.0);
+    let count = pieces * points_per_piece;
+    if count > MOST_POINTS {
+        return Err(format!(
+            "{count:e} material points are more than the {MOST_POINTS:e} that a body can have"
+        ));
+    }
+    plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point)?;
+    let mut flat = None;
+    if let Some(parts) = &made {
+        let is_solid = |part: &&Part<D>| {
+            let sides = part.half_vectors.column_iter().map(|side| side.norm());
+            let volumes = [part.volume, parallelepiped(part).volume()];
+            sides.chain(volumes).all(|it| it > 0.0 && it.is_finite())
+        };
+        flat = parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre);
+    }
+    if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
+        seed_parts(basis, parts, &mut seeds, &mut faces);
+    } else if made.is_none() {
+        let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
+        for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
+            // Ends can be so close together, or so far apart, that their numbers do not tell how far.
+            if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
+                flat = Some(piece.corners()[0]);
+            }
+            if flat.is_some() {
+                return;
+            }
+            let first = seeds.len();
+            basis.seed(piece, &mut |seed| seeds.push(seed));
+            for (face, shares) in plan.faces.iter().zip(&mut faces) {
+                if let Some((area, centre)) = area_on(face, piece) {
+                    shares.extend(nearest(&seeds, first..seeds.len(), &centre).map(|point| (point, area)));
+                }
+            }
+        })?;
+    }
+    if let Some(corner) = flat {
+        let at = corner.as_slice();
+        return Err(format!(
+            "the part of a cell at {at:?} that a point stands for has no volume that can be computed"
+        ));
+    }
+    for shares in &mut faces {
+        shares.sort_by_key(|&(point, _)| point);
+    }
+    Ok(Seeded { seeds, faces, shape_volume: made.and_then(|parts| parts.volume) })
+}
+
+/// The parts of shapes that are not filled piece by piece.
+fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Result<Option<Parts<D>>, String> {
+    let axes = || plan.shape_mesh.rectilinear().ok_or("a body of parts can only be filled in a box mesh");
+    match &plan.shape {
+        Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
+        Shape::Solid(solid) => {
+            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &plan.faces, plan.memory)
+                .map(Some)
+        }
+        Shape::Rest { from, to, without } => {
+            if !plan.faces.is_empty() {
+                return Err("a box without other bodies can carry no traction".into());
+            }
+            rest((from, to), without, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, plan.memory)
+                .map(Some)
+        }
+        Shape::Parts(parts) => Ok(Some(parts.clone())),
+    }
+}
+
+/// The one of some points that is nearest to a position.
+fn nearest<const D: usize, Domain>(
+    seeds: &[Seed<D, Domain>],
+    of: Range<usize>,
+    x: &Vector<D>,
+) -> Option<usize> {
+    let distance = |p: usize| (seeds[p].position - x).norm_squared();
+    of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Points of given parts, and those that carry faces.
+fn seed_parts<const D: usize, B: Basis<D>>(
+    basis: &B,
+    parts: &Parts<D>,
+    seeds: &mut Vec<SeedOf<D, B>>,
+    faces: &mut [Vec<(usize, f64)>],
+) {
+    // Number of the first point of every part.
+    let mut starts = Vec::with_capacity(parts.parts.len() + 1);
+    for part in &parts.parts {
+        let first = seeds.len();
+        starts.push(first);
+        basis.seed(&parallelepiped(part), &mut |seed| seeds.push(seed));
+        // A part may hold more or less than its domain.
+        let seeded: f64 = seeds[first..].iter().map(|seed| seed.volume).sum();
+        seeds[first..].iter_mut().for_each(|seed| seed.volume *= part.volume / seeded);
+    }
+    starts.push(seeds.len());
+    for (shares, face) in faces.iter_mut().zip(&parts.faces) {
+        for share in face {
+            let point = nearest(seeds, starts[share.part]..starts[share.part + 1], &share.centre);
+            shares.extend(point.map(|point| (point, share.area)));
+        }
+    }
+}
+
+fn parallelepiped<const D: usize>(part: &Part<D>) -> LinearCell<D> {
+    LinearCell::new(std::array::from_fn(|corner| {
+        let signs = Vector::from_fn(|d, _| if corner >> d & 1 == 1 { 1.0 } else { -1.0 });
+        part.centre + part.half_vectors * signs
+    }))
+}
+
+/// Bytes that a point takes at least: its state, the next one, and its influence on the nodes of a cell.
+fn bytes_of_point<const D: usize, B: Basis<D>, M: Material>() -> usize {
+    let state = size_of::<Vector<D>>()
+        + size_of::<f64>()
+        + size_of::<B::Domain>()
+        + size_of::<Block<D>>()
+        + size_of::<SymmetricTensor>()
+        + size_of::<M::History>();
+    2 * state + (size_of::<Vector<D>>() + size_of::<f64>()) * (1 << D)
+}
+
+/// Area and centre of the side of a piece that lies on a face, if one does.
+fn area_on<const D: usize>(face: &Face<D>, piece: &LinearCell<D>) -> Option<(f64, Vector<D>)> {
+    let corners = &piece.corners()[..1 << D];
+    let size = (corners[0] - corners[corners.len() - 1]).norm();
+    for (direction, bit) in (0..D).flat_map(|d| [(d, 0), (d, 1)]) {
+        let mut side = corners.iter().enumerate().filter(|(c, _)| c >> direction & 1 == bit).map(|(_, x)| x);
+        if !side.clone().all(|x| (x[face.axis] - face.at).abs() <= 1e-9 * size) {
+            continue;
+        }
+        let count = side.clone().count() as f64;
+        let centre = side.clone().sum::<Vector<D>>() / count;
+        if let Some((from, to)) = &face.within
+            && (0..D).any(|d| d != face.axis && !(from[d]..=to[d]).contains(&centre[d]))
+        {
+            return None;
+        }
+        let mut next = || *side.next().expect("a side has 2^(D-1) corners");
+        let area = match D {
+            2 => (next() - next()).norm(),
+            _ => {
+                let (a, b, c, d) = (next(), next(), next(), next());
+                triangle_area(&(b - a), &(c - a)) + triangle_area(&(b - d), &(c - d))
+            }
+        };
+        return Some((area, centre));
+    }
+    None
+}
+
+fn triangle_area<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
+    0.5 * (a.norm_squared() * b.norm_squared() - a.dot(b).powi(2)).max(0.0).sqrt()
+}

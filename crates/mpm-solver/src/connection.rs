@@ -1,0 +1,266 @@
+//! Points to nodes: what the bodies' points reach in the mesh of a load step, and the pattern of the tangent.
+
+use crate::error::StepFailure;
+use crate::model::{Model, NamedBody, NamedContribution};
+use crate::skipped::Skipped;
+use crate::timing::{Phase, Timings};
+use mpm_assembly::{
+    Begun, BodyAtStart, ConnectedBody, AssemblyPlan, Contribution, Couplings, Linked, Pattern, StepStart,
+    Unknowns,
+};
+use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion};
+use mpm_linear::Symmetry;
+use std::cell::Cell;
+use std::ops::Range;
+
+/// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
+pub(crate) struct Connected<const D: usize> {
+    pub active: ActiveNodes<D>,
+    /// Of every body.
+    pub assembly_plans: Vec<AssemblyPlan<D>>,
+    pub pattern: Pattern<D>,
+    /// Of every contribution of the model: which of the unknowns that belong to no node's displacement are its own.
+    pub own: Vec<Range<usize>>,
+    /// Whether the linear solver has analysed the pattern.
+    pub is_analysed: Cell<bool>,
+}
+
+impl<const D: usize> Connected<D> {
+    /// The unknowns of the step.
+    pub(crate) fn unknowns(&self) -> &Unknowns<D> {
+        self.pattern.unknowns()
+    }
+
+    /// The bodies with their connections.
+    pub(crate) fn bodies<'a>(&'a self, bodies: &'a [NamedBody<D>]) -> Vec<ConnectedBody<'a, D>> {
+        let connected = bodies.iter().zip(&self.assembly_plans);
+        connected.map(|(named, assembly_plan)| ConnectedBody { body: &*named.body, plan: assembly_plan }).collect()
+    }
+}
+
+/// All that adds to force and tangent: the bodies, then the contributions of the model.
+pub(crate) fn contributions<'a, const D: usize>(
+    bodies: &'a [ConnectedBody<'a, D>],
+    contributions: &'a [NamedContribution<D>],
+) -> Vec<&'a dyn Contribution<D>> {
+    let bodies = bodies.iter().map(|body| body as &dyn Contribution<D>);
+    bodies.chain(contributions.iter().map(|named| &*named.contribution)).collect()
+}
+
+/// The connectivity of the load step that was tried last.
+pub(crate) struct Former<const D: usize> {
+    pub connected: Connected<D>,
+    /// Load fraction at the start of that step, if it failed: the points are still as they were there.
+    pub start_of_failed_step: Option<LoadFraction>,
+}
+
+/// Load fractions at the start and at the end of a load step.
+#[derive(Clone, Copy)]
+pub(crate) struct Interval {
+    pub from: LoadFraction,
+    pub to: LoadFraction,
+}
+
+/// Connects the points to the nodes of `mesh` for a load step, and counts what need not be done anew.
+///
+/// # Errors
+/// A point, or a part of its domain, lies outside the mesh, or a contribution cannot begin the step.
+pub(crate) fn connect_step<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    interval: Interval,
+    former: &mut Option<Former<D>>,
+    timings: &mut Timings,
+) -> Result<Connected<D>, StepFailure> {
+    let (connected, kept) = match former.take() {
+        // Neither points nor mesh have changed since the step failed.
+        Some(former) if former.start_of_failed_step == Some(interval.from) => {
+            begin_again(model, mesh, interval, former.connected)?
+        }
+        former => {
+            let former = former.map(|former| former.connected);
+            timings.time(Phase::Connect, || connect(model, mesh, interval, former))?
+        }
+    };
+    let skipped = &mut timings.skipped;
+    kept.count(skipped);
+    skipped.nodes = (model.nodes.lattice().n_nodes() - connected.active.len()) as u64;
+    skipped.upper_triangle = match connected.pattern.symmetry() {
+        Symmetry::Symmetric => (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64,
+        Symmetry::Unsymmetric => 0,
+    };
+    skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
+    Ok(connected)
+}
+
+/// Influences of all bodies' points on the nodes of `mesh`.
+pub(crate) fn stencils<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+) -> Result<Vec<Stencils<D>>, StepFailure> {
+    model.bodies.iter().map(|named| named.body.stencils(mesh).map_err(|it| outside(named, &it))).collect()
+}
+
+fn outside<const D: usize>(named: &NamedBody<D>, it: &UnconnectedPoint<D>) -> StepFailure {
+    StepFailure::Outside { body: named.name.clone(), basis: named.body.basis(), reason: it.to_string() }
+}
+
+/// How much of the connectivity before could be kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// Its memory.
+    Memory,
+    /// The pattern and the order of sums: no point has changed its nodes.
+    Pattern,
+    /// All of it: neither points nor mesh have changed.
+    All,
+}
+
+impl Kept {
+    /// Counts what need not be made anew.
+    pub(crate) fn count(self, skipped: &mut Skipped) {
+        match self {
+            Kept::Memory => {}
+            Kept::Pattern => skipped.patterns += 1,
+            Kept::All => skipped.connections += 1,
+        }
+    }
+}
+
+/// Connects the points to the nodes of `mesh`; `former` is the connectivity of the step before.
+pub(crate) fn connect<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    interval: Interval,
+    former: Option<Connected<D>>,
+) -> Result<(Connected<D>, Kept), StepFailure> {
+    let stencils = stencils(model, mesh)?;
+    let active = ActiveNodes::of(&model.nodes, &stencils);
+    let linked: Vec<Linked<D>> = stencils
+        .into_iter()
+        .zip(&model.bodies)
+        .map(|(stencils, named)| {
+            let connectivity = Connectivity::of(stencils, &active);
+            let dilatation = named.body.dilatation(&connectivity, mesh, &active).map_err(|it| outside(named, &it))?;
+            Ok(Linked { connectivity, dilatation })
+        })
+        .collect::<Result<_, _>>()?;
+    let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
+    let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry: false };
+    let Numbered { unknowns, own, begun } = begin(model, &start)?;
+    let same = begun == Begun::AsBefore
+        && former.as_ref().is_some_and(|former| {
+            former.active == active
+                && *former.unknowns() == unknowns
+                && linked.iter().zip(&former.assembly_plans).all(|(now, before)| before.is_connected_as(now))
+        });
+    match former {
+        Some(Connected { assembly_plans, pattern, is_analysed, .. }) if same => {
+            let assembly_plans =
+                assembly_plans.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.connectivity)).collect();
+            Ok((Connected { active, assembly_plans, pattern, own, is_analysed }, Kept::Pattern))
+        }
+        former => {
+            let former = former.map(|former| former.pattern);
+            Ok((couple(model, active, linked, (unknowns, own), former), Kept::Memory))
+        }
+    }
+}
+
+/// Begins a step that starts where the one before it failed: the points are connected as they were.
+fn begin_again<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    interval: Interval,
+    former: Connected<D>,
+) -> Result<(Connected<D>, Kept), StepFailure> {
+    let connectivity: Vec<&Connectivity<D>> = former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
+    let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry: true };
+    let Numbered { unknowns, own, begun } = begin(model, &start)?;
+    if begun == Begun::AsBefore && unknowns == *former.unknowns() {
+        return Ok((former, Kept::All));
+    }
+    let Connected { active, assembly_plans, pattern, .. } = former;
+    let linked = assembly_plans.into_iter().map(AssemblyPlan::into_linked).collect();
+    Ok((couple(model, active, linked, (unknowns, own), Some(pattern)), Kept::Memory))
+}
+
+/// Makes the pattern of what all contributions couple, in the memory of a former one.
+fn couple<const D: usize>(
+    model: &mut Model<D>,
+    active: ActiveNodes<D>,
+    linked: Vec<Linked<D>>,
+    (unknowns, own): (Unknowns<D>, Vec<Range<usize>>),
+    former: Option<Pattern<D>>,
+) -> Connected<D> {
+    let of_bodies = model.bodies.iter().map(|named| named.body.symmetry());
+    let mut symmetries = of_bodies.chain(model.contributions.iter().map(|named| named.contribution.symmetry()));
+    let is_symmetric = symmetries.all(|it| it == Symmetry::Symmetric);
+    let symmetry = if is_symmetric { Symmetry::Symmetric } else { Symmetry::Unsymmetric };
+    let mut couplings: Vec<&dyn Couplings> = linked.iter().map(|it| it as _).collect();
+    couplings.extend(model.contributions.iter().map(|named| named.contribution.couplings()));
+    let pattern = Pattern::reusing(former, &unknowns, symmetry, &couplings);
+    let assembly_plans = linked.into_iter().map(|linked| AssemblyPlan::new(linked, &pattern)).collect();
+    for named in &mut model.contributions {
+        named.contribution.locate(&pattern);
+    }
+    Connected { active, assembly_plans, pattern, own, is_analysed: Cell::new(false) }
+}
+
+/// What contributions may know when a load step begins.
+struct Start<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    active: &'a ActiveNodes<D>,
+    /// Of every body.
+    connectivity: &'a [&'a Connectivity<D>],
+    interval: Interval,
+    is_retry: bool,
+}
+
+/// The unknowns of a load step.
+struct Numbered<const D: usize> {
+    unknowns: Unknowns<D>,
+    /// See [`Connected::own`].
+    own: Vec<Range<usize>>,
+    begun: Begun,
+}
+
+/// Begins the load step in every contribution of the model.
+fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<Numbered<D>, StepFailure> {
+    let Start { mesh, active, connectivity, interval: Interval { from, to }, is_retry } = *start;
+    let mut unknowns = Unknowns::of_nodes(active.len());
+    let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
+    let bodies = model.bodies.iter().zip(connectivity);
+    let bodies: Vec<BodyAtStart<'_, D>> =
+        bodies.map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity }).collect();
+    let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry };
+    for NamedContribution { name, contribution } in &mut model.contributions {
+        let first = unknowns.n_own();
+        let here = contribution.begin(&step, &mut unknowns).map_err(|it| StepFailure::Refused {
+            contribution: name.clone(),
+            reason: it.reason,
+            is_step_too_long: it.is_step_too_long,
+        })?;
+        if here == Begun::Anew {
+            begun = Begun::Anew;
+        }
+        own.push(first..unknowns.n_own());
+    }
+    Ok(Numbered { unknowns, own, begun })
+}
+
+/// Where the lines of nodes of each direction stand at rest `[L]`; in directions that do not exist there is one.
+pub(crate) fn lines<const D: usize>(model: &Model<D>) -> [Vec<f64>; 3] {
+    let mut lines: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0]);
+    for (padded, lines) in lines.iter_mut().zip(model.nodes.lines(&model.layout)) {
+        *padded = lines;
+    }
+    lines
+}
+
+/// Lines of nodes of the directions that close on themselves.
+pub(crate) fn periods<const D: usize>(model: &Model<D>) -> [Option<u32>; 3] {
+    let (periodic, nodes) = (model.nodes.lattice().periodic(), model.nodes.lattice().nodes());
+    std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d]))
+}

@@ -1,0 +1,161 @@
+//! A model: nouns with everything resolved, nothing left to look up.
+
+mod control;
+mod loads;
+mod solver;
+mod supports;
+
+pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance};
+pub use loads::{BodyForce, Loads, PointLoad};
+pub use solver::{SolverChoice, SolverFactory};
+pub use supports::{Prescribed, Support, Turn};
+
+use mpm_assembly::{Body, Contribution};
+use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
+use mpm_linear::{Automatic, Choice, LinearSolver};
+
+/// All that a run needs to know.
+///
+/// The example of the [crate] makes one by hand, with a body of any basis and law.
+#[non_exhaustive]
+pub struct Model<const D: usize> {
+    /// Where the mesh's nodes stand at rest.
+    pub layout: Layout<D>,
+    /// The nodes that the bodies' bases live on.
+    pub nodes: NodeSpace<D>,
+    /// How the mesh moves.
+    pub motion: MeshMotion<D>,
+    /// The bodies, in the order of the scene.
+    pub bodies: Vec<NamedBody<D>>,
+    /// The supports, in the order of the scene.
+    pub supports: Vec<Support<D>>,
+    /// Forces.
+    pub loads: Loads<D>,
+    /// Load steps.
+    pub schedule: Schedule,
+    /// How the load fraction follows the path, where it does.
+    pub path: Option<PathControl>,
+    /// When a load step counts as solved.
+    pub tolerance: Tolerance,
+    /// How linear systems are solved.
+    pub solver: SolverChoice,
+    /// What is done about domains that have outgrown their cells, if anything.
+    pub domain_limit: Option<DomainLimit>,
+    /// What adds to force and tangent besides the bodies, in the order of the sums.
+    pub contributions: Vec<NamedContribution<D>>,
+    /// Whether the history tells the health of the points' domains.
+    pub domain_history: bool,
+    /// Whether the history tells the condition number of the tangent.
+    pub condition_history: bool,
+    /// Whether the history tells energies.
+    pub energies: bool,
+    /// What the history follows besides supports, in the order of the scene.
+    pub probes: Vec<Probe<D>>,
+}
+
+impl<const D: usize> Model<D> {
+    /// A mesh at rest without bodies, supports and loads; one load step. Its nodes are the vertices.
+    pub fn new(layout: Layout<D>) -> Self {
+        let nodes = NodeSpace::vertices(layout.lattice());
+        Self::on(layout, nodes)
+    }
+
+    /// As [`Self::new`], with other nodes of the layout: those of its bodies' basis, see
+    /// [`mpm_basis::Basis::node_kind`].
+    pub fn on(layout: Layout<D>, nodes: NodeSpace<D>) -> Self {
+        Self {
+            layout,
+            nodes,
+            motion: MeshMotion::Fixed,
+            bodies: Vec::new(),
+            supports: Vec::new(),
+            loads: Loads::default(),
+            schedule: Schedule::equal(1),
+            path: None,
+            tolerance: Tolerance::default(),
+            solver: SolverChoice::default(),
+            domain_limit: None,
+            contributions: Vec::new(),
+            domain_history: false,
+            condition_history: false,
+            energies: false,
+            probes: Vec::new(),
+        }
+    }
+
+    /// The choice among the shipped solvers, if one of them is to be taken: path control in the plane takes the
+    /// signs of pivots to see limit points, which conjugate gradients can pass without notice.
+    pub(crate) fn choice(&self) -> Option<Choice> {
+        match self.solver {
+            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.path.is_some() => Some(Choice::Direct),
+            SolverChoice::Automatic(choice) => Some(choice),
+            SolverChoice::Custom(_) => None,
+        }
+    }
+
+    /// A linear solver for a run.
+    pub(crate) fn linear_solver(&self) -> Box<dyn LinearSolver> {
+        match (&self.solver, self.choice()) {
+            (SolverChoice::Custom(make), _) => make(),
+            (_, choice) => Box::new(Automatic::new(choice.unwrap_or_default())),
+        }
+    }
+
+    /// Puts a body behind the others.
+    pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
+        self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });
+    }
+
+    /// Puts a contribution to force and tangent behind the others. Its name is that of its state in checkpoints.
+    pub fn add_contribution(&mut self, name: impl Into<String>, contribution: Box<dyn Contribution<D>>) {
+        self.contributions.push(NamedContribution { name: name.into(), contribution });
+    }
+
+    /// Makes what the last load step has prepared the present state.
+    pub(crate) fn commit(&mut self) {
+        self.bodies.iter_mut().for_each(|named| named.body.commit());
+        self.contributions.iter_mut().for_each(|named| named.contribution.commit());
+    }
+
+    /// Puts a support of the nodes in a region (at rest) behind the others.
+    pub fn add_support(
+        &mut self,
+        name: impl Into<String>,
+        region: &Region<D>,
+        components: [Option<Prescribed>; D],
+    ) {
+        let nodes = region.nodes(&self.nodes, &self.layout);
+        self.supports.push(Support { name: name.into(), nodes, components, moment_about: None });
+    }
+}
+
+/// Points of a body that are followed through the history.
+#[derive(Clone, Debug)]
+pub struct Probe<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Index of the body.
+    pub body: usize,
+    /// Its points, ascending; at least one.
+    pub points: Vec<usize>,
+    /// Their mean position at rest `[L]`.
+    pub rest: Vector<D>,
+}
+
+/// A body and its name.
+pub struct NamedBody<const D: usize> {
+    /// Its name in the scene.
+    pub name: String,
+    /// Its points, law and basis.
+    pub body: Box<dyn Body<D>>,
+    /// Volume of the shape that its points fill, where theirs is found in another way `[L^D]`.
+    pub shape_volume: Option<f64>,
+}
+
+/// A contribution to force and tangent, and its name.
+pub struct NamedContribution<const D: usize> {
+    /// Its name in messages and checkpoints.
+    pub name: String,
+    /// What it adds.
+    pub contribution: Box<dyn Contribution<D>>,
+}
