@@ -2,7 +2,7 @@
 
 use mpm_assembly::{Contribution, MaterialBody};
 use mpm_basis::{Basis, Smpm};
-use mpm_grid::{Axis, Layout, Mesh, MeshMotion, NodeId, Region, Vector};
+use mpm_grid::{Axis, Layout, Mesh, MeshMotion, NodeId, NodeSpace, Region, Vector};
 use mpm_material::{Elasticity, Hencky, Material};
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
 use mpm_solver::{Model, PredictorKind, Prescribed, Schedule, Support, Tolerance};
@@ -31,7 +31,8 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
             basis.seed(&mesh.piece([i, j], &from, &to), &mut |seed| points.push(seed));
         }
     }
-    let mut model = Model::new(layout);
+    let nodes = NodeSpace::of(basis.node_kind(), &mesh)?;
+    let mut model = Model::on(layout, nodes);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
     model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(steps) };
@@ -45,7 +46,12 @@ pub fn support(
     region: Region<2>,
     components: [Option<Prescribed>; 2],
 ) -> Result<Support<2>, Box<dyn Error>> {
-    Ok(Support { name: name.into(), nodes: region.nodes(&layout()?), components, moment_about: None })
+    Ok(Support {
+        name: name.into(),
+        nodes: region.nodes(&NodeSpace::vertices(layout()?.lattice()), &layout()?),
+        components,
+        moment_about: None,
+    })
 }
 
 /// The square of an elastic bar (Young's modulus 1000) that is held at its right side and cannot widen; `contribution`
@@ -61,7 +67,8 @@ pub fn held_bar<C: Contribution<2> + 'static>(
     ];
     let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.0)?);
     let mut model = model((Smpm, law), MeshMotion::Fixed, supports, steps)?;
-    let left = Region::Plane { axis: 0, at: 0.0 }.nodes(&model.layout);
+    let left = Region::Plane { axis: 0, at: 0.0 };
+    let left = left.nodes(&NodeSpace::vertices(model.layout.lattice()), &model.layout);
     model.add_contribution("springs", Box::new(contribution(left)));
     Ok(model)
 }

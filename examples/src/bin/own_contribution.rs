@@ -28,8 +28,9 @@ impl Springs {
     /// Spring k under a trial: `e = e_n + Δw - Δu` while `|e| ≤ e_max`; what is beyond it slips.
     fn under(&self, k: usize, trial: &Trial<'_, 2>) -> [f64; 2] {
         let [stretch, slip] = self.present[k];
-        let stretch =
-            stretch + self.moved(trial.end) - trial.increment.nodes[self.active.set(k)[0] as usize][0];
+        let stretch = stretch + self.wall.value(trial.end)
+            - self.wall.value(self.start)
+            - trial.increment.nodes[self.active.set(k)[0] as usize][0];
         let kept = stretch.clamp(-self.most, self.most);
         [kept, slip + (stretch - kept)]
     }
