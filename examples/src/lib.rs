@@ -68,7 +68,7 @@ pub fn held_bar<C: Contribution<2> + 'static>(
     let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.0)?);
     let mut model = model((Smpm, law), MeshMotion::Fixed, supports, steps)?;
     let left = Region::Plane { axis: 0, at: 0.0 };
-    let left = left.nodes(&NodeSpace::vertices(model.layout.lattice()), &model.layout);
+    let left = left.nodes(&model.nodes, &model.layout);
     model.add_contribution("springs", Box::new(contribution(left)));
     Ok(model)
 }

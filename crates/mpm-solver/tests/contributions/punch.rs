@@ -5,7 +5,7 @@ use mpm_assembly::{
     Begun, Block, Contribution, ContributionEnergy, CoupledPlaces, Couplings, Inadmissible, Recorded, Refused,
     StepStart, SystemSums, Trial, UnknownId, Unknowns,
 };
-use mpm_grid::{LoadFraction, NodeId, NodeSpace, Ramp, Region, Vector};
+use mpm_grid::{LoadFraction, NodeId, Ramp, Region, Vector};
 use mpm_linear::Symmetry;
 use mpm_solver::run;
 
@@ -181,7 +181,7 @@ const STEPS: u32 = 4;
 fn run_with(drive: Drive) -> History {
     let mut model = square(4);
     let top = Region::<2>::Plane { axis: 1, at: 1.0 };
-    let top = top.nodes(&NodeSpace::vertices(model.layout.lattice()), &model.layout);
+    let top = top.nodes(&model.nodes, &model.layout);
     model.add_contribution("punch", Box::new(Punch::new(top, drive)));
     (model.schedule.steps, model.energies) = (STEPS, true);
     let mut history = History::default();
