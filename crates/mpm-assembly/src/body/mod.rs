@@ -30,7 +30,7 @@ use advance::{PreparedDomains, PreparedState};
 use mpm_basis::{
     ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
 };
-use mpm_grid::{Block, Lattice, Mesh, Vector};
+use mpm_grid::{Block, Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, History, Material, SymmetricTensor, respond};
 use nalgebra::Matrix3;
@@ -44,6 +44,12 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Name of the basis, see [`Basis::name`].
     fn basis(&self) -> &'static str;
+
+    /// The nodes that its points influence, see [`Basis::node_kind`].
+    fn node_kind(&self) -> NodeKind;
+
+    /// Whether volume changes are averaged over cells; this needs vertices.
+    fn averages_volume_changes(&self) -> bool;
 
     /// Whether its law can yield.
     fn can_yield(&self) -> bool;
@@ -244,6 +250,14 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn basis(&self) -> &'static str {
         self.basis.name()
+    }
+
+    fn node_kind(&self) -> NodeKind {
+        self.basis.node_kind()
+    }
+
+    fn averages_volume_changes(&self) -> bool {
+        self.mean_dilatation.is_some()
     }
 
     fn can_yield(&self) -> bool {
