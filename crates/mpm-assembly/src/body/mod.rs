@@ -32,7 +32,7 @@ use advance::{PreparedDomains, PreparedState};
 use mpm_basis::{
     ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
 };
-use mpm_grid::{Block, Lattice, Mesh, NodeKind, Vector};
+use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, History, Material, SymmetricTensor, respond};
 use nalgebra::Matrix3;
