@@ -10,6 +10,7 @@ mod dissipation;
 mod domain_control;
 mod kinematics;
 mod pass;
+mod point_view;
 mod points;
 mod scatter;
 mod stored;
@@ -21,6 +22,7 @@ pub use assembly_plan::AssemblyPlan;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
 pub use kinematics::determinant;
+pub use point_view::PointView;
 pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
 pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
 pub use trial::{InadmissiblePoint, InadmissibleState};
@@ -30,7 +32,7 @@ use advance::{PreparedDomains, PreparedState};
 use mpm_basis::{
     ActiveNodes, Basis, DomainControl, DomainReport, Connectivity, Seed, Stencils, Domain, UnconnectedPoint,
 };
-use mpm_grid::{Block, Lattice, Mesh, NodeKind, Vector};
+use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, History, Material, SymmetricTensor, respond};
 use nalgebra::Matrix3;
@@ -174,27 +176,6 @@ pub struct BodyLoads<'a, const D: usize> {
     pub acceleration: Option<Vector<D>>,
     /// Forces on single points, ascending in point `[F]`.
     pub point_forces: &'a [(usize, Vector<D>)],
-}
-
-/// Committed state of one material point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointView<const D: usize> {
-    /// `x_p` `[L]`.
-    pub position: Vector<D>,
-    /// Position at rest, where it is kept `[L]`.
-    pub reference_position: Option<Vector<D>>,
-    /// `V⁰_p` `[L^D]`.
-    pub reference_volume: f64,
-    /// F `[-]`.
-    pub deformation_gradient: Block<D>,
-    /// `J = det F` `[-]`.
-    pub volume_ratio: f64,
-    /// `b_e - I` `[-]`.
-    pub elastic_excess: SymmetricTensor,
-    /// Kirchhoff stress τ `[F/L²]`; not a number where the law finds none for the committed state.
-    pub kirchhoff: SymmetricTensor,
-    /// Whether the last load step was plastic.
-    pub plastic: bool,
 }
 
 /// The one kind of [`Body`] there is: basis `B`, law `M`.
