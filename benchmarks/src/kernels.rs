@@ -2,7 +2,7 @@
 
 use crate::{Failure, blocks};
 use mpm_assembly::{
-    Body, AssemblyPlan, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+    AssemblyPlan, Body, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};

@@ -3,7 +3,7 @@
 use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
-    BodyAtStart, ConnectedBody, AssemblyPlan, Constraints, Contribution, Converged, Couplings, Linked, Pattern,
+    AssemblyPlan, BodyAtStart, ConnectedBody, Constraints, Contribution, Converged, Couplings, Linked, Pattern,
     PointView, StepStart, SystemSums, SystemTangent, Trial, UnknownVector, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity};
@@ -120,8 +120,7 @@ impl<const D: usize> Probe<D> {
         let step = Converged { mesh: &self.mesh, active: &self.active, increment };
         self.named.body.prepare(&self.plan, step)?;
         self.named.body.commit();
-        (self.active, self.pattern, self.plan) =
-            connect(&self.named, &mut self.contributions, &self.mesh)?;
+        (self.active, self.pattern, self.plan) = connect(&self.named, &mut self.contributions, &self.mesh)?;
         Ok(())
     }
 }

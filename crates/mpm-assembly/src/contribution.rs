@@ -1,6 +1,6 @@
 //! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
 
-use crate::body::{Body, AssemblyPlan, InadmissiblePoint, PassInput, Sums, TangentSums};
+use crate::body::{AssemblyPlan, Body, InadmissiblePoint, PassInput, Sums, TangentSums};
 use crate::unknowns::{Constraints, Couplings, Pattern, UnknownId, UnknownVector, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh};

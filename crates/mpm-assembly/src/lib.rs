@@ -22,7 +22,7 @@ mod ghost;
 mod unknowns;
 
 pub use body::{
-    AdvanceError, Body, BodyLoads, COLUMNS, AssemblyPlan, Controlled, Converged, Dilatation, ForeignPoints,
+    AdvanceError, AssemblyPlan, Body, BodyLoads, COLUMNS, Controlled, Converged, Dilatation, ForeignPoints,
     InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn,
     StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent, views,
 };

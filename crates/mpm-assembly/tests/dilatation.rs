@@ -6,7 +6,7 @@ use mpm_assembly::{
     AssemblyPlan, Constraints, Converged, GhostFaces, InadmissibleState, Linked, MeanDilatation, PassInput,
     Pattern, Sums, TangentSums, views,
 };
-use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Connectivity, Smpm};
+use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Smpm};
 use mpm_grid::{Block, NodeSpace, Vector};
 use mpm_material::{Elasticity, VonMises};
 use setup::{Setup, apart, connect, field, flat, law, sum, times};

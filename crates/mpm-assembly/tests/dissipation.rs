@@ -1,6 +1,6 @@
 //! The energy that a trial displacement dissipates, and its gradient.
 
-use mpm_assembly::{Body, AssemblyPlan, MaterialBody, Pattern};
+use mpm_assembly::{AssemblyPlan, Body, MaterialBody, Pattern};
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Smpm};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
 use mpm_material::{Elasticity, Material, VonMises};

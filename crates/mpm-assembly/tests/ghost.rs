@@ -3,7 +3,7 @@
 use mpm_assembly::{
     Body, Constraints, GhostFaces, MaterialBody, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
-use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2q, Gimp, Connectivity, Smpm};
+use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2q, Gimp, Smpm};
 use mpm_grid::{
     Axis, Block, Layout, LoadFraction, Mesh, MeshMotion, NodeSpace, Ramp, Reindexing, Span, Vector,
 };

@@ -84,7 +84,6 @@ pub trait Basis<const D: usize>: Send + Sync {
     ) -> Result<DomainReport, OutsideMesh<D>> {
         Ok(DomainReport::default())
     }
-
 }
 
 /// The health of a point's domain; the default is that of a point without one.

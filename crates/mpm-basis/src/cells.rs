@@ -48,7 +48,11 @@ impl Cells {
     /// further nodes of a cell, active numbers in any order.
     ///
     /// Cells are in the order of these numbers, the points of a cell in their own order.
-    pub fn of<const D: usize>(connectivity: &Connectivity<D>, cell: &[u32], more: impl Fn(u32) -> Vec<u32>) -> Self {
+    pub fn of<const D: usize>(
+        connectivity: &Connectivity<D>,
+        cell: &[u32],
+        more: impl Fn(u32) -> Vec<u32>,
+    ) -> Self {
         assert_eq!(connectivity.n_points(), cell.len(), "one cell per point");
         let mut runs: Vec<(u32, Part)> = Vec::new();
         for group in 0..connectivity.n_groups() {

@@ -4,12 +4,12 @@
 //! `g_c = 2⁻ᴰ R⁻ᵀ s_c` with `R = (r_1 … r_D)` and the signs `s_c` of the corner (Sadeghirad, Brannon &
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
-use crate::domain_control::longest;
-use crate::sampled::{self, Sample};
-use crate::tensor::{determinant, inverse_transpose, outline, signs};
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
 use crate::domain::{Domain, block};
+use crate::domain_control::longest;
 use crate::influence::Stencil;
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, inverse_transpose, outline, signs};
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 

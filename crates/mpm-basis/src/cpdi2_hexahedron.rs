@@ -5,12 +5,12 @@
 //! integrands `M_c det J` and `cof(J) ∂M_c/∂ξ` are polynomials of degree 3 and 2 in each direction, so
 //! 2×2×2 Gauss points are exact.
 
-use crate::domain_control::{longest, scale_corners, spread_of_corners};
-use crate::sampled::{self, Sample};
-use crate::tensor::{determinant, signs};
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
 use crate::domain::{Domain, extent, vector};
+use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, signs};
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 

@@ -9,12 +9,12 @@
 //! the signs s. The domain is convex while `|κ_1| + |κ_2| < 1`. The mean gradient does not feel κ, so
 //! nothing resists its growth; past 3 a weight is negative.
 
-use crate::domain_control::{longest, scale_corners, spread_of_corners};
-use crate::sampled::{self, Sample};
-use crate::tensor::{determinant, outline, signs};
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
 use crate::domain::{Domain, extent, vector};
+use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, outline, signs};
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 

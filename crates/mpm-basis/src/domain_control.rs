@@ -45,14 +45,8 @@ pub enum DomainControl {
 ///
 /// Only the sampling of the mesh changes: the point keeps its F, volume, mass, and stress. S and ∇S stay
 /// complete. Neighbouring domains gap afterwards. A point outside the mesh is left as it is.
-pub fn cap<const D: usize, B: Basis<D>>(
-    basis: &B,
-    mesh: &Mesh<D>,
-    x: &Vector<D>,
-    domain: &mut B::Domain,
-    cells: f64,
-) -> bool {
-    limit(basis, mesh, x, domain, cells, |_| 1.0)
+pub fn cap<const D: usize>(mesh: &Mesh<D>, x: &Vector<D>, domain: &mut impl Domain<D>, cells: f64) -> bool {
+    limit(mesh, x, domain, cells, |_| 1.0)
 }
 
 /// As [`cap`], and its other principal axes are lengthened so that the domain keeps its volume, as far as
@@ -63,14 +57,8 @@ pub fn cap<const D: usize, B: Basis<D>>(
 /// [`Domain::align`] can turn is laid along the edges of its cell, too: shear and shortening in turn let its
 /// sides roll round its principal axes, and the corners of a lozenge reach into rows of cells that no side of
 /// the box with the same second moment touches.
-pub fn reshape<const D: usize, B: Basis<D>>(
-    basis: &B,
-    mesh: &Mesh<D>,
-    x: &Vector<D>,
-    domain: &mut B::Domain,
-    cells: f64,
-) -> bool {
-    let reshaped = limit(basis, mesh, x, domain, cells, |lost| 1.0 / lost);
+pub fn reshape<const D: usize>(mesh: &Mesh<D>, x: &Vector<D>, domain: &mut impl Domain<D>, cells: f64) -> bool {
+    let reshaped = limit(mesh, x, domain, cells, |lost| 1.0 / lost);
     if reshaped && let Some(to_cells) = to_cells(mesh, x) {
         domain.align(&to_cells);
     }
@@ -79,11 +67,10 @@ pub fn reshape<const D: usize, B: Basis<D>>(
 
 /// Shortens principal axes to `cells` cells; the others grow by the factor `gain` of volume, which is told
 /// the factor that was lost, shared evenly and not beyond the limit.
-fn limit<const D: usize, B: Basis<D>>(
-    basis: &B,
+fn limit<const D: usize>(
     mesh: &Mesh<D>,
     x: &Vector<D>,
-    domain: &mut B::Domain,
+    domain: &mut impl Domain<D>,
     cells: f64,
     gain: impl Fn(f64) -> f64,
 ) -> bool {
@@ -123,7 +110,7 @@ pub fn split<const D: usize, B: Basis<D>>(
     most: usize,
 ) -> Vec<DomainPart<D, B::Domain>> {
     let mut parts = Vec::new();
-    if !is_too_long(basis, mesh, x, domain, cells) {
+    if !is_too_long(mesh, x, domain, cells) {
         return parts;
     }
     // The part to be looked at next is the last: parts come out in order along the domain.
@@ -131,7 +118,7 @@ pub fn split<const D: usize, B: Basis<D>>(
     while let Some(part) = open.pop() {
         // This part and those still open are as many points already.
         let room = parts.len() + open.len() < most.max(1);
-        let halves = if room && is_too_long(basis, mesh, &part.position, &part.domain, cells) {
+        let halves = if room && is_too_long(mesh, &part.position, &part.domain, cells) {
             to_cells(mesh, &part.position).and_then(|it| basis.halve(&part.domain, &part.position, &it))
         } else {
             None
@@ -150,25 +137,14 @@ pub fn split<const D: usize, B: Basis<D>>(
 }
 
 /// Cells of the longest semi-axis of a domain; `None` where there is no domain or no cell `[-]`.
-pub fn size<const D: usize, B: Basis<D>>(
-    basis: &B,
-    mesh: &Mesh<D>,
-    x: &Vector<D>,
-    domain: &B::Domain,
-) -> Option<f64> {
+pub fn size<const D: usize>(mesh: &Mesh<D>, x: &Vector<D>, domain: &impl Domain<D>) -> Option<f64> {
     let (spread, to_cells) = (domain.spread()?, to_cells(mesh, x)?);
     Some(semi_axes(&spread).iter().map(|axis| (to_cells * axis).norm()).fold(0.0, f64::max))
 }
 
 /// Whether the longest semi-axis of a domain has more than `cells` cells.
-pub fn is_too_long<const D: usize, B: Basis<D>>(
-    basis: &B,
-    mesh: &Mesh<D>,
-    x: &Vector<D>,
-    domain: &B::Domain,
-    cells: f64,
-) -> bool {
-    size(basis, mesh, x, domain).is_some_and(|size| size > cells * (1.0 + SLACK))
+pub fn is_too_long<const D: usize>(mesh: &Mesh<D>, x: &Vector<D>, domain: &impl Domain<D>, cells: f64) -> bool {
+    size(mesh, x, domain).is_some_and(|size| size > cells * (1.0 + SLACK))
 }
 
 /// `J⁻¹` of the cell at `x`: takes half of a cell's edge to length 1.

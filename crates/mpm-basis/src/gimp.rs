@@ -5,12 +5,12 @@
 //! cut at the grid lines: N_v is linear in every part, so that its mean over the part is its value in
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
-use crate::domain_control::longest;
-use crate::sampled::BEYOND;
-use crate::tensor::{determinant, outline, right_stretch, signs};
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
 use crate::domain::{Domain, vector};
+use crate::domain_control::longest;
 use crate::influence::Stencil;
+use crate::sampled::BEYOND;
+use crate::tensor::{determinant, outline, right_stretch, signs};
 use mpm_grid::{Axis, Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 

@@ -6,12 +6,12 @@
 //! the polygon formula. The convected corners are the affine image by the point's own
 //! `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, exactly, so that the domain's volume follows `det F`.
 
-use crate::domain_control::{longest, scale_corners};
-use crate::sampled::{self, Sample};
-use crate::tensor::{determinant, inverse_transpose};
 use crate::basis::{Convection, ConvectionError, DomainPart, DomainReport, Seed};
 use crate::domain::{Domain, extent, vector};
+use crate::domain_control::{longest, scale_corners};
 use crate::influence::Stencil;
+use crate::sampled::{self, Sample};
+use crate::tensor::{determinant, inverse_transpose};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;
 
@@ -73,11 +73,7 @@ impl<const D: usize> Simplex<D> {
 
     /// See [`crate::Basis::influences`].
     #[inline]
-    pub(crate) fn influences(
-        &self,
-        mesh: &Mesh<D>,
-        stencil: &mut crate::Stencil<D>,
-    ) -> Result<(), OutsideMesh<D>> {
+    pub(crate) fn influences(&self, mesh: &Mesh<D>, stencil: &mut Stencil<D>) -> Result<(), OutsideMesh<D>> {
         sampled::influences(mesh, &self.samples()[..=D], stencil)
     }
 

@@ -5,7 +5,7 @@ use crate::model::{Model, NamedBody, NamedContribution};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
-    Begun, BodyAtStart, ConnectedBody, AssemblyPlan, Contribution, Couplings, Linked, Pattern, StepStart,
+    AssemblyPlan, Begun, BodyAtStart, ConnectedBody, Contribution, Couplings, Linked, Pattern, StepStart,
     Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
@@ -35,7 +35,9 @@ impl<const D: usize> Connected<D> {
     /// The bodies with their connections.
     pub(crate) fn bodies<'a>(&'a self, bodies: &'a [NamedBody<D>]) -> Vec<ConnectedBody<'a, D>> {
         let connected = bodies.iter().zip(&self.assembly_plans);
-        connected.map(|(named, assembly_plan)| ConnectedBody { body: &*named.body, plan: assembly_plan }).collect()
+        connected
+            .map(|(named, assembly_plan)| ConnectedBody { body: &*named.body, plan: assembly_plan })
+            .collect()
     }
 }
 
@@ -142,7 +144,8 @@ pub(crate) fn connect<const D: usize>(
         .zip(&model.bodies)
         .map(|(stencils, named)| {
             let connectivity = Connectivity::of(stencils, &active);
-            let dilatation = named.body.dilatation(&connectivity, mesh, &active).map_err(|it| outside(named, &it))?;
+            let dilatation =
+                named.body.dilatation(&connectivity, mesh, &active).map_err(|it| outside(named, &it))?;
             Ok(Linked { connectivity, dilatation })
         })
         .collect::<Result<_, _>>()?;
@@ -157,8 +160,11 @@ pub(crate) fn connect<const D: usize>(
         });
     match former {
         Some(Connected { assembly_plans, pattern, is_analysed, .. }) if same => {
-            let assembly_plans =
-                assembly_plans.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.connectivity)).collect();
+            let assembly_plans = assembly_plans
+                .into_iter()
+                .zip(linked)
+                .map(|(kept, now)| kept.relinked(now.connectivity))
+                .collect();
             Ok((Connected { active, assembly_plans, pattern, own, is_analysed }, Kept::Pattern))
         }
         former => {
@@ -175,7 +181,8 @@ fn begin_again<const D: usize>(
     interval: Interval,
     former: Connected<D>,
 ) -> Result<(Connected<D>, Kept), StepFailure> {
-    let connectivity: Vec<&Connectivity<D>> = former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
+    let connectivity: Vec<&Connectivity<D>> =
+        former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
     let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry: true };
     let Numbered { unknowns, own, begun } = begin(model, &start)?;
     if begun == Begun::AsBefore && unknowns == *former.unknowns() {
@@ -232,8 +239,9 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
     let mut unknowns = Unknowns::of_nodes(active.len());
     let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
     let bodies = model.bodies.iter().zip(connectivity);
-    let bodies: Vec<BodyAtStart<'_, D>> =
-        bodies.map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity }).collect();
+    let bodies: Vec<BodyAtStart<'_, D>> = bodies
+        .map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity })
+        .collect();
     let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry };
     for NamedContribution { name, contribution } in &mut model.contributions {
         let first = unknowns.n_own();

@@ -5,7 +5,9 @@
 
 use mpm_basis::{Basis, Convection, ConvectionError, Seed, Stencil};
 use mpm_examples::{Residuals, model};
-use mpm_grid::{Axis, DrivenPlane, LinearCell, Mesh, MeshMotion, NodeKind, NodeSpace, OutsideMesh, Ramp, Region, Vector};
+use mpm_grid::{
+    Axis, DrivenPlane, LinearCell, Mesh, MeshMotion, NodeKind, NodeSpace, OutsideMesh, Ramp, Region, Vector,
+};
 use mpm_material::{Elasticity, Hencky};
 use mpm_solver::{Prescribed, run};
 use std::error::Error;

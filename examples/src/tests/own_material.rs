@@ -2,7 +2,8 @@
 
 use super::*;
 use mpm_assembly::{
-    Body, AssemblyPlan, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
+    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums,
+    TangentSums,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
 use mpm_grid::{Axis, CellId, Layout, Mesh, NodeSpace, Vector};

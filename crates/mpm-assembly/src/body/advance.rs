@@ -4,7 +4,7 @@ use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
 use crate::body::trial::{InadmissiblePoint, Trial, trial, trial_of};
-use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError, Connectivity};
+use mpm_basis::{ActiveNodes, Basis, Connectivity, Convection, ConvectionError};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
 use std::ops::Range;

@@ -83,7 +83,9 @@ impl<const D: usize> AssemblyPlan<D> {
 
     /// Bytes of all that is kept.
     pub fn bytes(&self) -> usize {
-        self.linked.connectivity.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+        self.linked.connectivity.bytes()
+            + size_of_val(&self.sums.slots[..])
+            + size_of_val(&self.sums.slot_start[..])
     }
 }
 

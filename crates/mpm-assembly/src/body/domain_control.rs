@@ -46,10 +46,10 @@ pub(crate) fn control<const D: usize, B: Basis<D>, M: Material>(
     let position = &points.position[..];
     match control {
         DomainControl::Cap { cells } => {
-            Ok(shortened(position, domains, |x, domain| cap(basis, mesh, x, domain, cells)))
+            Ok(shortened(position, domains, |x, domain| cap(mesh, x, domain, cells)))
         }
         DomainControl::Reshape { cells } => {
-            Ok(shortened(position, domains, |x, domain| reshape(basis, mesh, x, domain, cells)))
+            Ok(shortened(position, domains, |x, domain| reshape(mesh, x, domain, cells)))
         }
         DomainControl::Split { cells } => {
             let (split, parts) = divided(basis, (position, domains), mesh, cells, most)?;
@@ -90,7 +90,7 @@ fn divided<const D: usize, B: Basis<D>>(
     most: usize,
 ) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
     let points = position.par_iter().zip(domains);
-    let long: Vec<bool> = points.map(|(x, domain)| is_too_long(basis, mesh, x, domain, cells)).collect();
+    let long: Vec<bool> = points.map(|(x, domain)| is_too_long(mesh, x, domain, cells)).collect();
     if !long.contains(&true) {
         return Ok((0, Vec::new()));
     }

@@ -30,7 +30,7 @@ pub use trial::{InadmissiblePoint, InadmissibleState};
 use crate::OccupiedCell;
 use advance::{PreparedDomains, PreparedState};
 use mpm_basis::{
-    ActiveNodes, Basis, DomainControl, DomainReport, Connectivity, Seed, Stencils, Domain, UnconnectedPoint,
+    ActiveNodes, Basis, Connectivity, Domain, DomainControl, DomainReport, Seed, Stencils, UnconnectedPoint,
 };
 use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
@@ -108,7 +108,12 @@ pub trait Body<const D: usize>: Send + Sync {
     ) -> Result<f64, InadmissiblePoint>;
 
     /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
-    fn external_force(&self, connectivity: &Connectivity<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
+    fn external_force(
+        &self,
+        connectivity: &Connectivity<D>,
+        loads: &BodyLoads<'_, D>,
+        external: &mut [Vector<D>],
+    );
 
     /// Adds to `scale` the forces that a strain of one in every point would cause,
     /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
@@ -293,7 +298,12 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         dissipation::dissipation(&self.law, &self.points, plan, increment, gradient)
     }
 
-    fn external_force(&self, connectivity: &Connectivity<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {
+    fn external_force(
+        &self,
+        connectivity: &Connectivity<D>,
+        loads: &BodyLoads<'_, D>,
+        external: &mut [Vector<D>],
+    ) {
         if let Some(acceleration) = loads.acceleration {
             assert_eq!(self.points.mass.len(), self.points.len(), "a body force needs the masses");
             for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {

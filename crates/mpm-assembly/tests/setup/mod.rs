@@ -1,8 +1,8 @@
 //! A body on a grid, and its sums.
 
 use mpm_assembly::{
-    Body, AssemblyPlan, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
-    finish_tangent,
+    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums,
+    TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
 use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};

@@ -4,7 +4,7 @@ use crate::completeness::check;
 use crate::random::Random;
 use mpm_basis::domain_control::{cap, is_too_long, reshape, size, split};
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp,
+    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Domain, Fallback, Gimp,
     Parallelepiped, Seed, Smpm,
 };
 use mpm_grid::{Axis, Block, Layout, LinearCell, Mesh, Span, Vector};
@@ -39,17 +39,17 @@ fn shortened<const D: usize, B: Basis<D>>(name: &str, basis: &B, mesh: &Mesh<D>,
             DMatrix::from_fn(D, D, |i, j| spread[(i, j)]).determinant().sqrt()
         };
         let before = volume(&seed.domain);
-        assert!(size(basis, mesh, &x, &seed.domain).unwrap() > 1.0, "{name}: no needle");
+        assert!(size(mesh, &x, &seed.domain).unwrap() > 1.0, "{name}: no needle");
 
         let mut capped = seed.domain.clone();
-        assert!(cap(basis, mesh, &x, &mut capped, CELLS), "{name}");
-        assert!((size(basis, mesh, &x, &capped).unwrap() - CELLS).abs() < 1e-12, "{name}: not at the limit");
+        assert!(cap(mesh, &x, &mut capped, CELLS), "{name}");
+        assert!((size(mesh, &x, &capped).unwrap() - CELLS).abs() < 1e-12, "{name}: not at the limit");
         assert!(volume(&capped) < 0.9 * before, "{name}: as large as before");
         check(name, basis, mesh, x, &capped);
 
         let mut reshaped = seed.domain.clone();
-        assert!(reshape(basis, mesh, &x, &mut reshaped, CELLS), "{name}");
-        assert!((size(basis, mesh, &x, &reshaped).unwrap() - CELLS).abs() < 1e-12, "{name}: not at the limit");
+        assert!(reshape(mesh, &x, &mut reshaped, CELLS), "{name}");
+        assert!((size(mesh, &x, &reshaped).unwrap() - CELLS).abs() < 1e-12, "{name}: not at the limit");
         // The volume is kept where no other axis meets the limit, as in the plane's slender needles.
         let kept = volume(&reshaped) / before;
         assert!(kept > 1.01 * volume(&capped) / before && kept < 1.0 + 1e-10, "{name}: volume {kept}");
@@ -57,7 +57,7 @@ fn shortened<const D: usize, B: Basis<D>>(name: &str, basis: &B, mesh: &Mesh<D>,
         assert!(!slender || kept > 1.0 - 1e-10, "{name}: volume {kept}");
         check(name, basis, mesh, x, &reshaped);
 
-        assert!(!cap(basis, mesh, &x, &mut capped, CELLS), "{name}: shortened again");
+        assert!(!cap(mesh, &x, &mut capped, CELLS), "{name}: shortened again");
         assert!(split(basis, mesh, &x, &capped, CELLS, 100).is_empty(), "{name}: a short domain is split");
     }
 }
@@ -70,7 +70,7 @@ fn divided<const D: usize, B: Basis<D>>(name: &str, basis: &B, mesh: &Mesh<D>, p
         let mut centre = Vector::zeros();
         for part in &parts {
             assert!(part.share > 0.0, "{name}");
-            assert!(!is_too_long(basis, mesh, &part.position, &part.domain, CELLS), "{name}: still too long");
+            assert!(!is_too_long(mesh, &part.position, &part.domain, CELLS), "{name}: still too long");
             check(name, basis, mesh, part.position, &part.domain);
             whole += part.share;
             centre += part.position * part.share;
@@ -138,7 +138,7 @@ fn parallelograms_fill_their_point_and_go_on_from_where_they_were_shortened() {
     assert!((sum / area - 1.0).abs() < 1e-12);
 
     let needle = domain;
-    assert!(cap(&Cpdi1, &mesh, &x, &mut domain, CELLS));
+    assert!(cap(&mesh, &x, &mut domain, CELLS));
     assert!((f * domain.initial - domain.current).norm() < 1e-12, "F does not lead to the capped domain");
     // The principal axes stay: A = r r⁻¹ is symmetric with eigenvalues 1 and below 1.
     let map = domain.current * needle.current.try_inverse().unwrap();
@@ -166,7 +166,7 @@ fn reshaped_parallelepipeds_lie_along_their_cells() {
         assert!((volume(&domain) / volume(&needle) - 1.0).abs() < 1e-12, "not of the same hand");
 
         let mut domain = needle;
-        assert!(reshape(&Cpdi1, mesh, &x, &mut domain, CELLS));
+        assert!(reshape(mesh, &x, &mut domain, CELLS));
         assert!((f * domain.initial - domain.current).norm() < 1e-12, "F does not lead to the reshaped domain");
         // In the thinnest direction the corners reach no farther than the second moment does, and
         // in the k-th no more than √k as far.
@@ -215,8 +215,8 @@ fn points_without_a_domain_or_a_cell_are_left_alone() {
     let axis = || Axis::uniform(0.0, 2.0, 2).unwrap();
     let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
     let x = Vector::<2>::new(0.5, 0.5);
-    assert!(!cap(&Smpm, &mesh, &x, &mut (), CELLS));
+    assert!(!cap(&mesh, &x, &mut (), CELLS));
     assert!(split(&Smpm, &mesh, &x, &(), CELLS, 100).is_empty());
     let mut domain = seeds(&Cpdi1, &needle(&Vector::<2>::new(40.0, 0.0), &mut Random::new(1))).remove(0).domain;
-    assert!(!cap(&Cpdi1, &mesh, &Vector::<2>::new(40.0, 0.0), &mut domain, CELLS));
+    assert!(!cap(&mesh, &Vector::<2>::new(40.0, 0.0), &mut domain, CELLS));
 }

@@ -4,8 +4,8 @@ use crate::completeness::{check, influences};
 use crate::random::{Case, Random, cases};
 use mpm_basis::{
     ActiveNodes, Basis, Convection, ConvectionError, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron,
-    Cpdi2q, Cpdi2t, Fallback, FallbackDomain, Gimp, GimpUpdate, HalfLengths, Parallelepiped, Quadrilateral,
-    Simplex, Smpm, Stencils,
+    Cpdi2q, Cpdi2t, Domain, Fallback, FallbackDomain, Gimp, GimpUpdate, HalfLengths, Parallelepiped,
+    Quadrilateral, Simplex, Smpm, Stencils,
 };
 use mpm_grid::{Axis, Block, Layout, Mesh, NodeSpace, Vector};
 

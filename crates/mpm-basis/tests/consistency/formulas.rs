@@ -3,8 +3,8 @@
 use crate::completeness::{corner_weights, influences};
 use crate::random::{Random, cases};
 use mpm_basis::{
-    Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, HalfLengths, Hexahedron, Influence, Parallelepiped,
-    Quadrilateral, Simplex, Smpm,
+    Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Domain, Gimp, HalfLengths, Hexahedron, Influence,
+    Parallelepiped, Quadrilateral, Simplex, Smpm,
 };
 use mpm_grid::{Axis, Block, Layout, Mesh, Vector};
 use std::array::from_fn;

@@ -3,8 +3,8 @@
 use crate::completeness::{check, influences};
 use crate::random::{Random, cases};
 use mpm_basis::{
-    Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, FallbackDomain, Gimp, Smpm,
-    TriangleSplit,
+    Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Domain, Fallback, FallbackDomain, Gimp,
+    Smpm, TriangleSplit,
 };
 use mpm_grid::{LinearCell, Mesh, Vector};
 

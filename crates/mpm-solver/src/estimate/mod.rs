@@ -104,7 +104,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;
-    let Connected { active, connections, pattern, .. } = &connected;
+    let Connected { active, assembly_plans, pattern, .. } = &connected;
 
     let mut constraints = Constraints::<D>::none(active.len());
     for support in &model.supports {
@@ -159,7 +159,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
             points: 2 * stored,
-            connectivity: active.bytes() + connections.iter().map(|it| it.bytes()).sum::<usize>(),
+            connectivity: active.bytes() + assembly_plans.iter().map(|it| it.bytes()).sum::<usize>(),
             tangent: if is_iterative {
                 entries * (real + size_of::<usize>()) + (n + 1) * size_of::<usize>()
             } else {

@@ -74,7 +74,7 @@ impl Contribution<2> for Field {
         (self.block, self.places) = (Some(block), CoupledPlaces::default());
         self.points.clear();
         let body = &step.bodies[0];
-        for group in (0..body.links.n_groups()).map(|group| body.links.group(group)) {
+        for group in (0..body.connectivity.n_groups()).map(|group| body.connectivity.group(group)) {
             let own = group.nodes.iter().map(|&node| block.place(node as usize));
             self.places.push(group.nodes.iter().copied().chain(own));
             for k in 0..group.points {
