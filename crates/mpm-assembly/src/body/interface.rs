@@ -5,13 +5,14 @@ use crate::body::advance::{AdvanceError, Converged};
 use crate::body::connection::Connection;
 use crate::body::dilatation::Dilatation;
 use crate::body::domain_control::{Controlled, TooManyPoints};
+use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{ActiveNodes, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{Block, Lattice, Mesh, NodeKind, Vector};
+use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::{FieldInfo, SymmetricTensor};
+use mpm_material::FieldInfo;
 use rayon::prelude::*;
 
 /// A set of material points under one basis and one law.
@@ -151,27 +152,6 @@ pub struct BodyLoads<'a, const D: usize> {
     pub acceleration: Option<Vector<D>>,
     /// Forces on single points, ascending in point `[F]`.
     pub point_forces: &'a [(usize, Vector<D>)],
-}
-
-/// Committed state of one material point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointView<const D: usize> {
-    /// `x_p` `[L]`.
-    pub position: Vector<D>,
-    /// Position at rest, where it is kept `[L]`.
-    pub reference_position: Option<Vector<D>>,
-    /// `V⁰_p` `[L^D]`.
-    pub reference_volume: f64,
-    /// F `[-]`.
-    pub deformation_gradient: Block<D>,
-    /// `J = det F` `[-]`.
-    pub volume_ratio: f64,
-    /// `b_e - I` `[-]`.
-    pub elastic_excess: SymmetricTensor,
-    /// Kirchhoff stress τ `[F/L²]`; not a number where the law finds none for the committed state.
-    pub kirchhoff: SymmetricTensor,
-    /// Whether the last load step was plastic.
-    pub plastic: bool,
 }
 
 /// All points of a body in order, viewed in parallel, a block at a time: all views together would need as much

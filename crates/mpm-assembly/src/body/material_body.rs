@@ -5,8 +5,9 @@ use crate::body::advance::{AdvanceError, Converged, PreparedDomains, PreparedSta
 use crate::body::connection::Connection;
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{self, Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads, PointView};
+use crate::body::interface::{Body, BodyLoads};
 use crate::body::kinematics::determinant;
+use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::stored::{self, ForeignPoints, StoredPoints};
