@@ -6,8 +6,10 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Links, Stencils};
 use mpm_grid::{LoadFraction, Mesh, Vector};
-use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix};
-use mpm_material::{Elasticity, Hencky, Material, SymmetricTensor, VonMises, log_strain, respond};
+use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symmetry};
+use mpm_material::{
+    Elasticity, Hencky, Material, PointParameters, SymmetricTensor, VonMises, log_strain, respond,
+};
 use mpm_scene::language::{Scene, SolidBasis};
 use mpm_scene::{Compiled, compile};
 use mpm_solver::Model;
@@ -112,14 +114,14 @@ fn states(plane: bool) -> Vec<SymmetricTensor> {
 
 /// Stress and spatial moduli of many states.
 fn law<M: Material + 'static>(law: M, plane: bool) -> Result<Work, Failure> {
-    let (states, history) = (states(plane), M::History::default());
+    let (states, history) = (states(plane), law.initial(&PointParameters::at(nalgebra::Vector3::zeros())));
     Ok(Box::new(move || {
         for state in &states {
-            let response = respond(&law, black_box(state), &history);
+            let Ok(response) = respond(&law, black_box(state), &history) else { return };
             if plane {
-                black_box((response.kirchhoff, response.modes.spatial_tangent::<2>()));
+                black_box((response.kirchhoff, response.tangent.spatial_tangent::<2>()));
             } else {
-                black_box((response.kirchhoff, response.modes.spatial_tangent::<3>()));
+                black_box((response.kirchhoff, response.tangent.spatial_tangent::<3>()));
             }
         }
     }))
@@ -153,7 +155,7 @@ type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
+    let pattern = Pattern::of(active.len(), Symmetry::Symmetric, &[&links]);
     let connection = Connection::new(links, &pattern);
     (active, pattern, connection)
 }

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
 use mpm_linear::Saved;
-use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredPredictor};
+use mpm_solver::{
+    BodyLayout, Progress, State, StateLayout, StoredColumn, StoredContribution, StoredPoints, StoredPredictor,
+};
 
 use crate::calls::{Call, Closing};
 use crate::check_sum::{BLOCK, block_of, check_sum};
@@ -168,6 +170,15 @@ impl Checkpoint {
             }
             Ok(points.into_iter().zip(shares).collect())
         });
+        let contributions = self.members("contributions", layout.contributions.len())?;
+        let contributions = contributions.iter().enumerate().map(|(k, group)| {
+            let item = |name: &str| format!("contributions/{k}/{name}");
+            let name = self.numbers::<u8>(group, "name", &item("name"), 1, (0, usize::MAX))?;
+            let name = String::from_utf8(name);
+            let name = name.map_err(|_| self.malformed(&item("name"), "is not UTF-8 text"))?;
+            let numbers = self.numbers::<f64>(group, "number", &item("number"), 1, (0, usize::MAX))?;
+            Ok(StoredContribution { name, numbers })
+        });
         let path = self.group("path")?;
         let components = layout.nodes.saturating_mul(layout.dimensions);
         let linear_solver = self.group("linear_solver")?;
@@ -180,6 +191,7 @@ impl Checkpoint {
             progress: self.progress.clone(),
             bodies: bodies.collect::<Result<_, _>>()?,
             shares: loads.collect::<Result<_, _>>()?,
+            contributions: contributions.collect::<Result<_, _>>()?,
             predictor: StoredPredictor {
                 nodes: self.numbers(&path, "node", "path/node", 1, (0, layout.nodes))?,
                 increment: self.numbers(&path, "increment", "path/increment", 1, (0, components))?,
@@ -386,6 +398,12 @@ fn write_all(
         let points: Vec<u64> = shares.iter().map(|&(point, _)| point as u64).collect();
         write_numbers(&group, "point", 1, &points)?;
         write_numbers(&group, "share", 1, &shares.iter().map(|&(_, share)| share).collect::<Vec<f64>>())?;
+    }
+    let contributions = file.create_group("contributions")?;
+    for (k, stored) in state.contributions.iter().enumerate() {
+        let group = contributions.create_group(&k.to_string())?;
+        write_numbers(&group, "name", 1, stored.name.as_bytes())?;
+        write_numbers(&group, "number", 1, &stored.numbers)?;
     }
     let predictor = file.create_group("path")?;
     write_numbers(&predictor, "node", 1, &state.predictor.nodes)?;

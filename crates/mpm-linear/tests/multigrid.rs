@@ -53,6 +53,30 @@ struct System {
     values: Vec<f64>,
 }
 
+/// Columns and rows of the lower triangle where the nodes of every cell are all connected, three components a node.
+fn lower_triangle(n_nodes: usize, cells: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
+    let mut below: Vec<Vec<usize>> = vec![Vec::new(); n_nodes];
+    for nodes in cells {
+        for &a in nodes {
+            for &b in nodes {
+                if b > a && !below[a].contains(&b) {
+                    below[a].push(b);
+                }
+            }
+        }
+    }
+    let (mut column_start, mut row) = (vec![0], Vec::new());
+    for (node, below) in below.iter_mut().enumerate() {
+        below.sort_unstable();
+        for component in 0..3 {
+            row.extend((component..3).map(|i| 3 * node + i));
+            below.iter().for_each(|&other| row.extend((0..3).map(|i| 3 * other + i)));
+            column_start.push(row.len());
+        }
+    }
+    (column_start, row)
+}
+
 impl System {
     /// Cells of `lines`, `weight` times as stiff (none where 0); components of nodes `held` are fixed.
     fn new(
@@ -103,27 +127,11 @@ impl System {
                 }
             }
         }
-        let n = index.len();
-        let mut below: Vec<Vec<usize>> = vec![Vec::new(); n];
-        for (corners, _) in &filled {
-            for &a in corners {
-                for &b in corners {
-                    let (a, b) = (number[place(a)], number[place(b)]);
-                    if b > a && !below[a].contains(&b) {
-                        below[a].push(b);
-                    }
-                }
-            }
-        }
-        let (mut column_start, mut row) = (vec![0], Vec::new());
-        for (node, below) in below.iter_mut().enumerate() {
-            below.sort_unstable();
-            for component in 0..3 {
-                row.extend((component..3).map(|i| 3 * node + i));
-                below.iter().for_each(|&other| row.extend((0..3).map(|i| 3 * other + i)));
-                column_start.push(row.len());
-            }
-        }
+        let connected: Vec<Vec<usize>> = filled
+            .iter()
+            .map(|(corners, _)| corners.iter().map(|&corner| number[place(corner)]).collect())
+            .collect();
+        let (column_start, row) = lower_triangle(index.len(), &connected);
         let mut values = vec![0.0; row.len()];
         let fixed = |node: usize, i: usize| held(index[node], i);
         for (corners, stiffness) in &filled {

@@ -106,11 +106,9 @@ impl<const D: usize> RunState<D> {
             }
             match load_step(model, &mut plan, &mut self.tools) {
                 Ok(mut done) => {
-                    for named in &mut model.bodies {
-                        named.body.commit();
-                    }
+                    model.commit();
                     self.steps.accept(&plan, &done);
-                    let controlled = control_domains(model, done.end, self.record.rows());
+                    let controlled = control_domains(model, done.balanced.end, self.record.rows());
                     done.domains = *controlled.as_ref().unwrap_or(&done.domains);
                     let Tools { solver, former } = &mut self.tools;
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;

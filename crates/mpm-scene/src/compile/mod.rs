@@ -21,6 +21,7 @@ use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
 use loads::{loads, probes};
 use mesh::{layout, motion};
+use mpm_assembly::GhostStabilisation;
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{LoadFraction, Mesh};
@@ -88,7 +89,9 @@ fn model<const D: usize, B: FillBody<D>>(
     model.bodies = bodies;
     model.schedule = schedule(scene)?;
     model.path = path_control(&scene.schedule.control);
-    model.ghost = scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0);
+    if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
+        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
+    }
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;

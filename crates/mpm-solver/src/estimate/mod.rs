@@ -3,7 +3,7 @@
 mod rehearsal;
 
 use crate::clock::processor_seconds;
-use crate::connection::{Connected, connect, lines, periods};
+use crate::connection::{Connected, Interval, connect, lines, periods};
 use crate::error::{Error, StepFailure};
 use crate::model::{Model, NamedBody};
 use mpm_assembly::Constraints;
@@ -99,7 +99,7 @@ impl Memory {
 /// # Errors
 /// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
 /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
-pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
+pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;
@@ -180,10 +180,12 @@ pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
 
 /// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
 /// memory `[s]`.
-fn connected<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
-    let once = || {
+fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
+    let to = LoadFraction::clamped(1.0 / f64::from(model.schedule.steps));
+    let mut once = || {
         let clock = processor_seconds();
-        let (connected, _) = connect(model, mesh, None).map_err(Error::Start)?;
+        let interval = Interval { from: LoadFraction::START, to };
+        let (connected, _) = connect(model, mesh, interval, None).map_err(Error::Start)?;
         Ok::<_, Error>((connected, processor_seconds() - clock))
     };
     let (first, cold) = once()?;

@@ -2,11 +2,11 @@
 
 use crate::clock::processor_seconds;
 use crate::connection::Connected;
-use crate::equilibrium::problem::inverted;
+use crate::equilibrium::problem::inadmissible;
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
-use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
-use mpm_grid::{Block, Mesh, Vector};
+use mpm_assembly::{Constraints, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views};
+use mpm_grid::{Block, LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation};
 use std::hint::black_box;
 
@@ -97,19 +97,22 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
     let Stage { model, connected, constraints, .. } = *stage;
     let pattern = &connected.pattern;
     let mut values = vec![0.0; pattern.n_entries()];
-    let mut internal = vec![Vector::zeros(); pattern.n_equations() / D];
     // At rest laws have less to do: nothing yields, and no direction is a principal one.
     let strain = Block::<D>::from_fn(|i, j| if i == j { STRAIN / (1.0 + i as f64) } else { STRAIN });
-    let strained = stage.connected.active.nodes().iter().map(|&node| strain * stage.mesh.position(node));
-    let strained: Vec<Vector<D>> = strained.collect();
-    let rest = vec![Vector::zeros(); internal.len()];
-    let mut assemble = |increment: &[Vector<D>], values: &mut [f64]| {
+    let nodes = connected.active.nodes().iter();
+    let rest = UnknownVector::zeros(connected.unknowns());
+    let strained = nodes.map(|&node| strain * stage.mesh.position(node)).collect();
+    let strained = UnknownVector { nodes: strained, ..rest.clone() };
+    let mut force = rest.clone();
+    let bodies = connected.bodies(&model.bodies);
+    let mut assemble = |increment: &UnknownVector<D>, values: &mut [f64]| {
         values.fill(0.0);
-        for (named, connection) in model.bodies.iter().zip(&connected.connections) {
-            let tangent = Some(TangentSums { values: &mut *values, lift: None });
-            let input = PassInput { pattern, constraints, increment };
-            let summed = named.body.assemble(connection, input, Sums { internal: &mut internal, tangent });
-            summed.map_err(|it| inverted(named, it))?;
+        let tangent = Some(SystemTangent { values, lift: None });
+        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: false };
+        for (named, connected) in model.bodies.iter().zip(&bodies) {
+            let summed = connected.body.assemble(connected.connection, trial.nodes(), sums.nodes());
+            summed.map_err(|it| inadmissible(named, it))?;
         }
         Ok::<_, StepFailure>(())
     };

@@ -10,7 +10,7 @@ pub use loads::{BodyForce, Loads, PointLoad};
 pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Prescribed, Support, Turn};
 
-use mpm_assembly::Body;
+use mpm_assembly::{Body, Contribution};
 use mpm_grid::{Layout, MeshMotion, Region, Vector};
 use mpm_linear::{Automatic, Choice, LinearSolver};
 
@@ -39,9 +39,8 @@ pub struct Model<const D: usize> {
     pub solver: SolverChoice,
     /// What is done about domains that have outgrown their cells, if anything.
     pub domain_limit: Option<DomainLimit>,
-    /// Stiffness of the jumps of displacement gradient at the edge of the bodies over Young's modulus, where
-    /// they are to be penalised; see [`mpm_assembly::GhostFaces`].
-    pub ghost: Option<f64>,
+    /// What adds to force and tangent besides the bodies, in the order of the sums.
+    pub contributions: Vec<NamedContribution<D>>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
     /// Whether the history tells the condition number of the tangent.
@@ -66,7 +65,7 @@ impl<const D: usize> Model<D> {
             tolerance: Tolerance::default(),
             solver: SolverChoice::default(),
             domain_limit: None,
-            ghost: None,
+            contributions: Vec::new(),
             domain_history: false,
             condition_history: false,
             energies: false,
@@ -95,6 +94,17 @@ impl<const D: usize> Model<D> {
     /// Puts a body behind the others.
     pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
         self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });
+    }
+
+    /// Puts a contribution to force and tangent behind the others. Its name is that of its state in checkpoints.
+    pub fn add_contribution(&mut self, name: impl Into<String>, contribution: Box<dyn Contribution<D>>) {
+        self.contributions.push(NamedContribution { name: name.into(), contribution });
+    }
+
+    /// Makes what the last load step has prepared the present state.
+    pub(crate) fn commit(&mut self) {
+        self.bodies.iter_mut().for_each(|named| named.body.commit());
+        self.contributions.iter_mut().for_each(|named| named.contribution.commit());
     }
 
     /// Puts a support of the mesh's nodes in a region (at rest) behind the others.
@@ -130,4 +140,12 @@ pub struct NamedBody<const D: usize> {
     pub body: Box<dyn Body<D>>,
     /// Volume of the shape that its points fill, where theirs is found in another way `[L^D]`.
     pub shape_volume: Option<f64>,
+}
+
+/// A contribution to force and tangent, and its name.
+pub struct NamedContribution<const D: usize> {
+    /// Its name in messages and checkpoints.
+    pub name: String,
+    /// What it adds.
+    pub contribution: Box<dyn Contribution<D>>,
 }

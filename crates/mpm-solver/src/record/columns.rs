@@ -21,9 +21,12 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
             DomainControl::Split { .. } => "domains_split",
         }));
     }
-    if model.ghost.is_some() {
-        columns.push(count("ghost_faces"));
-    }
+    let of_contributions = model.contributions.iter().flat_map(|named| named.contribution.history_columns());
+    columns.extend(of_contributions.map(|it| Column {
+        name: it.name,
+        kind: if it.is_count { ColumnKind::Count } else { ColumnKind::Real },
+        width: it.width,
+    }));
     if model.condition_history {
         columns.push(real("condition", 1));
     }

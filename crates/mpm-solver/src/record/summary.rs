@@ -1,6 +1,6 @@
 //! A run in a few numbers.
 
-use super::StepResult;
+use super::{Balanced, StepResult};
 use crate::model::Model;
 use crate::progress::Totals;
 use crate::timing::{Timing, Timings};
@@ -81,7 +81,7 @@ impl Summary {
 impl Totals {
     /// Adds a converged load step; energies and halvings are added where they are known.
     pub(crate) fn add<const D: usize>(&mut self, result: &StepResult<D>) {
-        let StepResult { equilibrium, domains, condition, .. } = result;
+        let StepResult { balanced: Balanced { equilibrium, condition, .. }, domains, .. } = result;
         let effort = &equilibrium.effort;
         self.iterations += effort.residuals.len() as u64;
         self.dropped += effort.dropped;
