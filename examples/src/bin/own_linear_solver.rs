@@ -62,11 +62,11 @@ fn dense(Matrix { pattern, values }: Matrix<'_>) -> DMatrix<f64> {
     let n = pattern.n_equations();
     let mut dense = DMatrix::zeros(n, n);
     for column in 0..n {
-        for entry in pattern.column_start[column]..pattern.column_start[column + 1] {
-            let row = pattern.row[entry];
-            dense[(row, column)] = values[entry];
+        let entries = pattern.column_start[column]..pattern.column_start[column + 1];
+        for (&row, &value) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
+            dense[(row, column)] = value;
             if pattern.is_symmetric() {
-                dense[(column, row)] = values[entry];
+                dense[(column, row)] = value;
             }
         }
     }
