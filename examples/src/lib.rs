@@ -2,7 +2,7 @@
 
 use mpm_assembly::MaterialBody;
 use mpm_basis::Basis;
-use mpm_grid::{Axis, Layout, Mesh, MeshMotion, Region, Vector};
+use mpm_grid::{Axis, Layout, Mesh, MeshMotion, NodeSpace, Region, Vector};
 use mpm_material::Material;
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
 use mpm_solver::{Model, PredictorKind, Prescribed, Schedule, Support, Tolerance};
@@ -31,7 +31,8 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
             basis.seed(&mesh.piece([i, j], &from, &to), &mut |seed| points.push(seed));
         }
     }
-    let mut model = Model::new(layout);
+    let nodes = NodeSpace::of(basis.node_kind(), &mesh)?;
+    let mut model = Model::on(layout, nodes);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
     model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(steps) };
@@ -45,7 +46,12 @@ pub fn support(
     region: Region<2>,
     components: [Option<Prescribed>; 2],
 ) -> Result<Support<2>, Box<dyn Error>> {
-    Ok(Support { name: name.into(), nodes: region.nodes(&layout()?), components, moment_about: None })
+    Ok(Support {
+        name: name.into(),
+        nodes: region.nodes(&NodeSpace::vertices(layout()?.lattice()), &layout()?),
+        components,
+        moment_about: None,
+    })
 }
 
 /// Keeps the relative out-of-balance force of every Newton iterate, step by step.

@@ -67,6 +67,11 @@ pub trait Contribution<const D: usize>: Send + Sync {
         false
     }
 
+    /// Whether it takes nodes for the corners of cells, so that it exists on the vertices of a mesh only.
+    fn needs_vertices(&self) -> bool {
+        false
+    }
+
     /// Whether it gives stiffness to nodes that points barely reach.
     fn stabilises(&self) -> bool {
         false

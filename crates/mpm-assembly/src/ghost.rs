@@ -22,7 +22,7 @@ use crate::contribution::{
 };
 use crate::{Couplings, PassInput, Pattern, Sums, Unknowns};
 use mpm_basis::{ActiveNodes, Links};
-use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
+use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 
 /// Material in one cell of the mesh.
@@ -81,7 +81,11 @@ impl<const D: usize> GhostFaces<D> {
     /// Young's modulus; `cells` as the bodies gave them, in any order.
     ///
     /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
+    ///
+    /// # Panics
+    /// The nodes are not the vertices of the mesh.
     pub fn of(mesh: &Mesh<D>, active: &ActiveNodes<D>, mut cells: Vec<OccupiedCell>, factor: f64) -> Self {
+        assert_eq!(active.space().kind(), NodeKind::Vertices, "faces join corners of cells");
         // Stable: cells that occur more than once are summed in the order of the bodies.
         cells.sort_by_key(|it| it.cell);
         cells.dedup_by(|next, kept| {
@@ -269,6 +273,10 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
         self.faces.assemble(&self.slots, trial.nodes(), sums.nodes());
         Ok(())
+    }
+
+    fn needs_vertices(&self) -> bool {
+        true
     }
 
     fn stabilises(&self) -> bool {

@@ -101,7 +101,7 @@ impl StateLayout {
             bodies: (0..model.bodies.len()).map(body).collect(),
             loads: model.loads.point_loads.len(),
             contributions: model.contributions.iter().map(|named| named.name.clone()).collect(),
-            nodes: model.layout.lattice().n_nodes(),
+            nodes: model.nodes.lattice().n_nodes(),
             dimensions: D,
         }
     }

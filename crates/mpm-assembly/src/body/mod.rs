@@ -10,6 +10,7 @@ mod dissipation;
 mod domain_control;
 mod kinematics;
 mod pass;
+mod point_view;
 mod points;
 mod scatter;
 mod stored;
@@ -21,6 +22,7 @@ pub use connection::Connection;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
 pub use kinematics::determinant;
+pub use point_view::PointView;
 pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
 pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
 pub use trial::{InadmissiblePoint, InadmissibleState};
@@ -30,7 +32,7 @@ use advance::{PreparedDomains, PreparedState};
 use mpm_basis::{
     ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
 };
-use mpm_grid::{Block, Lattice, Mesh, Vector};
+use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, History, Material, SymmetricTensor, respond};
 use nalgebra::Matrix3;
@@ -44,6 +46,12 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Name of the basis, see [`Basis::name`].
     fn basis(&self) -> &'static str;
+
+    /// The nodes that its points influence, see [`Basis::node_kind`].
+    fn node_kind(&self) -> NodeKind;
+
+    /// Whether volume changes are averaged over cells; this needs vertices.
+    fn averages_volume_changes(&self) -> bool;
 
     /// Whether its law can yield.
     fn can_yield(&self) -> bool;
@@ -170,27 +178,6 @@ pub struct BodyLoads<'a, const D: usize> {
     pub point_forces: &'a [(usize, Vector<D>)],
 }
 
-/// Committed state of one material point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointView<const D: usize> {
-    /// `x_p` `[L]`.
-    pub position: Vector<D>,
-    /// Position at rest, where it is kept `[L]`.
-    pub reference_position: Option<Vector<D>>,
-    /// `V⁰_p` `[L^D]`.
-    pub reference_volume: f64,
-    /// F `[-]`.
-    pub deformation_gradient: Block<D>,
-    /// `J = det F` `[-]`.
-    pub volume_ratio: f64,
-    /// `b_e - I` `[-]`.
-    pub elastic_excess: SymmetricTensor,
-    /// Kirchhoff stress τ `[F/L²]`; not a number where the law finds none for the committed state.
-    pub kirchhoff: SymmetricTensor,
-    /// Whether the last load step was plastic.
-    pub plastic: bool,
-}
-
 /// The one kind of [`Body`] there is: basis `B`, law `M`.
 ///
 /// A pass is compiled for the law, not for the basis, because it reads points and links only. What the basis decides
@@ -244,6 +231,14 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn basis(&self) -> &'static str {
         self.basis.name()
+    }
+
+    fn node_kind(&self) -> NodeKind {
+        self.basis.node_kind()
+    }
+
+    fn averages_volume_changes(&self) -> bool {
+        self.mean_dilatation.is_some()
     }
 
     fn can_yield(&self) -> bool {

@@ -92,6 +92,6 @@ pub(crate) fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
     match model.choice() {
         Some(Choice::Direct) => false,
         Some(Choice::Iterative) | None => true,
-        Some(Choice::Auto) => D == 3 || model.layout.lattice().n_nodes() > SMALL,
+        Some(Choice::Auto) => D == 3 || model.nodes.lattice().n_nodes() > SMALL,
     }
 }

@@ -300,7 +300,7 @@ fn support_entries<const D: usize>(
         reaction += force;
         if let Some([x, y]) = support.moment_about {
             // The arm reaches to where the node is at the end of the step.
-            let end = mesh.position(node) + equilibrium.increment.nodes[number];
+            let end = connected.active.space().position(mesh, node) + equilibrium.increment.nodes[number];
             moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
         }
     }
