@@ -18,7 +18,7 @@
 //! gradient is continuous.
 
 use crate::contribution::{
-    Begun, BodyAtStart, Contribution, HistoryColumn, Inadmissible, Refused, StepStart, SystemSums, Trial,
+    Begun, BodyAtStart, Contribution, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
 };
 use crate::{Couplings, PassInput, Pattern, Sums, Unknowns};
 use mpm_basis::{ActiveNodes, Links};
@@ -283,12 +283,8 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
         true
     }
 
-    fn history_columns(&self) -> Vec<HistoryColumn> {
-        vec![HistoryColumn { name: "ghost_faces".into(), width: 1, is_count: true }]
-    }
-
-    fn record(&self, to: &mut Vec<f64>) {
-        to.push(self.faces.len() as f64);
+    fn history(&self) -> Vec<Recorded> {
+        vec![Recorded::count("ghost_faces", self.faces.len() as u64)]
     }
 }
 
