@@ -228,7 +228,7 @@ fn row(basis: &'static str, phase: &'static str, seconds: f64, shape: &Shape, li
 }
 
 fn shape_of<const D: usize>(connected: &Connected<D>) -> Shape {
-    let connectivity = connected.connection.connectivity();
+    let connectivity = connected.plan.connectivity();
     let (points, groups) = (connectivity.n_points() as f64, connectivity.n_groups() as f64);
     let sizes = || (0..connectivity.n_groups()).map(|group| connectivity.group_nodes(group).len() as f64);
     let bytes = |of: &dyn Fn(&str) -> bool| {

@@ -273,6 +273,8 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("error.rs", "the equilibrium found is", "steps are shortened before"),
     ("error.rs", "nothing in the step changes", "load steps are taken in its place"),
     ("linear/src/report.rs", "", "of singular matrices, in the tests of linear solvers"),
+    ("linear/src/solver.rs", "is of another", "of checkpoints"),
+    ("direct/order.rs", "is no order", "of checkpoints, in `mpm-solver/tests/resume.rs`"),
     ("multigrid/outcome.rs", "", "another solver takes over"),
 ];
 

@@ -108,11 +108,11 @@ fn an_inverting_trial_names_its_first_point() {
     let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &inwards };
     let sums = Sums { internal: &mut internal, tangent: None };
     // ΔF = -½ I is a proper rotation and shrink in the plane: its determinant is positive.
-    assert!(setup.body.assemble(&setup.connection, input, sums).is_ok());
+    assert!(setup.body.assemble(&setup.plan, input, sums).is_ok());
     let mirrored: Vec<Vector<2>> = inwards.iter().map(|u| Vector::<2>::new(u.x, 0.0)).collect();
     let input = PassInput { increment: &mirrored, ..input };
     let sums = Sums { internal: &mut internal, tangent: None };
-    let error = setup.body.assemble(&setup.connection, input, sums).unwrap_err();
+    let error = setup.body.assemble(&setup.plan, input, sums).unwrap_err();
     assert_eq!(error.point, 0);
     assert!(
         matches!(error.reason, InadmissibleState::Inverted { determinant } if (determinant + 0.5).abs() < 1e-14)
