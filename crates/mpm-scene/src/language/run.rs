@@ -237,7 +237,7 @@ impl<'de> Visitor<'de> for NameOfField {
     type Value = FieldInput;
 
     fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        to.write_str("the name of a field")
+        to.write_str("a name")
     }
 
     fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<FieldInput, A::Error> {
