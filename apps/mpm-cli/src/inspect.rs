@@ -5,7 +5,6 @@ use crate::report::{self, Table, count};
 use crate::watch::Row;
 use mpm_io::{Results, ResultsError, component_name};
 use mpm_scene::Scene;
-use mpm_solver::observe::Field;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -61,7 +60,7 @@ struct Inspection {
     /// Name and one range per component.
     history: Vec<(String, Vec<Range>)>,
     /// Name, unit, and one range per component over all recorded steps.
-    fields: Vec<(String, &'static str, Vec<Range>)>,
+    fields: Vec<(String, String, Vec<Range>)>,
     steps: Vec<Row>,
     timings: Vec<mpm_io::PhaseTime>,
 }
@@ -78,7 +77,7 @@ impl Inspection {
         let recorded = results.fractions().len();
         let mut fields = Vec::new();
         for name in results.fields()? {
-            let unit = Field::ALL.into_iter().find(|field| field.name() == name).map_or("?", Field::unit);
+            let unit = results.unit(&name)?;
             let mut ranges: Vec<Range> = Vec::new();
             for step in 0..recorded {
                 let table = results.field(&name, step)?;

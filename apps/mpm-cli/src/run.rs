@@ -204,7 +204,7 @@ fn options(input: &Input) -> Options {
     Options {
         scene: input.text.clone(),
         program: PROGRAM.into(),
-        fields: input.scene.output().fields(),
+        fields: input.compiled.fields(input.scene.output()).expect("compiled with them"),
         every: input.scene.output().every.0 as usize,
         ..Options::default()
     }

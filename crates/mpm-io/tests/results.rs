@@ -92,8 +92,8 @@ fn single_precision_rounds_fields_but_not_positions() -> Check {
     write(&path, Options { precision: Precision::Single, ..fake::options() }, 1, 5, &Outcome::Completed)?;
     let (results, cloud) = (Results::open(&path)?, fake::Cloud { step: 1, points: 5 });
     assert_eq!(results.points(1)?.values(), cloud.positions());
-    let rounded: Vec<f64> = cloud.field(Field::Volume).iter().map(|&v| f64::from(v as f32)).collect();
-    assert_ne!(rounded, cloud.field(Field::Volume));
+    let rounded: Vec<f64> = cloud.field(Field::VOLUME).iter().map(|&v| f64::from(v as f32)).collect();
+    assert_ne!(rounded, cloud.field(Field::VOLUME));
     assert_eq!(results.field("volume", 1)?.values(), rounded);
     Ok(())
 }

@@ -272,7 +272,7 @@ fn tiny(_: Extent) -> Result<Findings, Broken> {
             findings.checks.push(Check::none(format!("{}: stops", method.name), 1).remark(reason(&run)));
             continue;
         }
-        let stress = run.history.field(Field::CauchyStress, 10);
+        let stress = run.history.field(Field::CAUCHY_STRESS, 10);
         let error = largest(stress.iter().step_by(9).map(|s| (s / expected - 1.0).abs()));
         let reaction = run.history.series("reaction/pulled", 0)[10] / 2.0;
         findings.checks.push(Check::new(

@@ -186,11 +186,11 @@ impl<'a> Bodies<'a> {
     fn seen(&self, step: usize) -> Result<Seen, Complaint> {
         let results = &self.file.results;
         let positions = results.points(step).map_err(complain)?;
-        let outline = Field::Outline.name();
+        let outline = Field::OUTLINE.name();
         let is_recorded = results.fields().map_err(complain)?.iter().any(|name| name == outline);
         let domains = (is_recorded && !self.solid).then(|| results.field(outline, step)).transpose();
         let domains = domains.map_err(complain)?;
-        if let Some(table) = domains.as_ref().filter(|table| table.width() != Field::Outline.components()) {
+        if let Some(table) = domains.as_ref().filter(|table| table.width() != Field::OUTLINE.components()) {
             return Err(Complaint::input(format!(
                 "field outline has {} numbers per point, expected 8",
                 table.width()
@@ -321,15 +321,15 @@ impl Component {
 impl Colour {
     fn of(file: &Drawn, wanted: Option<&str>) -> Result<Self, Complaint> {
         let mut names = file.results.fields().map_err(complain)?;
-        names.retain(|name| name != Field::Outline.name());
+        names.retain(|name| name != Field::OUTLINE.name());
         // What tells most comes first.
-        let telling = [Field::Rho, Field::CauchyStress, Field::Displacement];
+        let telling = [Field::RHO, Field::CAUCHY_STRESS, Field::DISPLACEMENT];
         names
             .sort_by_key(|name| telling.iter().position(|field| field.name() == name).unwrap_or(telling.len()));
         let Some(first) = names.first() else {
             return Err(Complaint::input(format!(
-                "the results hold no field to colour the body by; record one by the scene's output.fields, as {:?}",
-                Field::CauchyStress
+                "the results hold no field to colour the body by; record one by the scene's output.fields, as {}",
+                "CauchyStress"
             )));
         };
         let wanted = wanted.unwrap_or(first);
@@ -339,14 +339,14 @@ impl Colour {
             return Err(Complaint::input(message));
         }
         let width = file.results.field(field, 0).map_err(complain)?.width();
-        let components = Component::all(width, field == Field::DeformationGradient.name());
+        let components = Component::all(width, field == Field::DEFORMATION_GRADIENT.name());
         let found = if of.is_empty() { components.first() } else { components.iter().find(|it| it.0 == of) };
         let Some((name, component)) = found else {
             let names: Vec<&str> = components.iter().map(|it| it.0.as_str()).collect();
             let message = format!("--field: `{field}` has no component `{of}`; there are {}", names.join(", "));
             return Err(Complaint::input(message));
         };
-        let unit = Field::ALL.into_iter().find(|known| known.name() == field).map_or("?", Field::unit);
+        let unit = file.results.unit(field).map_err(complain)?;
         let label = format!("{field}{name} [{unit}]");
         Ok(Self { field: field.to_string(), component: *component, label })
     }
