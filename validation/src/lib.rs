@@ -10,6 +10,7 @@
 //! one section of the README.
 
 pub mod analytic;
+pub mod bits;
 mod cases;
 pub mod fuzz;
 pub mod history;

@@ -25,6 +25,7 @@
 
 mod calls;
 mod checkpoint;
+mod contents;
 mod earlier;
 mod error;
 mod export;
@@ -39,6 +40,7 @@ mod xdmf;
 
 pub use calls::Calls;
 pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
+pub use contents::{Item, Values};
 pub use error::{CheckpointError, ResultsError};
 pub use export::component_name;
 pub use options::{Options, Precision};
