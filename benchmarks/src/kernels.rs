@@ -6,8 +6,8 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Links, Stencils};
 use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_linear::{Factorization, Method as Factoring, SymmetricPattern};
 use mpm_material::{Elasticity, Hencky, Material, SymmetricTensor, VonMises, log_strain, respond};
-use mpm_solver::linear::{Factorization, Method as Factoring, SymmetricPattern};
 use mpm_solver::scene::{Scene, SolidBasis};
 use mpm_solver::{Compiled, Model, compile};
 use mpm_validation::scenes::load;

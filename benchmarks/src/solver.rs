@@ -6,7 +6,7 @@ use crate::report::{Report, Settings};
 use crate::{Failure, blocks};
 use mpm_assembly::finish_tangent;
 use mpm_grid::LoadFraction;
-use mpm_solver::linear::{Choice, LinearSolver, Place, SymmetricPattern, predict};
+use mpm_linear::{Choice, LinearSolver, Place, SymmetricPattern, predict};
 use mpm_solver::scene::{Scene, SolidBasis};
 use mpm_solver::{Compiled, Model, compile};
 use mpm_validation::Table;

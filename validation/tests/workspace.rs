@@ -75,7 +75,7 @@ fn the_manifests_are_read() {
         assert!(manifests[name].dependencies.contains_key("thiserror"), "{name}");
     }
     assert!(APPLICATIONS.iter().all(|name| manifests[*name].dependencies.contains_key("mpm-solver")));
-    assert!(users("faer").contains("mpm-solver") && users("hdf5").contains("mpm-io"));
+    assert!(users("faer").contains("mpm-linear") && users("hdf5").contains("mpm-io"));
 }
 
 #[test]
@@ -92,11 +92,11 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
-        ("mpm-multigrid", &[]),
+        ("mpm-linear", &[]),
         ("mpm-basis", &["mpm-grid"]),
         ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material"]),
-        ("mpm-solver", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-multigrid"]),
-        ("mpm-io", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-multigrid", "mpm-solver"]),
+        ("mpm-solver", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-linear"]),
+        ("mpm-io", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-assembly", "mpm-linear", "mpm-solver"]),
     ];
     let manifests = manifests();
     for (name, allowed) in below {
@@ -116,7 +116,7 @@ fn workspace_crates_depend_downwards_only() {
 
 #[test]
 fn foreign_crates_enter_at_one_place() {
-    only("faer", &["mpm-solver"]);
+    only("faer", &["mpm-linear"]);
     only("hdf5", &["mpm-io"]);
     only("csv", &["mpm-io"]);
     only("stl_io", &["mpm-io"]);
@@ -130,7 +130,7 @@ fn foreign_crates_enter_at_one_place() {
         "rayon",
         &[
             "mpm-basis",
-            "mpm-multigrid",
+            "mpm-linear",
             "mpm-assembly",
             "mpm-solver",
             "mpm-cli",

@@ -201,7 +201,7 @@ const SOURCES: &[&str] = &[
     "crates/mpm-basis/src",
     "crates/mpm-material/src",
     "crates/mpm-assembly/src",
-    "crates/mpm-multigrid/src",
+    "crates/mpm-linear/src",
     "crates/mpm-solver/src",
     "crates/mpm-io/src/scene_files",
     "apps/mpm-cli/src/input.rs",
@@ -266,8 +266,8 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("error.rs", "the path leads to load fraction", "steps are shortened before"),
     ("error.rs", "the equilibrium found is", "steps are shortened before"),
     ("error.rs", "nothing in the step changes", "load steps are taken in its place"),
-    ("linear/report.rs", "", "of singular matrices, in the tests of linear solvers"),
-    ("multigrid/src/lib.rs", "", "another solver takes over"),
+    ("linear/src/report.rs", "", "of singular matrices, in the tests of linear solvers"),
+    ("multigrid/outcome.rs", "", "another solver takes over"),
 ];
 
 /// Every sentence of a source that can become a message: all literals with several words, and whatever

@@ -172,8 +172,10 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
-    /// A body of these points.
+    /// A body of these points. A law whose tangent is not symmetric does not compile here: a pass sums the lower
+    /// triangle only.
     pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
+        const { assert!(M::SYMMETRIC, "a law with an unsymmetric tangent cannot be assembled yet") };
         Self { basis, law, points, prepared: Prepared::default(), is_prepared: false, mean_dilatation: None }
     }
 

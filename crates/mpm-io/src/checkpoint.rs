@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
-use mpm_solver::linear::StoredOrder;
+use mpm_linear::StoredOrder;
 use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
 
 use crate::calls::{Call, Closing};

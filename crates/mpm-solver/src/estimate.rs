@@ -1,14 +1,15 @@
 //! What a run will have to do and to hold, found by connecting the points once.
 
+use crate::clock::processor_seconds;
 use crate::compile::Compiled;
 use crate::error::{Error, SceneError};
-use crate::linear::{Place, Prediction, predict, predict_factor_entries};
 use crate::load_step::{Connected, connect, lines, periods};
 use crate::model::{Model, NamedBody};
 use crate::newton::columns;
-use crate::rehearsal::{Seconds, Stage, processor_seconds, rehearse};
+use crate::rehearsal::{Seconds, Stage, rehearse};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::{Place, Prediction, predict, predict_factor_entries};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,6 +8,7 @@
 //! look up; [`run`] takes it through its load steps and shows each converged one to an
 //! [`observe::Observer`]. Start reading at `load_step.rs`.
 
+mod clock;
 mod compile;
 mod course;
 mod domains;
@@ -16,12 +17,10 @@ mod error;
 mod estimate;
 pub mod files;
 mod fill;
-pub mod linear;
 mod load_step;
 mod model;
 mod newton;
 pub mod observe;
-mod ordering;
 mod path;
 mod probe;
 mod record;

@@ -5,7 +5,6 @@ use crate::domains::{self, DomainCounts};
 use crate::energy::StepEnergy;
 use crate::error::{Error, PathFailure, StepFailure};
 use crate::estimate::{cells_without_material, columns_not_stored};
-use crate::linear::{Analysis, LinearSolver, Method, Place};
 use crate::model::{Model, NamedBody, Predictor, Prescribed};
 use crate::newton::{self, Equilibrium, Ghost, Problem, Workspace};
 use crate::observe::{Moment, Observer, Outcome};
@@ -18,6 +17,7 @@ use crate::timing::{Phase, Timings};
 use mpm_assembly::{BodyLoads, Connection, Constraints, Converged, GhostFaces, Linked, Pattern};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, Vector};
+use mpm_linear::{Analysis, LinearSolver, Method, Place};
 
 /// Runs a model through its load steps.
 ///

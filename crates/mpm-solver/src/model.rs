@@ -1,10 +1,10 @@
 //! A compiled scene: nouns with everything resolved, nothing left to look up.
 
 use crate::domains::DomainLimit;
-use crate::linear::Choice;
 use crate::vortex::Vortex;
 use mpm_assembly::{Body, views};
 use mpm_grid::{Layout, LoadFraction, MeshMotion, NodeId, Ramp, Region, Vector};
+use mpm_linear::Choice;
 
 /// All that a run needs to know.
 ///

@@ -1,7 +1,6 @@
 //! Equilibrium of one load step by Newton's method with the consistent tangent.
 
 use crate::error::StepFailure;
-use crate::linear::{Cause, LinearSolver, Method, Pivot, Singular, SymmetricPattern};
 use crate::load_step::Connected;
 use crate::model::NamedBody;
 use crate::observe::Cancellation;
@@ -11,6 +10,7 @@ use mpm_assembly::{
 };
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
+use mpm_linear::{Cause, LinearSolver, Method, Pivot, Singular, SymmetricPattern};
 
 /// Smallest part of a correction that is tried before the load step is cut.
 const LEAST_PART: f64 = 1.0 / 256.0;

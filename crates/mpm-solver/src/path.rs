@@ -15,12 +15,12 @@
 //! One factorisation serves both right-hand sides; K stays symmetric and may be indefinite.
 
 use crate::error::{PathFailure, StepFailure};
-use crate::linear::LinearSolver;
 use crate::newton::{Equilibrium, Problem, Wanted, Workspace, correction, evaluate, inverted, substitute};
 use crate::secant::Secant;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Vector};
+use mpm_linear::LinearSolver;
 
 /// Half the difference of load fractions over which loading is differentiated.
 const HALF_DIFFERENCE: f64 = 1e-5;

@@ -3,7 +3,6 @@
 use crate::domains::DomainCounts;
 use crate::energy::{StepEnergy, elastic};
 use crate::error::Error;
-use crate::linear::{Analysis, Choice, Method};
 use crate::load_step::Connected;
 use crate::model::{Model, NamedBody, Probe};
 use crate::newton::Equilibrium;
@@ -14,6 +13,7 @@ use crate::timing::{Phase, Timings};
 use mpm_assembly::{PointView, views};
 use mpm_basis::{DomainControl, DomainReport};
 use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_linear::{Analysis, Choice, Method};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
 use std::time::Instant;

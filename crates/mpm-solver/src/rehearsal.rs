@@ -1,12 +1,13 @@
 //! How long a run will take, found by doing each of its parts once where that is quick.
 
+use crate::clock::processor_seconds;
 use crate::error::{Error, SceneError};
-use crate::linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
 use crate::load_step::Connected;
 use crate::model::Model;
 use crate::newton::columns;
 use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
 use mpm_grid::{Block, Mesh, Vector};
+use mpm_linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
 use std::hint::black_box;
 
 /// Newton iterations of a load step that are reckoned with: elastic bodies, and those that can yield.
@@ -169,7 +170,7 @@ fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<
 /// The same from operations and bytes, and from what the machine does with small ones.
 fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
     let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
-    let operation = dense_operation();
+    let operation = dense_operation(processor_seconds);
     if stage.model.linear_solver().is_iterative(stage.prediction) {
         let solve = BYTE_SHARE * iterative_traffic * operation;
         return (solve, solve);
@@ -189,19 +190,4 @@ fn shortest<T, E>(mut work: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
             return Ok(shortest);
         }
     }
-}
-
-/// Processor time of this process so far, all threads together `[s]`.
-#[cfg(unix)]
-pub(crate) fn processor_seconds() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
-/// Wall time where nobody tells that of processors `[s]`.
-#[cfg(not(unix))]
-pub(crate) fn processor_seconds() -> f64 {
-    use std::{sync::OnceLock, time::Instant};
-    static START: OnceLock<Instant> = OnceLock::new();
-    START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }

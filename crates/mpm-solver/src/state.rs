@@ -2,7 +2,6 @@
 //! files.
 
 use crate::error::Error;
-use crate::linear::{LinearSolver, StoredOrder};
 use crate::load_step::stencils;
 use crate::model::Model;
 use crate::record::{Record, Totals};
@@ -10,6 +9,7 @@ use crate::timing::{Spent, Timings};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
 use mpm_grid::LoadFraction;
+use mpm_linear::{LinearSolver, StoredOrder};
 use serde::{Deserialize, Serialize};
 
 /// Everything that the rest of a run depends on, besides its scene.

@@ -9,7 +9,6 @@ mod supports;
 
 use crate::error::{Error, SceneError};
 use crate::files::{NoFiles, SceneFiles};
-use crate::linear::Choice;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{Model, PathControl, PathMeasure, Predictor, Prescribed, Schedule, Tolerance};
 use crate::observe::Observer;
@@ -26,6 +25,7 @@ use loads::{loads, probes};
 use mesh::{layout, motion};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Choice;
 use supports::supports;
 
 /// A model in the space of its scene.

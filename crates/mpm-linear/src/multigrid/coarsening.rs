@@ -1,7 +1,7 @@
 //! Lattices of every second line, and interpolation from them.
 
-use crate::arithmetic::CHUNK;
-use crate::strips::Strips;
+use super::arithmetic::CHUNK;
+use super::strips::Strips;
 use rayon::prelude::*;
 
 /// Directions are coarsened where their lines stand less than this times as far apart as the closest.

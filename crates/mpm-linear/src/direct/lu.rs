@@ -3,7 +3,7 @@
 //! Its column order (COLAMD) suits matrices without structure; ours costs several times less but
 //! cannot pivot freely. This is the last resort for a symmetric tangent.
 
-use super::SymmetricPattern;
+use crate::matrix::SymmetricPattern;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};

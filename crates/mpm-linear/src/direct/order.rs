@@ -1,6 +1,6 @@
 //! An order of elimination that outlives a run.
 
-use super::SymmetricPattern;
+use crate::matrix::SymmetricPattern;
 
 /// An order of elimination and a fingerprint of the pattern that it was found for.
 ///
@@ -25,7 +25,7 @@ impl StoredOrder {
     }
 
     /// Whether every equation has one place.
-    pub(crate) fn is_permutation(&self) -> bool {
+    pub fn is_permutation(&self) -> bool {
         let mut seen = vec![false; self.order.len()];
         self.order
             .iter()
@@ -35,7 +35,7 @@ impl StoredOrder {
 
 /// FNV-1a, a number at a time, of a pattern and where its nodes stand. Two patterns with one fingerprint would share an order that suits both, only
 /// one of them well.
-pub(super) fn fingerprint(pattern: SymmetricPattern<'_>, index: &[[u32; 3]]) -> u64 {
+pub(crate) fn fingerprint(pattern: SymmetricPattern<'_>, index: &[[u32; 3]]) -> u64 {
     let join = |hash: u64, number: u64| (hash ^ number).wrapping_mul(0x0100_0000_01b3);
     let numbers = pattern.column_start.iter().chain(pattern.row);
     let of_pattern = numbers.fold(0xcbf2_9ce4_8422_2325, |hash, &number| join(hash, number as u64));

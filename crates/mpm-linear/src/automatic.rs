@@ -1,12 +1,11 @@
 //! The linear solver of a run: direct, or iterative where that is asked for or predicted to be quicker.
 
-use super::order::fingerprint;
-use super::prediction::{Prediction, predict};
-use super::{
-    Analysis, Cause, Factorization, Method, OutOfMemory, Report, Singular, SolveReport, StoredOrder,
-    SymmetricPattern,
-};
-use mpm_multigrid::{Failure, Multigrid, Nodes, Pattern};
+use crate::direct::{Factorization, StoredOrder, fingerprint};
+use crate::matrix::SymmetricPattern;
+use crate::multigrid::{Failure, Multigrid};
+use crate::prediction::{Prediction, predict};
+use crate::report::{Analysis, Cause, Method, OutOfMemory, Report, Singular, SolveReport};
+use crate::solver::Place;
 
 /// Iterations after which a system is left to the direct solver.
 const MOST_ITERATIONS: u32 = 400;
@@ -47,17 +46,6 @@ impl Choice {
             Choice::Direct | Choice::Iterative => MOST_ITERATIONS,
         }
     }
-}
-
-/// The nodes of a system: where they stand, which serves order and coarsening.
-#[derive(Clone, Copy, Debug)]
-pub struct Place<'a> {
-    /// Lattice index of each node.
-    pub index: &'a [[u32; 3]],
-    /// Coordinates of the lattice lines in each direction `[L]`.
-    pub lines: &'a [Vec<f64>; 3],
-    /// Number of lines of each direction that closes on itself.
-    pub periodic: [Option<u32>; 3],
 }
 
 /// Solves one linear system after another, with `D` equations a node.
@@ -123,8 +111,7 @@ impl<const D: usize> LinearSolver<D> {
         // helps with the next one orders its equations anew.
         self.iterative = None;
         self.direct = Factorization::new();
-        let nodes = Nodes { index: place.index, lines: place.lines, periodic: place.periodic };
-        let multigrid = Multigrid::analyse(blocks(pattern), nodes);
+        let multigrid = Multigrid::analyse(pattern, place);
         let (index, periodic) = (place.index.to_vec(), place.periodic);
         self.iterative = Some(Iterative { multigrid, fingerprint, index, periodic, prediction });
         Ok(analysis)
@@ -152,7 +139,7 @@ impl<const D: usize> LinearSolver<D> {
                 None => self.direct.factorise(values, start.max(Method::Llt)),
             };
         };
-        match iterative.multigrid.prepare(blocks(pattern), values) {
+        match iterative.multigrid.prepare(pattern, values) {
             Ok(()) => Ok(Report {
                 method: Method::ConjugateGradients,
                 not_positive: None,
@@ -234,7 +221,7 @@ impl<const D: usize> LinearSolver<D> {
     }
 
     /// See [`Factorization::recall`].
-    pub(crate) fn recall(&mut self, order: Option<StoredOrder>) {
+    pub fn recall(&mut self, order: Option<StoredOrder>) {
         match order {
             Some(StoredOrder { fingerprint, order }) if order.is_empty() => self.given = Some(fingerprint),
             order => self.direct.recall(order),
@@ -242,13 +229,13 @@ impl<const D: usize> LinearSolver<D> {
     }
 
     /// See [`Factorization::settle`].
-    pub(crate) fn settle(&mut self) {
+    pub fn settle(&mut self) {
         self.unsettled = false;
         self.direct.settle();
     }
 
     /// See [`Factorization::store`]; of a hierarchy only the fingerprint, without an order.
-    pub(crate) fn store(&self) -> Option<StoredOrder> {
+    pub fn store(&self) -> Option<StoredOrder> {
         let of_hierarchy = |fingerprint| StoredOrder { fingerprint, order: Vec::new() };
         match &self.iterative {
             _ if self.given.is_some() => self.given.map(of_hierarchy),
@@ -256,8 +243,4 @@ impl<const D: usize> LinearSolver<D> {
             None => self.direct.store(),
         }
     }
-}
-
-fn blocks(pattern: SymmetricPattern<'_>) -> Pattern<'_> {
-    Pattern { column_start: pattern.column_start, row: pattern.row }
 }

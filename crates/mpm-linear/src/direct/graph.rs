@@ -1,14 +1,14 @@
 //! Which nodes the pattern couples.
 
 /// The couplings between nodes: for each node its neighbours, below and above, without itself.
-pub(crate) struct BlockGraph {
+pub(super) struct BlockGraph {
     start: Vec<usize>,
     neighbour: Vec<u32>,
 }
 
 impl BlockGraph {
     /// Reads the couplings off a lower triangle by columns with `components` equations per node.
-    pub(crate) fn new(column_start: &[usize], row: &[usize], components: usize) -> Self {
+    pub(super) fn new(column_start: &[usize], row: &[usize], components: usize) -> Self {
         let n = (column_start.len() - 1) / components;
         assert!(n < u32::MAX as usize, "node numbers have 32 bits");
 
@@ -50,18 +50,18 @@ impl BlockGraph {
     }
 
     /// Number of nodes.
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.start.len() - 1
     }
 
     /// Nodes coupled to node `v`.
-    pub(crate) fn neighbours(&self, v: usize) -> &[u32] {
+    pub(super) fn neighbours(&self, v: usize) -> &[u32] {
         &self.neighbour[self.start[v]..self.start[v + 1]]
     }
 
     /// The largest distance in lattice lines between coupled nodes, per direction, the short way
     /// round in a periodic direction.
-    pub(crate) fn reach(&self, lattice: &[[u32; 3]], periodic: [Option<u32>; 3]) -> [u32; 3] {
+    pub(super) fn reach(&self, lattice: &[[u32; 3]], periodic: [Option<u32>; 3]) -> [u32; 3] {
         let mut reach = [0; 3];
         for v in 0..self.len() {
             for &w in self.neighbours(v) {
@@ -79,7 +79,7 @@ impl BlockGraph {
     ///
     /// The tree is Liu's (SIAM J. Matrix Anal. Appl. 11, 1990): the parent of a node is the first
     /// node eliminated after it whose pivot its elimination changes. Fill is the same for both orders.
-    pub(crate) fn postorder(&self, order: &[u32]) -> Vec<u32> {
+    pub(super) fn postorder(&self, order: &[u32]) -> Vec<u32> {
         const NONE: u32 = u32::MAX;
         let n = self.len();
         let mut position = vec![0; n];

@@ -1,10 +1,13 @@
 //! Levels of lattices and matrices, and the cycle through them.
 
-use crate::arithmetic::{Block, Vector, add, for_each_part};
-use crate::blocks::BlockMatrix;
-use crate::coarsening::{Interpolation, Lattice};
-use crate::conjugate_gradients::{self, Iterates, Stop};
-use crate::{Failure, Nodes, Pattern, Solved, galerkin};
+use super::arithmetic::{Block, Vector, add, for_each_part};
+use super::blocks::BlockMatrix;
+use super::coarsening::{Interpolation, Lattice};
+use super::conjugate_gradients::{self, Iterates, Stop};
+use super::galerkin;
+use super::outcome::{Failure, Solved};
+use crate::matrix::SymmetricPattern;
+use crate::solver::Place;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -82,7 +85,7 @@ impl<const D: usize> Multigrid<D> {
     ///
     /// # Panics
     /// If the pattern is not made of `D × D` blocks for each of the nodes, or a node stands beyond the lines.
-    pub fn analyse(pattern: Pattern<'_>, nodes: Nodes<'_>) -> Self {
+    pub fn analyse(pattern: SymmetricPattern<'_>, nodes: Place<'_>) -> Self {
         let n = nodes.index.len();
         assert_eq!(pattern.column_start.len(), n * D + 1, "{D} columns for each node");
         let neighbours = |node: usize| Neighbours::<D>::of(pattern, node);
@@ -157,7 +160,7 @@ impl<const D: usize> Multigrid<D> {
     ///
     /// # Panics
     /// If `values` does not fit the pattern.
-    pub fn prepare(&mut self, pattern: Pattern<'_>, values: &[f64]) -> Result<(), Failure> {
+    pub fn prepare(&mut self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Result<(), Failure> {
         assert_eq!(values.len(), pattern.row.len(), "one value per entry of the pattern");
         self.coarsest = None;
         self.take(pattern, values)?;
@@ -243,7 +246,7 @@ impl<const D: usize> Multigrid<D> {
     }
 
     /// The values of the finest matrix, and which components couple with nothing.
-    fn take(&mut self, pattern: Pattern<'_>, values: &[f64]) -> Result<(), Failure> {
+    fn take(&mut self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Result<(), Failure> {
         let matrix = &mut self.levels[0].matrix;
         let (n, source) = (matrix.n_rows(), &self.source);
         let BlockMatrix { start, block, .. } = matrix;
@@ -322,7 +325,7 @@ impl<const D: usize> Multigrid<D> {
 
 impl Source {
     #[inline]
-    fn read<const D: usize>(self, pattern: Pattern<'_>, values: &[f64]) -> Block<D> {
+    fn read<const D: usize>(self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Block<D> {
         let first = self.column as usize * D;
         if self.slot == 0 {
             return Block::from_fn(|i, j| {
@@ -342,7 +345,7 @@ struct Neighbours<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Neighbours<'a, D> {
-    fn of(pattern: Pattern<'a>, node: usize) -> Self {
+    fn of(pattern: SymmetricPattern<'a>, node: usize) -> Self {
         let entries = pattern.column_start[node * D] + D..pattern.column_start[node * D + 1];
         Self { rows: &pattern.row[entries] }
     }
@@ -355,7 +358,7 @@ impl<'a, const D: usize> Neighbours<'a, D> {
 }
 
 /// Lines that couplings span in each direction.
-fn reach(n: usize, nodes: &Nodes<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(usize))) -> [u32; 3] {
+fn reach(n: usize, nodes: &Place<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(usize))) -> [u32; 3] {
     let mut reach = [1; 3];
     for node in 0..n {
         neighbours(node, &mut |other| {

@@ -1,6 +1,7 @@
 //! What both ways to solve a system will cost, from where its nodes stand.
 
-use super::{Place, SymmetricPattern};
+use crate::matrix::SymmetricPattern;
+use crate::solver::Place;
 
 /// Operations that the direct solver makes in the time in which the iteration moves a byte, in the plane and in
 /// space, where fronts are larger: with it both take as long for a cube of about 10³ cells, as measured, and

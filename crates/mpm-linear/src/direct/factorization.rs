@@ -1,58 +1,13 @@
-//! Solution of K x = b for the symmetric sparse tangent K of a load step.
-//!
-//! A [`LinearSolver`] is what a run holds: it predicts what a factorisation would cost ([`predict`]), and
-//! leaves large systems in space to conjugate gradients (`mpm_multigrid`).
-//!
-//! A [`Factorization`] lives as long as a run. [`Factorization::analyse`] orders the equations and
-//! finds the structure of the factor, or keeps both if the pattern is the last one;
-//! [`Factorization::factorise`] computes the factor, [`Factorization::solve`] solves with it and
-//! checks the solution against K itself.
-//!
-//! A stable state has a positive definite tangent and LLᵀ succeeds. Where it meets a pivot that is
-//! not positive, the equation is reported (the structure loses stability there, or a node carries
-//! almost no material) and LBLᵀ with Bunch–Kaufman pivots takes over. LU with partial pivoting is
-//! the last resort, and slow in three dimensions.
-//!
-//! Here everything is sequential, so the bits of a solution never depend on the number of threads.
-//!
-//! ```
-//! use mpm_solver::linear::{Factorization, Method, SymmetricPattern};
-//!
-//! // Three nodes in a row with one equation each: K = tridiag(-1, 2, -1), lower triangle.
-//! let pattern = SymmetricPattern { column_start: &[0, 2, 4, 5], row: &[0, 1, 1, 2, 2] };
-//! let values = [2.0, -1.0, 2.0, -1.0, 2.0];
-//! let lattice = [[0, 0, 0], [1, 0, 0], [2, 0, 0]];
-//!
-//! let mut factorization = Factorization::new();
-//! factorization.analyse(pattern, &lattice, [None; 3], 1)?;
-//! let report = factorization.factorise(&values, Method::Llt)?;
-//! assert_eq!(report.method, Method::Llt);
-//!
-//! let mut x = [0.0, 0.0, 4.0];
-//! let solved = factorization.solve(&values, &mut x)?;
-//! assert!(solved.backward_error < 1e-15);
-//! assert!((x[2] - 3.0).abs() < 1e-14);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! Factorisation of one pattern after another: LLᵀ, then LBLᵀ, then LU.
 
-mod cholesky;
-mod lu;
-mod order;
-mod prediction;
-mod report;
-mod residual;
-mod solver;
-
-pub use order::StoredOrder;
-pub use prediction::{Prediction, predict};
-pub use report::{Analysis, Cause, Method, OutOfMemory, Pivot, Report, Singular, SolveReport};
-pub use solver::{Choice, LinearSolver, Place};
-
-use crate::ordering::{BlockGraph, elimination_order};
-use cholesky::Cholesky;
-pub(crate) use cholesky::dense_operation;
-use lu::Lu;
-use residual::{Residual, holds_nothing, image_of_known, product};
+use super::cholesky::{self, Cholesky};
+use super::dissection::elimination_order;
+use super::graph::BlockGraph;
+use super::lu::Lu;
+use super::order::StoredOrder;
+use super::residual::{Residual, holds_nothing, image_of_known, product};
+use crate::matrix::SymmetricPattern;
+use crate::report::{Analysis, Cause, Method, OutOfMemory, Report, Singular, SolveReport};
 
 /// A solution is refined while its backward error is above this.
 const REFINE_ABOVE: f64 = 1e-12;
@@ -63,18 +18,6 @@ const REJECT_ABOVE: f64 = 1e-8;
 
 /// Steps of power and of inverse iteration in an estimate of the condition number.
 const CONDITION_STEPS: usize = 10;
-
-/// Lower triangle of a symmetric sparse matrix by columns.
-///
-/// Rows ascend within a column and the diagonal, always present, is the first. Column j holds
-/// entries `column_start[j]..column_start[j + 1]`; there are n + 1 column starts.
-#[derive(Clone, Copy, Debug)]
-pub struct SymmetricPattern<'a> {
-    /// Where each column starts in `row`, and the number of entries at the end; n + 1 numbers.
-    pub column_start: &'a [usize],
-    /// Row of each entry.
-    pub row: &'a [usize],
-}
 
 /// A direct solver for one pattern after another.
 ///
@@ -147,18 +90,18 @@ impl Factorization {
 
     /// Goes on from a run that had this order at hand: the first pattern, if it is the order's, counts as
     /// kept.
-    pub(crate) fn recall(&mut self, order: Option<StoredOrder>) {
+    pub fn recall(&mut self, order: Option<StoredOrder>) {
         self.given = order;
     }
 
     /// What has been analysed so far belongs to steps taken, not to the one that is tried next.
-    pub(crate) fn settle(&mut self) {
+    pub fn settle(&mut self) {
         self.unsettled = false;
     }
 
     /// The order at hand when the present step was begun; none where that step has replaced it (or there
     /// was none), and would do so again.
-    pub(crate) fn store(&self) -> Option<StoredOrder> {
+    pub fn store(&self) -> Option<StoredOrder> {
         if self.given.is_some() {
             return self.given.clone();
         }
@@ -378,6 +321,3 @@ fn order(
     assert!(diagonal_first, "every column begins with its diagonal");
     elimination_order(&BlockGraph::new(column_start, row, components), lattice, periodic, components)
 }
-
-#[cfg(test)]
-mod tests;

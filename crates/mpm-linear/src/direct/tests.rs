@@ -2,7 +2,11 @@
 
 mod problem;
 
+use super::cholesky;
 use super::*;
+use crate::prediction::predict;
+use crate::report::{Analysis, Cause, Method, Pivot, Report, Singular};
+use crate::solver::Place;
 use problem::{Problem, elasticity, random};
 use std::collections::BTreeMap;
 
@@ -326,7 +330,7 @@ fn the_condition_number_is_estimated_from_below() {
 
 #[test]
 fn costs_are_predicted_from_the_box_of_the_nodes() {
-    use mpm_multigrid::{Multigrid, Nodes, Pattern};
+    use crate::multigrid::Multigrid;
     let lines: [Vec<f64>; 3] = std::array::from_fn(|_| (0..80).map(f64::from).collect());
     for cells in [[12, 12, 12], [60, 5, 5], [20, 20, 4]] {
         let problem = elasticity(cells, false);
@@ -336,9 +340,7 @@ fn costs_are_predicted_from_the_box_of_the_nodes() {
         let entries = predict_factor_entries(pattern, &problem.lattice, [None; 3], 3).unwrap() as f64;
         let ratio = prediction.factor_entries / entries;
         assert!((0.5..1.5).contains(&ratio), "{cells:?}: {ratio} of the entries");
-        let nodes = Nodes { index: &problem.lattice, lines: &lines, periodic: [None; 3] };
-        let blocks = Pattern { column_start: pattern.column_start, row: pattern.row };
-        let ratio = prediction.iterative_bytes / Multigrid::<3>::analyse(blocks, nodes).size().bytes as f64;
+        let ratio = prediction.iterative_bytes / Multigrid::<3>::analyse(pattern, place).size().bytes as f64;
         assert!((0.7..1.3).contains(&ratio), "{cells:?}: {ratio} of the bytes");
     }
 }

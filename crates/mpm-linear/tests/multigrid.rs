@@ -1,6 +1,7 @@
 //! Linear elasticity of trilinear cells on lattices: whole, cut, graded and closed on themselves.
 
-use mpm_multigrid::{Failure, Multigrid, Nodes, Pattern};
+use mpm_linear::multigrid::{Failure, Multigrid};
+use mpm_linear::{Place, SymmetricPattern};
 use nalgebra::{DMatrix, SMatrix, Vector3};
 
 type Element = SMatrix<f64, 24, 24>;
@@ -152,12 +153,12 @@ impl System {
         Self::new(lines([n; 3]), [None; 3], poisson, |_| 1.0, |[_, _, z], _| z == 0)
     }
 
-    fn pattern(&self) -> Pattern<'_> {
-        Pattern { column_start: &self.column_start, row: &self.row }
+    fn pattern(&self) -> SymmetricPattern<'_> {
+        SymmetricPattern { column_start: &self.column_start, row: &self.row }
     }
 
     fn multigrid(&self) -> Multigrid<3> {
-        let nodes = Nodes { index: &self.index, lines: &self.lines, periodic: self.periodic };
+        let nodes = Place { index: &self.index, lines: &self.lines, periodic: self.periodic };
         Multigrid::analyse(self.pattern(), nodes)
     }
 

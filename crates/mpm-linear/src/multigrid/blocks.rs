@@ -1,7 +1,7 @@
 //! The matrix of one level by block rows, and its products and sweeps.
 
-use crate::arithmetic::{Block, CHUNK, Vector, for_each_part, without};
-use crate::strips::Strips;
+use super::arithmetic::{Block, CHUNK, Vector, for_each_part, without};
+use super::strips::Strips;
 use rayon::prelude::*;
 
 /// A pivot of a diagonal block below this part of the block's largest entry belongs to nothing.

@@ -17,16 +17,14 @@
 //!
 //! Only the fill depends on this file, never the correctness of a factorisation.
 
-mod graph;
-
-pub(crate) use graph::BlockGraph;
+use super::graph::BlockGraph;
 
 /// Order of elimination of the equations, new to old: equation `order[k]` is eliminated at step k.
 ///
 /// `lattice` holds the multi-index of each node of `graph`, `periodic` the number of lattice lines
 /// of each direction that closes on itself, `components` the equations per node
 /// (equation = components · node + component).
-pub(crate) fn elimination_order(
+pub(super) fn elimination_order(
     graph: &BlockGraph,
     lattice: &[[u32; 3]],
     periodic: [Option<u32>; 3],
@@ -38,7 +36,7 @@ pub(crate) fn elimination_order(
 }
 
 /// Order of elimination of the nodes, new to old.
-pub(crate) fn nested_dissection(
+pub(super) fn nested_dissection(
     graph: &BlockGraph,
     lattice: &[[u32; 3]],
     periodic: [Option<u32>; 3],

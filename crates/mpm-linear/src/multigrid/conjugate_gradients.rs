@@ -1,8 +1,8 @@
 //! Preconditioned conjugate gradients (M. R. Hestenes and E. Stiefel, 1952).
 
-use crate::Solved;
-use crate::arithmetic::{Vector, add, add_to_multiple, dot};
-use crate::blocks::BlockMatrix;
+use super::arithmetic::{Vector, add, add_to_multiple, dot};
+use super::blocks::BlockMatrix;
+use super::outcome::Solved;
 
 /// How the iteration ended.
 pub(crate) enum Stop {

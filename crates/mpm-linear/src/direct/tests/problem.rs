@@ -1,6 +1,8 @@
 //! Matrices to solve: elasticity on boxes, random values on lattice couplings.
 
-use super::super::*;
+use crate::direct::Factorization;
+use crate::matrix::SymmetricPattern;
+use crate::report::{Method, Report, SolveReport};
 use std::collections::BTreeMap;
 
 /// A matrix with the places of its nodes.

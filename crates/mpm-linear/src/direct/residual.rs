@@ -1,6 +1,6 @@
 //! The check of a solution: r = b − K x and what it amounts to.
 
-use super::SymmetricPattern;
+use crate::matrix::SymmetricPattern;
 
 /// Solution, residual and the sizes that the residual is measured by; n numbers each.
 #[derive(Default)]

@@ -1,8 +1,8 @@
 //! `A_c = Pᵀ A P`.
 
-use crate::arithmetic::{Block, for_each_part};
-use crate::blocks::BlockMatrix;
-use crate::coarsening::Interpolation;
+use super::arithmetic::{Block, for_each_part};
+use super::blocks::BlockMatrix;
+use super::coarsening::Interpolation;
 use rayon::prelude::*;
 
 /// Coarse rows per task, at least.
