@@ -22,7 +22,8 @@ pub fn file_name(case: &Case) -> String {
 pub(crate) fn section(case: &Case, findings: &Findings, level: &str, pictures: &str) -> String {
     let mut text = format!("{level} {}\n\n", case.name);
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "*Goal.* {}\n\n*Setup.* {}\n\n*Reference.* {}\n", case.goal, case.setup, case.reference);
+    let _ =
+        writeln!(text, "*Goal.* {}\n\n*Setup.* {}\n\n*Reference.* {}\n", case.goal, case.setup, case.reference);
     let _ = writeln!(text, "{HEAD}");
     for check in &findings.checks {
         let _ = writeln!(text, "{}", row(check));
@@ -62,13 +63,13 @@ pub(crate) fn write(case: &Case, findings: &Findings, folder: &Path) -> Result<(
 /// # Errors
 /// A page cannot be read, or holds no comparison.
 pub fn overview(cases: &[Case], folder: &Path) -> Result<String, Broken> {
-    let mut text = format!("{INTRODUCTION}\n| case | what it shows | comparisons | largest error / tolerance |\n");
+    let mut text =
+        format!("{INTRODUCTION}\n| case | what it shows | comparisons | largest error / tolerance |\n");
     text.push_str("|---|---|---|---|\n");
     for case in cases {
         let file = file_name(case);
         let path = folder.join(CASES).join(&file);
-        let page =
-            std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let page = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         let rows: Vec<Row> = page.lines().filter_map(Row::read).collect();
         if rows.is_empty() {
             return Err(format!("{}: expected rows of comparisons", path.display()).into());

@@ -85,7 +85,9 @@ pub fn program(cases: &'static [Case], introduction: &str) -> ExitCode {
     if let Some(Err(error)) = arguments.report.as_ref().map(std::fs::File::create) {
         return refuse(&format!("cannot write the report: {error}"));
     }
-    if let Some(Err(error)) = arguments.pages.as_ref().map(|folder| std::fs::create_dir_all(folder.join("cases"))) {
+    if let Some(Err(error)) =
+        arguments.pages.as_ref().map(|folder| std::fs::create_dir_all(folder.join("cases")))
+    {
         return refuse(&format!("cannot write the pages: {error}"));
     }
 
@@ -157,7 +159,9 @@ fn tell(case: &'static Case, arguments: &Arguments) -> (usize, Told) {
         eprintln!("{reason}");
         failures += 1;
     }
-    for (directory, picture) in arguments.pictures.iter().flat_map(|it| found.pictures.iter().map(move |p| (it, p))) {
+    for (directory, picture) in
+        arguments.pictures.iter().flat_map(|it| found.pictures.iter().map(move |p| (it, p)))
+    {
         if let Err(reason) = picture.save(directory) {
             eprintln!("{}: {reason}", picture.file);
             failures += 1;

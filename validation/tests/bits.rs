@@ -20,7 +20,9 @@ fn a_program_writes_the_same_results_twice() {
     let said = String::from_utf8(output.stdout).expect("output is UTF-8");
     assert_eq!(output.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert!(said.contains("All 5 runs are equal, bit for bit."), "{said}");
-    for row in ["| corner_stretch_kite | completed | 40 |", "| collapse_fine, resumed after 25 | completed | 40 |"] {
+    for row in
+        ["| corner_stretch_kite | completed | 40 |", "| collapse_fine, resumed after 25 | completed | 40 |"]
+    {
         assert!(said.contains(row), "{said}");
     }
 }

@@ -121,7 +121,8 @@ fn documents(folder: &Path) -> Vec<PathBuf> {
 fn the_summary_lists_every_page() {
     let summary = std::fs::read_to_string(guide("src/SUMMARY.md")).expect("the guide has a summary");
     for page in documents(&guide("src")) {
-        let name = page.strip_prefix(guide("src")).expect("it is below").to_str().expect("pages have plain names");
+        let name =
+            page.strip_prefix(guide("src")).expect("it is below").to_str().expect("pages have plain names");
         assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name} is not in the summary");
     }
 }
@@ -132,7 +133,8 @@ fn links_lead_somewhere() {
     let root = guide("../..");
     let mut pages = documents(&root.join("docs"));
     pages.extend(documents(&root.join("validation/cases")));
-    let others = ["README.md", "ARCHITECTURE.md", "scenes/README.md", "benchmarks/README.md", "validation/README.md"];
+    let others =
+        ["README.md", "ARCHITECTURE.md", "scenes/README.md", "benchmarks/README.md", "validation/README.md"];
     pages.extend(others.map(|file| root.join(file)));
     assert!(pages.len() > 70, "{} documents", pages.len());
     for page in pages {

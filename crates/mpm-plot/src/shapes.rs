@@ -145,7 +145,8 @@ fn round_values((from, to): (f64, f64)) -> Vec<f64> {
     const FEWEST: f64 = 4.0;
     let most = (to - from) / FEWEST;
     let decade = 10_f64.powf(most.log10().floor());
-    let step = [5.0, 2.0, 1.0].map(|part| part * decade).into_iter().find(|step| *step <= most).unwrap_or(decade);
+    let step =
+        [5.0, 2.0, 1.0].map(|part| part * decade).into_iter().find(|step| *step <= most).unwrap_or(decade);
     let (first, last) = ((from / step).ceil(), (to / step).floor());
     // Ends that lie too close to each other for their digits have no round value between them.
     if !(last - first).is_finite() || last < first {
