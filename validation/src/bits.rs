@@ -18,10 +18,9 @@ pub const LEFT_OUT: [(&str, &str); 3] = [
     ("@program", "version of the program"),
 ];
 
-/// Runs that are interrupted: scene, and the number of load steps before its checkpoint. It is more than half of the
-/// scene's load steps, so that only one other checkpoint is written, at the end. What follows takes some tenths of a second,
-/// time enough to keep the first one.
-const RESUMED: [(&str, u32); 3] = [("collapse_fine", 25), ("doughnut_limit", 100), ("path_doughnut", 60)];
+/// Runs that are resumed: scene, and the load step whose checkpoint they are resumed from. It is more than half of the
+/// scene's load steps, so that no later checkpoint replaces it.
+const RESUMED: [(&str, u32); 3] = [("collapse", 25), ("doughnut_limit", 100), ("path_doughnut", 60)];
 
 /// A run that both programs make.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,17 +74,28 @@ struct Outcome {
 impl Plan {
     /// Runs the scene with one program in an empty folder.
     fn run(&self, program: &Path, folder: &Path) -> Result<Outcome, Broken> {
-        let results = folder.join("results.h5");
+        let (results, checkpoint) = (folder.join("results.h5"), folder.join("checkpoint.h5"));
+        let start = |what: &str, file: &Path, more: &[String]| -> Result<(), Broken> {
+            let mut command = Command::new(program);
+            command.args([what, "--quiet", "--threads", "1", "-o"]).arg(&results).arg(file).args(more);
+            let output = command.current_dir(folder).output()?;
+            match output.status.code() {
+                // A run that could not finish has results, too; refused input has none.
+                Some(0 | 1) => Ok(()),
+                _ => {
+                    let said = String::from_utf8_lossy(&output.stderr);
+                    Err(format!("{}: {}: {}", self.name, output.status, said.trim()).into())
+                }
+            }
+        };
         let clock = Instant::now();
         match self.resumed_after {
-            None => {
-                let run = [self.scene.as_os_str(), "-o".as_ref(), results.as_os_str()];
-                finish(self.command(program, folder, "run", &run).output()?, &self.name)?;
-            }
+            None => start("run", &self.scene, &[])?,
             Some(after) => {
-                let kept = self.checkpoint(program, folder, after)?;
-                let resume = [kept.as_os_str(), "-o".as_ref(), results.as_os_str()];
-                finish(self.command(program, folder, "resume", &resume).output()?, &self.name)?;
+                let kept = ["--checkpoint".into(), checkpoint.display().to_string()];
+                let every = ["--checkpoint-every".into(), after.to_string()];
+                start("run", &self.scene, &[kept, every].concat())?;
+                start("resume", &checkpoint, &[])?;
             }
         }
         let took = clock.elapsed();
@@ -99,60 +109,6 @@ impl Plan {
             values: mpm_io::Values::Text(lines),
         });
         Ok(Outcome { items, status: file.status().into(), load_steps: file.rows().saturating_sub(1), took })
-    }
-
-    fn command(&self, program: &Path, folder: &Path, command: &str, arguments: &[&std::ffi::OsStr]) -> Command {
-        let mut it = Command::new(program);
-        it.arg(command).args(arguments).args(["--quiet", "--threads", "1"]).current_dir(folder);
-        it
-    }
-
-    /// Runs the scene to its end, and returns the checkpoint of load step `after`.
-    fn checkpoint(&self, program: &Path, folder: &Path, after: u32) -> Result<PathBuf, Broken> {
-        let (last, kept) = (folder.join("last.h5"), folder.join("kept.h5"));
-        let after = after.to_string();
-        let results = folder.join("results.h5");
-        let run: [&std::ffi::OsStr; 7] = [
-            self.scene.as_os_str(),
-            "-o".as_ref(),
-            results.as_os_str(),
-            "--checkpoint".as_ref(),
-            last.as_os_str(),
-            "--checkpoint-every".as_ref(),
-            after.as_ref(),
-        ];
-        // The checkpoint is replaced at the end of the run. A second link keeps it, if it is made in time.
-        const ATTEMPTS: usize = 20;
-        for _ in 0..ATTEMPTS {
-            for file in [&last, &kept] {
-                if file.exists() {
-                    std::fs::remove_file(file)?;
-                }
-            }
-            let mut child =
-                self.command(program, folder, "run", &run).stderr(std::process::Stdio::piped()).spawn()?;
-            while child.try_wait()?.is_none() {
-                if !kept.exists() && last.exists() {
-                    std::fs::hard_link(&last, &kept)?;
-                }
-                std::thread::sleep(Duration::from_micros(500));
-            }
-            finish(child.wait_with_output()?, &self.name)?;
-            if kept.exists() && std::fs::read(&kept)? != std::fs::read(&last)? {
-                return Ok(kept);
-            }
-        }
-        Err(format!("{}: no checkpoint in the middle after {ATTEMPTS} runs", self.name).into())
-    }
-}
-
-/// A run that could not finish is an outcome, too; refused input is none.
-fn finish(output: std::process::Output, name: &str) -> Result<(), Broken> {
-    match output.status.code() {
-        Some(0 | 1) => Ok(()),
-        _ => {
-            Err(format!("{name}: {}: {}", output.status, String::from_utf8_lossy(&output.stderr).trim()).into())
-        }
     }
 }
 
