@@ -1,6 +1,6 @@
 //! What the examples share: a square of 2 × 2 cells with 2 × 2 points each, made without a scene.
 
-use mpm_assembly::{MaterialBody, Points};
+use mpm_assembly::MaterialBody;
 use mpm_basis::Basis;
 use mpm_grid::{Axis, Layout, Mesh, MeshMotion, Region, Vector};
 use mpm_material::Material;
@@ -24,7 +24,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     let layout = layout()?;
     let mesh = Mesh::at_rest(&layout);
     basis.suits(&mesh)?;
-    let mut points = Points::default();
+    let mut points = Vec::new();
     for (i, j) in (0..4).map(|cell| (cell % 2, cell / 2)) {
         for (a, b) in (0..4).map(|part| (f64::from(part % 2), f64::from(part / 2))) {
             let (from, to) = (Vector::<2>::new(a - 1.0, b - 1.0), Vector::<2>::new(a, b));

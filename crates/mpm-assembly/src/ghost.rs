@@ -17,8 +17,7 @@
 //! the load step: constant through Newton's iterations, symmetric, without memory, and zero wherever the
 //! gradient is continuous.
 
-use crate::pass::{PassInput, Sums};
-use crate::{Couplings, Pattern};
+use crate::{Couplings, PassInput, Pattern, Sums};
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
 

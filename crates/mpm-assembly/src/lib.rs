@@ -9,37 +9,24 @@
 //! K_vw   = Σ_p V⁰_p g_vp · a_p · g_wp     (a includes the geometric term)
 //! ```
 //!
-//! (Charlton, Coombs & Augarde 2017; Wang et al. 2018). A [`Body`] holds the committed [`Points`];
-//! [`assemble`] sums their forces and tangent under a trial displacement, a pure function of the
+//! (Charlton, Coombs & Augarde 2017; Wang et al. 2018). A [`Body`] holds the committed points;
+//! [`Body::assemble`] sums their forces and tangent under a trial displacement, a pure function of the
 //! committed state; [`Body::prepare`], [`Body::commit`] and, between steps, [`Body::control`]
 //! are the only writers. [`GhostFaces`] add stiffness to cells that a body barely reaches into. The symmetric
 //! tangent is stored as the lower triangle of a [`Pattern`] that is derived from connectivity.
 
-mod advance;
 mod body;
 mod constraints;
-mod control;
 mod couplings;
-mod dilatation;
-mod dissipation;
 mod ghost;
-mod kinematics;
-mod pass;
 mod pattern;
-mod points;
-mod stored;
-mod strips;
 
-pub use advance::{AdvanceError, Converged, Prepared};
-pub use body::{Body, BodyLoads, MaterialBody, PointView, views};
+pub use body::{
+    AdvanceError, Body, BodyLoads, COLUMNS, Connection, Controlled, Converged, Dilatation, ForeignPoints,
+    InvertedPoint, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn, StoredPoints, Sums,
+    TangentSums, TooManyPoints, determinant, finish_tangent, views,
+};
 pub use constraints::Constraints;
-pub use control::{Controlled, TooManyPoints};
 pub use couplings::{Couplings, Linked};
-pub use dilatation::{Dilatation, MeanDilatation};
-pub use dissipation::dissipation;
 pub use ghost::{GhostFaces, OccupiedCell};
-pub use kinematics::determinant;
-pub use pass::{Connection, InvertedPoint, PassInput, Sums, TangentSums, assemble, finish_tangent};
 pub use pattern::Pattern;
-pub use points::Points;
-pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};

@@ -1,6 +1,6 @@
 //! The energy that a trial displacement dissipates, and its gradient.
 
-use mpm_assembly::{Body, Connection, MaterialBody, Pattern, Points};
+use mpm_assembly::{Body, Connection, MaterialBody, Pattern};
 use mpm_basis::{ActiveNodes, Basis, Links, Smpm};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, Vector};
 use mpm_material::{Elasticity, Material, VonMises};
@@ -12,7 +12,7 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, Connection<2>, Vec<Ve
     let axis = Axis::uniform(0.0, 2.0, 2).unwrap();
     let layout = Layout::on_axes([axis.clone(), axis]).unwrap();
     let mesh = MeshMotion::Fixed.mesh_at(&layout, LoadFraction::START).unwrap();
-    let mut points = Points::<2, Smpm, M>::default();
+    let mut points = Vec::new();
     for cell in [[0, 0], [1, 0], [0, 1], [1, 1]] {
         Smpm.seed(&mesh.linear_cell(cell), &mut |seed| points.push(seed));
     }

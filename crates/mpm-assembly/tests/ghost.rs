@@ -1,7 +1,7 @@
 //! Ghost stabilisation: what it must not touch, what it must hold, and a value by hand.
 
 use mpm_assembly::{
-    Body, Constraints, GhostFaces, MaterialBody, PassInput, Pattern, Points, Sums, TangentSums, finish_tangent,
+    Body, Constraints, GhostFaces, MaterialBody, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2q, Gimp, Links, Smpm};
 use mpm_grid::{Axis, Block, Layout, LoadFraction, Mesh, MeshMotion, Ramp, Reindexing, Span, Vector};
@@ -22,7 +22,7 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     mesh: Mesh<D>,
     chosen: impl Fn([u32; D]) -> bool,
 ) -> Setup<D> {
-    let mut points = Points::<D, B, Hencky>::default();
+    let mut points = Vec::new();
     for cell in 0..mesh.lattice().n_cells() {
         let index = mesh.lattice().cell_index(mpm_grid::CellId::from_index(cell).unwrap());
         if chosen(index) {

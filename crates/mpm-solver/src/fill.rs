@@ -2,8 +2,8 @@
 
 use crate::room::Room;
 use crate::surface::parts::{Part, Parts, Solid, parts, rest};
-use mpm_assembly::{Body, MaterialBody, MeanDilatation, Points};
-use mpm_basis::{Basis, Piece};
+use mpm_assembly::{Body, MaterialBody, MeanDilatation};
+use mpm_basis::{Basis, Piece, Seed};
 use mpm_grid::{Axis, Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
 use std::ops::Range;
@@ -71,10 +71,37 @@ where
     B: Basis<D> + 'static,
     M: Material + 'static,
 {
+    let Seeded { seeds, faces, shape_volume } = seeds(&basis, plan, bytes_of_point::<D, B, M>())?;
+    let mut body = MaterialBody::new(basis, law, seeds).with_mean_dilatation(plan.mean_dilatation);
+    if let Some(density) = plan.density {
+        body = body.with_density(density);
+    }
+    if plan.keep_reference_positions {
+        body = body.with_reference_positions();
+    }
+    Ok(Filled { body: Box::new(body), faces, shape_volume })
+}
+
+/// A point of a basis at rest.
+type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
+
+/// The points of a body at rest; the rest as in [`Filled`].
+struct Seeded<S> {
+    seeds: Vec<S>,
+    faces: Vec<Vec<(usize, f64)>>,
+    shape_volume: Option<f64>,
+}
+
+/// Places the points that fill a shape; each takes up at least `bytes_per_point`.
+fn seeds<const D: usize, B: Basis<D>>(
+    basis: &B,
+    plan: &Plan<'_, D>,
+    bytes_per_point: usize,
+) -> Result<Seeded<SeedOf<D, B>>, String> {
     basis.suits(plan.start)?;
-    let mut points = Points::<D, B, M>::default();
+    let mut seeds = Vec::new();
     let mut faces = vec![Vec::new(); plan.faces.len()];
-    let made = made_parts(&basis, plan)?;
+    let made = made_parts(basis, plan)?;
     let pieces = match &made {
         Some(parts) => parts.parts.len() as f64,
         None => count_pieces(plan.shape_mesh, &plan.shape, basis.pieces_per_cell(plan.points_per_cell)?)?,
@@ -87,7 +114,7 @@ where
             "{count:e} material points are more than the {MOST_POINTS:e} that a body can have"
         ));
     }
-    plan.room.check(format_args!("{count:e} material points"), count, bytes_of_point::<D, B, M>())?;
+    plan.room.check(format_args!("{count:e} material points"), count, bytes_per_point)?;
     let mut flat = None;
     if let Some(parts) = &made {
         let is_solid = |part: &&Part<D>| {
@@ -98,7 +125,7 @@ where
         flat = parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre);
     }
     if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
-        seed_parts(&basis, parts, &mut points, &mut faces);
+        seed_parts(basis, parts, &mut seeds, &mut faces);
     } else if made.is_none() {
         let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
         for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
@@ -109,11 +136,11 @@ where
             if flat.is_some() {
                 return;
             }
-            let first = points.len();
-            basis.seed(piece, &mut |seed| points.push(seed));
+            let first = seeds.len();
+            basis.seed(piece, &mut |seed| seeds.push(seed));
             for (face, shares) in plan.faces.iter().zip(&mut faces) {
                 if let Some((area, centre)) = area_on(face, piece) {
-                    shares.extend(nearest(&points, first..points.len(), &centre).map(|point| (point, area)));
+                    shares.extend(nearest(&seeds, first..seeds.len(), &centre).map(|point| (point, area)));
                 }
             }
         })?;
@@ -127,15 +154,7 @@ where
     for shares in &mut faces {
         shares.sort_by_key(|&(point, _)| point);
     }
-    if let Some(density) = plan.density {
-        points.weigh(density);
-    }
-    if plan.keep_reference_positions {
-        points.keep_reference_positions();
-    }
-    let body = MaterialBody::new(basis, law, points).with_mean_dilatation(plan.mean_dilatation);
-    let shape_volume = made.and_then(|parts| parts.volume);
-    Ok(Filled { body: Box::new(body), faces, shape_volume })
+    Ok(Seeded { seeds, faces, shape_volume: made.and_then(|parts| parts.volume) })
 }
 
 /// The parts of shapes that are not filled piece by piece.
@@ -159,36 +178,36 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
 }
 
 /// The one of some points that is nearest to a position.
-fn nearest<const D: usize, B: Basis<D>, M: Material>(
-    points: &Points<D, B, M>,
+fn nearest<const D: usize, Domain>(
+    seeds: &[Seed<D, Domain>],
     of: Range<usize>,
     x: &Vector<D>,
 ) -> Option<usize> {
-    let distance = |p: usize| (points.position[p] - x).norm_squared();
+    let distance = |p: usize| (seeds[p].position - x).norm_squared();
     of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
 }
 
 /// Points of given parts, and those that carry faces.
-fn seed_parts<const D: usize, B: Basis<D>, M: Material>(
+fn seed_parts<const D: usize, B: Basis<D>>(
     basis: &B,
     parts: &Parts<D>,
-    points: &mut Points<D, B, M>,
+    seeds: &mut Vec<SeedOf<D, B>>,
     faces: &mut [Vec<(usize, f64)>],
 ) {
     // Number of the first point of every part.
     let mut starts = Vec::with_capacity(parts.parts.len() + 1);
     for part in &parts.parts {
-        let first = points.len();
+        let first = seeds.len();
         starts.push(first);
-        basis.seed(&parallelepiped(part), &mut |seed| points.push(seed));
+        basis.seed(&parallelepiped(part), &mut |seed| seeds.push(seed));
         // A part may hold more or less than its domain.
-        let seeded: f64 = points.reference_volume[first..].iter().sum();
-        points.reference_volume[first..].iter_mut().for_each(|volume| *volume *= part.volume / seeded);
+        let seeded: f64 = seeds[first..].iter().map(|seed| seed.volume).sum();
+        seeds[first..].iter_mut().for_each(|seed| seed.volume *= part.volume / seeded);
     }
-    starts.push(points.len());
+    starts.push(seeds.len());
     for (shares, face) in faces.iter_mut().zip(&parts.faces) {
         for share in face {
-            let point = nearest(points, starts[share.part]..starts[share.part + 1], &share.centre);
+            let point = nearest(seeds, starts[share.part]..starts[share.part + 1], &share.centre);
             shares.extend(point.map(|point| (point, share.area)));
         }
     }

@@ -11,7 +11,7 @@ use mpm_linear::Choice;
 /// A scene is compiled into one ([`crate::compile`]). Without a scene, with a body of any basis and law:
 ///
 /// ```
-/// use mpm_assembly::{MaterialBody, Points};
+/// use mpm_assembly::MaterialBody;
 /// use mpm_basis::{Basis, Smpm};
 /// use mpm_grid::{Axis, Layout, Mesh, Ramp, Region, Vector};
 /// use mpm_material::{Elasticity, Hencky};
@@ -20,7 +20,7 @@ use mpm_linear::Choice;
 /// // A cell with one point, pressed to nine tenths of its height.
 /// let axis = Axis::uniform(0.0, 1.0, 1)?;
 /// let layout = Layout::on_axes([axis.clone(), axis])?;
-/// let mut points = Points::default();
+/// let mut points = Vec::new();
 /// let (low, high) = (Vector::<2>::repeat(-1.0), Vector::<2>::repeat(1.0));
 /// Smpm.seed(&Mesh::at_rest(&layout).piece([0, 0], &low, &high), &mut |seed| points.push(seed));
 /// let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3)?);

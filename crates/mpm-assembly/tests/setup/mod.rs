@@ -1,8 +1,8 @@
 //! A body on a grid, and its sums.
 
 use mpm_assembly::{
-    Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Points, Sums,
-    TangentSums, finish_tangent,
+    Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
+    finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Links};
 use mpm_grid::{Axis, Layout, Mesh, Vector};
@@ -47,10 +47,8 @@ pub fn setup<const D: usize, B: Basis<D> + 'static>(
             basis.seed(&mesh.piece(index, &low, &high), &mut |seed| seeds.push(seed));
         }
     }
-    let mut points = Points::<D, B, VonMises>::default();
-    for start in 0..stride {
-        seeds.iter().skip(start).step_by(stride).for_each(|seed| points.push(seed.clone()));
-    }
+    let points: Vec<_> =
+        (0..stride).flat_map(|start| seeds.iter().skip(start).step_by(stride).cloned()).collect();
     connect(Box::new(MaterialBody::new(basis, law, points).with_mean_dilatation(mean)), mesh)
 }
 

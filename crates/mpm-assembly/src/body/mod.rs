@@ -3,16 +3,36 @@
 //! Everything inside a body is compiled for its basis and law; a [`Body`] is asked once per pass, so
 //! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
 
-use crate::advance::{AdvanceError, Converged, Prepared};
-use crate::dissipation::dissipation;
-use crate::pass::{Connection, InvertedPoint, PassInput, Sums, assemble};
-use crate::{
-    Controlled, Dilatation, ForeignPoints, MeanDilatation, OccupiedCell, Points, StoredPoints, TooManyPoints,
-    determinant,
+mod advance;
+mod connection;
+mod dilatation;
+mod dissipation;
+mod domain_control;
+mod kinematics;
+mod pass;
+mod points;
+mod scatter;
+mod stored;
+mod strips;
+mod trial;
+
+pub use advance::{AdvanceError, Converged};
+pub use connection::Connection;
+pub use dilatation::{Dilatation, MeanDilatation};
+pub use domain_control::{Controlled, TooManyPoints};
+pub use kinematics::determinant;
+pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
+pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
+pub use trial::InvertedPoint;
+
+use crate::OccupiedCell;
+use advance::{PreparedDomains, PreparedState};
+use mpm_basis::{
+    ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
 };
-use mpm_basis::{ActiveNodes, Basis, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Block, Lattice, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor, respond};
+use points::Points;
 use rayon::prelude::*;
 
 /// A set of material points under one basis and one law.
@@ -161,32 +181,50 @@ pub struct PointView<const D: usize> {
 }
 
 /// The one kind of [`Body`] there is: basis `B`, law `M`.
+///
+/// A pass is compiled for the law, not for the basis, because it reads points and links only. What the basis decides
+/// are stencils, the convection of domains, and domain control.
 pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     basis: B,
     law: M,
-    points: Points<D, B, M>,
-    /// Columns for the next step, kept for their memory.
-    prepared: Prepared<D, B, M>,
+    points: Points<D, M>,
+    /// Domain of every point; zero bytes for standard MPM.
+    domains: Vec<B::Domain>,
+    /// The next step's columns, kept for their memory.
+    prepared: (PreparedState<D, M>, PreparedDomains<D, B::Domain>),
     is_prepared: bool,
     mean_dilatation: Option<MeanDilatation>,
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
-    /// A body of these points. A law whose tangent is not symmetric does not compile here: a pass sums the lower
-    /// triangle only.
-    pub fn new(basis: B, law: M, points: Points<D, B, M>) -> Self {
+    /// A body of points that rest, free of stress, where their seeds are. A law whose tangent is not symmetric does
+    /// not compile here: a pass sums the lower triangle only.
+    pub fn new(basis: B, law: M, seeds: impl IntoIterator<Item = Seed<D, B::Domain>>) -> Self {
         const { assert!(M::SYMMETRIC, "a law with an unsymmetric tangent cannot be assembled yet") };
-        Self { basis, law, points, prepared: Prepared::default(), is_prepared: false, mean_dilatation: None }
+        let (mut points, mut domains) = (Points::default(), Vec::new());
+        for seed in seeds {
+            points.push(seed.position, seed.volume);
+            domains.push(seed.domain);
+        }
+        let prepared = (PreparedState::default(), PreparedDomains::default());
+        Self { basis, law, points, domains, prepared, is_prepared: false, mean_dilatation: None }
+    }
+
+    /// The same, with the mass `density · V⁰` `[M]` in every point, which body forces need.
+    pub fn with_density(mut self, density: f64) -> Self {
+        self.points.mass = self.points.reference_volume.iter().map(|volume| density * volume).collect();
+        self
+    }
+
+    /// The same, with positions at rest, which displacements are reported from.
+    pub fn with_reference_positions(mut self) -> Self {
+        self.points.reference_position = self.points.position.clone();
+        self
     }
 
     /// The same, with volume changes averaged over cells where `mean` says how.
     pub fn with_mean_dilatation(self, mean: Option<MeanDilatation>) -> Self {
         Self { mean_dilatation: mean, ..self }
-    }
-
-    /// Its points.
-    pub fn points(&self) -> &Points<D, B, M> {
-        &self.points
     }
 }
 
@@ -208,7 +246,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
-        Stencils::of(&self.basis, mesh, &self.points.position, &self.points.domain)
+        Stencils::of(&self.basis, mesh, &self.points.position, &self.domains)
     }
 
     fn dilatation(
@@ -227,7 +265,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
     ) -> Result<f64, InvertedPoint> {
-        assemble(&self.law, &self.points, connection, input, sums)
+        pass::assemble(&self.law, &self.points, connection, input, sums)
     }
 
     fn dissipation(
@@ -236,7 +274,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         increment: &[Vector<D>],
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InvertedPoint> {
-        dissipation(&self.law, &self.points, connection, increment, gradient)
+        dissipation::dissipation(&self.law, &self.points, connection, increment, gradient)
     }
 
     fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]) {
@@ -287,14 +325,19 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
         self.is_prepared = false;
-        self.prepared.advance(&self.basis, &self.law, &self.points, connection, step)?;
+        let (state, domains) = &mut self.prepared;
+        state.advance(&self.law, &self.points, connection, step.increment)?;
+        let columns = (&self.points.position[..], &self.domains[..]);
+        domains.advance(&self.basis, columns, state.deformation_gradient(), connection.links(), step)?;
         self.is_prepared = true;
         Ok(())
     }
 
     fn commit(&mut self) {
         if std::mem::take(&mut self.is_prepared) {
-            self.prepared.swap(&mut self.points);
+            let (state, domains) = &mut self.prepared;
+            state.swap(&mut self.points);
+            domains.swap(&mut self.points.position, &mut self.domains);
         }
     }
 
@@ -304,7 +347,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         control: DomainControl,
         most: usize,
     ) -> Result<Controlled, TooManyPoints> {
-        crate::control::control(&self.basis, &mut self.points, mesh, control, most)
+        domain_control::control(&self.basis, &mut self.points, &mut self.domains, mesh, control, most)
     }
 
     fn point(&self, point: usize) -> PointView<D> {
@@ -328,7 +371,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         (0..points.len())
             .into_par_iter()
             .map(|p| {
-                let report = self.basis.diagnose(mesh, &points.position[p], &points.domain[p]);
+                let report = self.basis.diagnose(mesh, &points.position[p], &self.domains[p]);
                 report.unwrap_or_else(|_| DomainReport {
                     corners_outside: self.outline(p).len(),
                     ..DomainReport::default()
@@ -338,7 +381,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn outline(&self, point: usize) -> Vec<Vector<D>> {
-        self.basis.outline(&self.points.position[point], &self.points.domain[point])
+        self.basis.outline(&self.points.position[point], &self.domains[point])
     }
 
     fn columns(&self) -> [(&'static str, usize); 9] {
@@ -348,7 +391,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             ("position at rest", size_of_val(&points.reference_position[..])),
             ("volume at rest", size_of_val(&points.reference_volume[..])),
             ("mass", size_of_val(&points.mass[..])),
-            ("domain", size_of_val(&points.domain[..])),
+            ("domain", size_of_val(&self.domains[..])),
             ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
             ("elastic state", size_of_val(&points.elastic_excess[..])),
             ("history of the law", size_of_val(&points.history[..])),
@@ -357,15 +400,17 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn stored_columns(&self) -> Vec<(&'static str, usize)> {
-        self.points.stored_columns()
+        self.points.stored_columns(B::Domain::NUMBERS)
     }
 
     fn store(&self) -> StoredPoints {
-        self.points.store()
+        self.points.store(&self.domains)
     }
 
     fn recall(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints> {
-        self.points = self.points.recall(stored)?;
+        let points = self.points.restore(stored, B::Domain::NUMBERS)?;
+        self.domains = stored::restore_domains(stored)?;
+        self.points = points;
         Ok(())
     }
 }

@@ -1,7 +1,8 @@
 //! The committed points of a body as plain numbers, for a file from which a run goes on.
 
-use crate::{Points, determinant};
-use mpm_basis::{Basis, StoredDomain};
+use crate::body::kinematics::determinant;
+use crate::body::points::Points;
+use mpm_basis::StoredDomain;
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, StoredHistory, SymmetricTensor};
 
@@ -48,16 +49,16 @@ pub struct ForeignPoints {
     pub reason: String,
 }
 
-impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
-    /// Name and numbers per point of every column that these points have.
-    pub(crate) fn stored_columns(&self) -> Vec<(&'static str, usize)> {
+impl<const D: usize, M: Material> Points<D, M> {
+    /// Name and numbers per point of every column that these points have, with domains of `domain_width` numbers.
+    pub(crate) fn stored_columns(&self, domain_width: usize) -> Vec<(&'static str, usize)> {
         let kept = |is_kept: bool, width| if is_kept { width } else { 0 };
         let widths = [
             D,
             kept(!self.reference_position.is_empty(), D),
             1,
             kept(!self.mass.is_empty(), 1),
-            B::Domain::NUMBERS,
+            domain_width,
             D * D,
             6,
             M::History::NUMBERS,
@@ -66,7 +67,8 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
         COLUMNS.into_iter().zip(widths).filter(|(_, width)| *width > 0).collect()
     }
 
-    pub(crate) fn store(&self) -> StoredPoints {
+    /// These points and their `domains` as plain numbers.
+    pub(crate) fn store<Domain: StoredDomain>(&self, domains: &[Domain]) -> StoredPoints {
         let column = |(name, width)| {
             let mut values = Vec::with_capacity(width * self.len());
             match name {
@@ -74,7 +76,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
                 "reference_position" => values.extend(self.reference_position.iter().flat_map(|x| x.iter())),
                 "reference_volume" => values.extend(&self.reference_volume),
                 "mass" => values.extend(&self.mass),
-                "domain" => self.domain.iter().for_each(|domain| domain.store(&mut values)),
+                "domain" => domains.iter().for_each(|domain| domain.store(&mut values)),
                 "deformation_gradient" => {
                     values.extend(self.deformation_gradient.iter().flat_map(|f| f.iter()))
                 }
@@ -84,15 +86,19 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
             }
             StoredColumn { name, width, values }
         };
-        StoredPoints { points: self.len(), columns: self.stored_columns().into_iter().map(column).collect() }
+        StoredPoints {
+            points: self.len(),
+            columns: self.stored_columns(Domain::NUMBERS).into_iter().map(column).collect(),
+        }
     }
 
-    /// The points that were stored, of a body whose points are `self`.
+    /// The points that were stored, of a body whose points are `self`, with domains of `domain_width` numbers.
     ///
     /// # Errors
-    /// The first column that is not what [`Self::stored_columns`] says, or holds what no point can be.
-    pub(crate) fn recall(&self, stored: &StoredPoints) -> Result<Self, ForeignPoints> {
-        let expected = self.stored_columns();
+    /// The first column that is not what [`Self::stored_columns`] says, or holds what no point can be; domains are
+    /// not looked into.
+    pub(crate) fn restore(&self, stored: &StoredPoints, domain_width: usize) -> Result<Self, ForeignPoints> {
+        let expected = self.stored_columns(domain_width);
         let wrong = |column, reason: String| ForeignPoints { column, reason };
         let mut next = Self::default();
         for (k, &(name, width)) in expected.iter().enumerate() {
@@ -122,11 +128,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
                 }
                 "reference_volume" => next.reference_volume = above_zero()?,
                 "mass" => next.mass = above_zero()?,
-                "domain" => {
-                    let domains = rows().map(B::Domain::recall).enumerate();
-                    let domains = domains.map(|(p, domain)| domain.map_err(|reason| at_point(p, reason)));
-                    next.domain = domains.collect::<Result<_, _>>()?;
-                }
+                "domain" => {}
                 "deformation_gradient" => {
                     let gradients: Vec<Block<D>> = rows().map(Block::from_column_slice).collect();
                     let inverted = |f: &Block<D>| !(determinant(f) > 0.0 && determinant(f).is_finite());
@@ -150,9 +152,6 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
                 }
             }
         }
-        if B::Domain::NUMBERS == 0 {
-            next.domain = vec![B::Domain::recall(&[]).map_err(|it| wrong("domain", it))?; stored.points];
-        }
         if M::History::NUMBERS == 0 {
             next.history = vec![M::History::default(); stored.points];
         }
@@ -162,6 +161,21 @@ impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
         }
         Ok(next)
     }
+}
+
+/// The domains that were stored with points whose columns are as expected.
+///
+/// # Errors
+/// The first point whose numbers are no domain.
+pub(crate) fn restore_domains<Domain: StoredDomain>(
+    stored: &StoredPoints,
+) -> Result<Vec<Domain>, ForeignPoints> {
+    let values = stored.columns.iter().find(|column| column.name == "domain").map_or(&[][..], |it| &it.values);
+    let restore = |p: usize| {
+        let domain = Domain::recall(&values[p * Domain::NUMBERS..(p + 1) * Domain::NUMBERS]);
+        domain.map_err(|reason| ForeignPoints { column: "domain", reason: format!("point {p}: {reason}") })
+    };
+    (0..stored.points).map(restore).collect()
 }
 
 fn components(tensor: &SymmetricTensor) -> [f64; 6] {

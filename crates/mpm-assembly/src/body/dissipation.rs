@@ -1,10 +1,10 @@
 //! Energy that a load step dissipates in a body, and its gradient: what dissipation control measures.
 
-use crate::Points;
-use crate::dilatation::Dilated;
-use crate::kinematics::{block, gradient, trial_excess};
-use crate::pass::{Connection, InvertedPoint, trial};
-use mpm_basis::Basis;
+use crate::body::connection::Connection;
+use crate::body::dilatation::Dilated;
+use crate::body::kinematics::{block, gradient, trial_excess};
+use crate::body::points::Points;
+use crate::body::trial::{InvertedPoint, trial};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, log_strain};
 
@@ -25,9 +25,9 @@ use mpm_material::{Material, log_strain};
 ///
 /// # Errors
 /// The first point that the trial displacement inverts.
-pub fn dissipation<const D: usize, B: Basis<D>, M: Material>(
+pub fn dissipation<const D: usize, M: Material>(
     law: &M,
-    points: &Points<D, B, M>,
+    points: &Points<D, M>,
     connection: &Connection<D>,
     increment: &[Vector<D>],
     gradient_sum: &mut [Vector<D>],

@@ -1,7 +1,7 @@
 //! Between load steps: points whose domains have outgrown their cells, see [`mpm_basis::control`].
 
-use crate::Points;
-use crate::kinematics::inverse_and_determinant;
+use crate::body::kinematics::inverse_and_determinant;
+use crate::body::points::Points;
 use mpm_basis::control::{cap, is_too_long, reshape, split};
 use mpm_basis::{Basis, DomainControl, Part};
 use mpm_grid::{Mesh, Vector};
@@ -34,90 +34,96 @@ pub struct TooManyPoints {
 /// volume and mass, and rest where F says they did.
 ///
 /// # Errors
-/// More points than `most`; `points` is unchanged.
+/// More points than `most`; nothing has changed.
 pub(crate) fn control<const D: usize, B: Basis<D>, M: Material>(
     basis: &B,
-    points: &mut Points<D, B, M>,
+    points: &mut Points<D, M>,
+    domains: &mut Vec<B::Domain>,
     mesh: &Mesh<D>,
     control: DomainControl,
     most: usize,
 ) -> Result<Controlled, TooManyPoints> {
+    let position = &points.position[..];
     match control {
-        DomainControl::Cap { cells } => Ok(shortened(points, |x, domain| cap(basis, mesh, x, domain, cells))),
+        DomainControl::Cap { cells } => {
+            Ok(shortened(position, domains, |x, domain| cap(basis, mesh, x, domain, cells)))
+        }
         DomainControl::Reshape { cells } => {
-            Ok(shortened(points, |x, domain| reshape(basis, mesh, x, domain, cells)))
+            Ok(shortened(position, domains, |x, domain| reshape(basis, mesh, x, domain, cells)))
         }
         DomainControl::Split { cells } => {
-            let domains = points.position.par_iter().zip(&points.domain);
-            let long: Vec<bool> =
-                domains.map(|(x, domain)| is_too_long(basis, mesh, x, domain, cells)).collect();
-            if !long.contains(&true) {
+            let (split, parts) = divided(basis, (position, domains), mesh, cells, most)?;
+            if split == 0 {
                 return Ok(Controlled::default());
             }
-            let (next, controlled) = divided(basis, points, mesh, cells, &long, most)?;
+            let mut next = Points::default();
+            parts.iter().for_each(|(p, part)| next.push_part(points, *p, part.position, part.share));
             *points = next;
-            Ok(controlled)
+            let shares = parts.iter().map(|(p, part)| (*p, part.share)).collect();
+            *domains = parts.into_iter().map(|(_, part)| part.domain).collect();
+            Ok(Controlled { split, parts: shares, ..Controlled::default() })
         }
     }
 }
 
 /// Counts the domains that `shorten` has found too long.
-fn shortened<const D: usize, B: Basis<D>, M: Material>(
-    points: &mut Points<D, B, M>,
-    shorten: impl Fn(&Vector<D>, &mut B::Domain) -> bool + Sync,
+fn shortened<const D: usize, Domain: Send>(
+    position: &[Vector<D>],
+    domains: &mut [Domain],
+    shorten: impl Fn(&Vector<D>, &mut Domain) -> bool + Sync,
 ) -> Controlled {
-    let domains = points.domain.par_iter_mut().zip(&points.position);
+    let domains = domains.par_iter_mut().zip(position);
     let capped: Vec<bool> = domains.map(|(domain, x)| shorten(x, domain)).collect();
     Controlled { capped: capped.into_iter().filter(|it| *it).count(), ..Controlled::default() }
 }
 
-/// The points with those that are too `long` replaced by their parts.
-fn divided<const D: usize, B: Basis<D>, M: Material>(
+/// Parts of points, each with the number of its point.
+type PartsOf<const D: usize, Domain> = Vec<(usize, Part<D, Domain>)>;
+
+/// Number of points that are split, and if any is, the parts of all points in order; a point that is not split is
+/// its own part.
+fn divided<const D: usize, B: Basis<D>>(
     basis: &B,
-    points: &Points<D, B, M>,
+    (position, domains): (&[Vector<D>], &[B::Domain]),
     mesh: &Mesh<D>,
     cells: f64,
-    long: &[bool],
     most: usize,
-) -> Result<(Points<D, B, M>, Controlled), TooManyPoints> {
-    let mut next = Points::default();
-    let mut controlled = Controlled::default();
+) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
+    let points = position.par_iter().zip(domains);
+    let long: Vec<bool> = points.map(|(x, domain)| is_too_long(basis, mesh, x, domain, cells)).collect();
+    if !long.contains(&true) {
+        return Ok((0, Vec::new()));
+    }
+    let mut next = Vec::with_capacity(long.len());
+    let mut n_split = 0;
     for (p, &is_long) in long.iter().enumerate() {
-        let (x, domain) = (points.position[p], &points.domain[p]);
+        let (position, domain) = (position[p], &domains[p]);
         // Every point after this one needs its place too.
-        let room = most.saturating_sub(next.len() + points.len() - p - 1);
-        let parts = if is_long { split(basis, mesh, &x, domain, cells, room) } else { Vec::new() };
+        let room = most.saturating_sub(next.len() + long.len() - p - 1);
+        let parts = if is_long { split(basis, mesh, &position, domain, cells, room) } else { Vec::new() };
         if parts.len() > room {
             return Err(TooManyPoints { most });
         }
-        controlled.split += usize::from(!parts.is_empty());
         if parts.is_empty() {
-            next.push_part(points, p, Part { position: x, domain: domain.clone(), share: 1.0 });
-            controlled.parts.push((p, 1.0));
+            next.push((p, Part { position, domain: domain.clone(), share: 1.0 }));
         }
-        for part in parts {
-            controlled.parts.push((p, part.share));
-            next.push_part(points, p, part);
-        }
+        n_split += usize::from(!parts.is_empty());
+        next.extend(parts.into_iter().map(|part| (p, part)));
     }
-    if controlled.split == 0 {
-        controlled.parts.clear();
-    }
-    Ok((next, controlled))
+    Ok((n_split, next))
 }
 
-impl<const D: usize, B: Basis<D>, M: Material> Points<D, B, M> {
-    /// Adds a part of point `p` of `points`; columns that are empty there stay so.
-    fn push_part(&mut self, points: &Self, p: usize, part: Part<D, B::Domain>) {
+impl<const D: usize, M: Material> Points<D, M> {
+    /// Adds a part of point `p` of `points`, which stands at `position`; columns that are empty there stay so.
+    fn push_part(&mut self, points: &Self, p: usize, position: Vector<D>, share: f64) {
         let f = points.deformation_gradient[p];
         if let Some(rest) = points.reference_position.get(p) {
-            let offset = part.position - points.position[p];
+            let offset = position - points.position[p];
             self.reference_position.push(rest + inverse_and_determinant(&f).0 * offset);
         }
-        self.position.push(part.position);
-        self.domain.push(part.domain);
-        self.reference_volume.push(points.reference_volume[p] * part.share);
-        self.mass.extend(points.mass.get(p).map(|mass| mass * part.share));
+        self.position.push(position);
+        self.reference_volume.push(points.reference_volume[p] * share);
+        self.mass.extend(points.mass.get(p).map(|mass| mass * share));
         self.deformation_gradient.push(f);
         self.elastic_excess.push(points.elastic_excess[p]);
         self.history.push(points.history[p]);
@@ -132,26 +138,31 @@ mod tests {
     use mpm_grid::{Axis, Block, Layout};
     use mpm_material::{SymmetricTensor, VonMises};
 
+    type Domains = Vec<<Cpdi1 as Basis<2>>::Domain>;
+
     /// Two points of a body that has been sheared by 6, and a third that has not.
-    fn sheared() -> (Points<2, Cpdi1, VonMises>, Mesh<2>) {
+    fn sheared() -> (Points<2, VonMises>, Domains, Mesh<2>) {
         let axis = || Axis::uniform(0.0, 10.0, 10).unwrap();
         let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
-        let mut points = Points::<2, Cpdi1, VonMises>::default();
+        let (mut points, mut domains) = (Points::<2, VonMises>::default(), Domains::new());
         for x in [4.5, 5.0, 5.5] {
             let corner = |c: usize| Vector::<2>::new(x + 0.5 * (c & 1) as f64, 5.0 + 0.25 * (c & 2) as f64);
-            Cpdi1.seed(&Piece::new(std::array::from_fn(corner)), &mut |seed| points.push(seed));
+            Cpdi1.seed(&Piece::new(std::array::from_fn(corner)), &mut |seed| {
+                points.push(seed.position, seed.volume);
+                domains.push(seed.domain);
+            });
         }
-        points.keep_reference_positions();
-        points.weigh(3.0);
+        points.reference_position = points.position.clone();
+        points.mass = points.reference_volume.iter().map(|volume| 3.0 * volume).collect();
         let f = Block::<2>::new(1.0, 6.0, 0.0, 1.0);
-        for p in 0..2 {
+        for (p, domain) in domains.iter_mut().enumerate().take(2) {
             points.position[p] += Vector::<2>::new(0.1, 0.2);
             points.deformation_gradient[p] = f;
-            points.domain[p].current = f * points.domain[p].initial;
+            domain.current = f * domain.initial;
             points.elastic_excess[p] = SymmetricTensor { xy: 0.01 * (p + 1) as f64, ..SymmetricTensor::ZERO };
             points.plastic[p] = p == 1;
         }
-        (points, mesh)
+        (points, domains, mesh)
     }
 
     fn total<const D: usize>(x: &[Vector<D>], weight: &[f64]) -> Vector<D> {
@@ -160,9 +171,11 @@ mod tests {
 
     #[test]
     fn splitting_keeps_mass_volume_their_centres_and_the_state() {
-        let (before, mesh) = sheared();
+        let (before, mut domains_after, mesh) = sheared();
         let mut after = before.clone();
-        let done = control(&Cpdi1, &mut after, &mesh, DomainControl::Split { cells: 1.0 }, 100).unwrap();
+        let done =
+            control(&Cpdi1, &mut after, &mut domains_after, &mesh, DomainControl::Split { cells: 1.0 }, 100)
+                .unwrap();
         assert_eq!((done.capped, done.split), (0, 2));
         assert!(after.len() > 4 && done.parts.len() == after.len());
         assert_eq!(done.parts[after.len() - 1], (2, 1.0));
@@ -182,19 +195,19 @@ mod tests {
             assert_eq!(after.deformation_gradient[p], before.deformation_gradient[parent]);
             assert_eq!(after.elastic_excess[p], before.elastic_excess[parent]);
             assert_eq!(after.plastic[p], before.plastic[parent]);
-            let domain = &after.domain[p];
+            let domain = &domains_after[p];
             assert!((after.deformation_gradient[p] * domain.initial - domain.current).norm() < 1e-15);
         }
     }
 
     #[test]
     fn shortening_changes_nothing_but_domains() {
-        let (before, mesh) = sheared();
+        let (before, domains, mesh) = sheared();
         for how in [DomainControl::Cap { cells: 1.0 }, DomainControl::Reshape { cells: 1.0 }] {
-            let mut after = before.clone();
-            let done = control(&Cpdi1, &mut after, &mesh, how, 3).unwrap();
+            let (mut after, mut domains_after) = (before.clone(), domains.clone());
+            let done = control(&Cpdi1, &mut after, &mut domains_after, &mesh, how, 3).unwrap();
             assert_eq!(done, Controlled { capped: 2, ..Controlled::default() });
-            assert!(after.domain[0] != before.domain[0] && after.domain[2] == before.domain[2]);
+            assert!(domains_after[0] != domains[0] && domains_after[2] == domains[2]);
             assert_eq!(after.position, before.position);
             assert_eq!(after.mass, before.mass);
             assert_eq!(after.deformation_gradient, before.deformation_gradient);
@@ -203,10 +216,11 @@ mod tests {
 
     #[test]
     fn too_many_points_are_refused_and_nothing_changes() {
-        let (before, mesh) = sheared();
-        let mut after = before.clone();
-        let refused = control(&Cpdi1, &mut after, &mesh, DomainControl::Split { cells: 1.0 }, 5);
+        let (before, domains, mesh) = sheared();
+        let (mut after, mut domains_after) = (before.clone(), domains.clone());
+        let refused =
+            control(&Cpdi1, &mut after, &mut domains_after, &mesh, DomainControl::Split { cells: 1.0 }, 5);
         assert_eq!(refused, Err(TooManyPoints { most: 5 }));
-        assert_eq!((after.len(), &after.domain), (before.len(), &before.domain));
+        assert_eq!((after.len(), &domains_after), (before.len(), &domains));
     }
 }

@@ -1,0 +1,276 @@
+//! The end of a load step: points take the state of the converged displacement.
+
+use crate::body::connection::Connection;
+use crate::body::dilatation::Dilated;
+use crate::body::points::Points;
+use crate::body::trial::{InvertedPoint, Trial, trial, trial_of};
+use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError, Links};
+use mpm_grid::{Block, Mesh, Vector};
+use mpm_material::{Material, SymmetricTensor};
+use std::ops::Range;
+
+/// Groups per task; fixed, so that nothing depends on the number of threads.
+const GROUPS: usize = 256;
+
+/// A point that could not be carried through a load step.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum AdvanceError {
+    /// Its increment of deformation is not admissible.
+    #[error(transparent)]
+    Inverted(#[from] InvertedPoint),
+    /// Its domain cannot be carried on.
+    #[error("material point {point} at {position:?}: {reason}")]
+    Domain {
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step `[L]`.
+        position: Vec<f64>,
+        /// What is wrong with its domain.
+        reason: ConvectionError,
+    },
+}
+
+/// What a converged load step is for the points.
+#[derive(Clone, Copy)]
+pub struct Converged<'a, const D: usize> {
+    /// Mesh of the step.
+    pub mesh: &'a Mesh<D>,
+    /// Nodes of the step.
+    pub active: &'a ActiveNodes<D>,
+    /// `Δu_v` of every active node `[L]`.
+    pub increment: &'a [Vector<D>],
+}
+
+/// What the law says of the points after a load step, worked out beside the present columns.
+///
+/// Kept from step to step: a step writes all of it, and [`PreparedState::swap`] exchanges it for the present columns.
+pub(crate) struct PreparedState<const D: usize, M: Material> {
+    deformation_gradient: Vec<Block<D>>,
+    elastic_excess: Vec<SymmetricTensor>,
+    history: Vec<M::History>,
+    plastic: Vec<bool>,
+}
+
+// Derived `Default` would ask for `M: Default`.
+impl<const D: usize, M: Material> Default for PreparedState<D, M> {
+    fn default() -> Self {
+        Self {
+            deformation_gradient: Vec::new(),
+            elastic_excess: Vec::new(),
+            history: Vec::new(),
+            plastic: Vec::new(),
+        }
+    }
+}
+
+impl<const D: usize, M: Material> PreparedState<D, M> {
+    /// Works out the state after the step under `increment`, the `Δu_v` of every active node `[L]`: the trial state
+    /// of the law becomes the committed one.
+    ///
+    /// # Errors
+    /// The first point (in order) that the increment inverts.
+    pub fn advance(
+        &mut self,
+        law: &M,
+        points: &Points<D, M>,
+        connection: &Connection<D>,
+        increment: &[Vector<D>],
+    ) -> Result<(), InvertedPoint> {
+        let n = points.len();
+        self.deformation_gradient.resize(n, Block::zeros());
+        self.elastic_excess.resize(n, SymmetricTensor::ZERO);
+        self.history.resize(n, M::History::default());
+        self.plastic.resize(points.plastic.len(), false);
+        let columns = StateColumns {
+            deformation_gradient: &mut self.deformation_gradient,
+            elastic_excess: &mut self.elastic_excess,
+            history: &mut self.history,
+            plastic: &mut self.plastic,
+        };
+        let links = connection.links();
+        let dilated = match connection.dilatation() {
+            None => Vec::new(),
+            Some(dilatation) => Dilated { law, points, links, dilatation, increment }.steps()?,
+        };
+        in_groups(links, 0..links.n_groups(), columns, &|groups, mut columns| {
+            let mut du = Vec::new();
+            let mut at = 0;
+            for view in groups.map(|group| links.group(group)) {
+                du.clear();
+                du.extend(view.nodes.iter().map(|&node| increment[node as usize]));
+                for k in 0..view.points {
+                    let p = view.first_point + k;
+                    let state = match dilated.get(p) {
+                        None => trial(law, points, p, &du, view.point(k).1)?,
+                        Some(step) => trial_of(law, points, p, *step)?,
+                    };
+                    columns.write::<M>(at, state, &points.deformation_gradient[p]);
+                    at += 1;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// F of every point after the step.
+    pub fn deformation_gradient(&self) -> &[Block<D>] {
+        &self.deformation_gradient
+    }
+
+    /// Makes the prepared columns the present ones.
+    pub fn swap(&mut self, points: &mut Points<D, M>) {
+        std::mem::swap(&mut self.deformation_gradient, &mut points.deformation_gradient);
+        std::mem::swap(&mut self.elastic_excess, &mut points.elastic_excess);
+        std::mem::swap(&mut self.history, &mut points.history);
+        std::mem::swap(&mut self.plastic, &mut points.plastic);
+    }
+}
+
+/// Where the points and their domains are after a load step, worked out beside the present columns.
+pub(crate) struct PreparedDomains<const D: usize, Domain> {
+    position: Vec<Vector<D>>,
+    domain: Vec<Domain>,
+}
+
+// Derived `Default` would ask for `Domain: Default`.
+impl<const D: usize, Domain> Default for PreparedDomains<D, Domain> {
+    fn default() -> Self {
+        Self { position: Vec::new(), domain: Vec::new() }
+    }
+}
+
+impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
+    /// Works out positions, which move by `Σ_v S_vp Δu_v`, and domains, which the basis convects.
+    /// `deformation_gradient` is F of every point after the step.
+    ///
+    /// # Errors
+    /// The first point (in order) whose domain cannot be carried on.
+    pub fn advance<B: Basis<D, Domain = Domain>>(
+        &mut self,
+        basis: &B,
+        (position, domain): (&[Vector<D>], &[Domain]),
+        deformation_gradient: &[Block<D>],
+        links: &Links<D>,
+        step: Converged<'_, D>,
+    ) -> Result<(), AdvanceError> {
+        // Points and domains move from where they are.
+        self.position.clear();
+        self.position.extend_from_slice(position);
+        self.domain.clear();
+        self.domain.extend_from_slice(domain);
+        let columns = (&mut self.position[..], &mut self.domain[..]);
+        in_groups(links, 0..links.n_groups(), columns, &|groups, (positions, domains)| {
+            let mut du = Vec::new();
+            let mut at = 0;
+            for view in groups.map(|group| links.group(group)) {
+                du.clear();
+                du.extend(view.nodes.iter().map(|&node| step.increment[node as usize]));
+                for k in 0..view.points {
+                    let p = view.first_point + k;
+                    let mut displacement = Vector::zeros();
+                    for (value, du) in view.point(k).0.iter().zip(&du) {
+                        displacement += du * *value;
+                    }
+                    let convection = Convection {
+                        displacement,
+                        deformation_gradient: deformation_gradient[p],
+                        mesh: step.mesh,
+                        active: step.active,
+                        increment: step.increment,
+                    };
+                    let carried = basis.convect(&mut domains[at], &mut positions[at], &convection);
+                    carried.map_err(|reason| AdvanceError::Domain {
+                        point: p,
+                        position: position[p].iter().copied().collect(),
+                        reason,
+                    })?;
+                    at += 1;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Makes the prepared columns the present ones.
+    pub fn swap(&mut self, position: &mut Vec<Vector<D>>, domain: &mut Vec<Domain>) {
+        std::mem::swap(&mut self.position, position);
+        std::mem::swap(&mut self.domain, domain);
+    }
+}
+
+/// The columns that the law writes, for a run of points.
+struct StateColumns<'a, const D: usize, History> {
+    deformation_gradient: &'a mut [Block<D>],
+    elastic_excess: &'a mut [SymmetricTensor],
+    history: &'a mut [History],
+    plastic: &'a mut [bool],
+}
+
+impl<const D: usize, History> StateColumns<'_, D, History> {
+    /// Writes the state of a point, whose F before the step was `before`, to place `at`.
+    #[inline]
+    fn write<M: Material<History = History>>(
+        &mut self,
+        at: usize,
+        state: Trial<D, History>,
+        before: &Block<D>,
+    ) {
+        self.deformation_gradient[at] = state.step * before;
+        self.elastic_excess[at] = state.response.elastic_excess;
+        self.history[at] = state.response.history;
+        if M::PLASTIC {
+            self.plastic[at] = state.response.plastic;
+        }
+    }
+}
+
+/// Columns that tasks write to, each to its run of points.
+trait SplitColumns: Send + Sized {
+    fn split_at(self, point: usize) -> (Self, Self);
+}
+
+impl<const D: usize, History: Send> SplitColumns for StateColumns<'_, D, History> {
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let (deformation_gradient, deformation_gradient_rest) = self.deformation_gradient.split_at_mut(at);
+        let (elastic_excess, elastic_excess_rest) = self.elastic_excess.split_at_mut(at);
+        let (history, history_rest) = self.history.split_at_mut(at);
+        let (plastic, plastic_rest) = self.plastic.split_at_mut(at.min(self.plastic.len()));
+        (
+            Self { deformation_gradient, elastic_excess, history, plastic },
+            Self {
+                deformation_gradient: deformation_gradient_rest,
+                elastic_excess: elastic_excess_rest,
+                history: history_rest,
+                plastic: plastic_rest,
+            },
+        )
+    }
+}
+
+impl<A: Send, B: Send> SplitColumns for (&mut [A], &mut [B]) {
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let (a, a_rest) = self.0.split_at_mut(at);
+        let (b, b_rest) = self.1.split_at_mut(at);
+        ((a, b), (a_rest, b_rest))
+    }
+}
+
+/// Does `work` for runs of groups in parallel, halving the range until it is small; the first error (in order).
+fn in_groups<const D: usize, C: SplitColumns, E: Send>(
+    links: &Links<D>,
+    groups: Range<usize>,
+    columns: C,
+    work: &(impl Fn(Range<usize>, C) -> Result<(), E> + Sync),
+) -> Result<(), E> {
+    if groups.len() <= GROUPS {
+        return work(groups, columns);
+    }
+    let middle = (groups.start + groups.end) / 2;
+    let at = links.group_points(middle).start - links.group_points(groups.start).start;
+    let (low, high) = columns.split_at(at);
+    let (low, high) = rayon::join(
+        || in_groups(links, groups.start..middle, low, work),
+        || in_groups(links, middle..groups.end, high, work),
+    );
+    low.and(high)
+}

@@ -1,0 +1,98 @@
+//! Connectivity of a body in a load step, with what makes sums over it quick.
+
+use crate::body::strips::Strips;
+use crate::{Couplings, Dilatation, Linked, Pattern};
+use mpm_basis::Links;
+use mpm_grid::{Block, Vector};
+use std::sync::Mutex;
+
+/// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
+/// threads.
+const TASKS: usize = 32;
+
+/// Connectivity of a body in a load step, with what makes sums over it quick.
+#[derive(Debug)]
+pub struct Connection<const D: usize> {
+    links: Links<D>,
+    dilatation: Option<Dilatation<D>>,
+    pub(crate) sums: Summation<D>,
+}
+
+/// What sums over a body's points need; the same for all links that connect the same points and nodes.
+#[derive(Debug)]
+pub(crate) struct Summation<const D: usize> {
+    pub strips: Strips,
+    pub slots: Vec<u32>,
+    /// Start of the slots of every support, or cell where there is mean dilatation.
+    pub slot_start: Vec<usize>,
+    /// One for each task of a phase.
+    pub scratch: Vec<Mutex<Scratch<D>>>,
+}
+
+impl<const D: usize> Connection<D> {
+    /// Prepares sums over `linked` points into `pattern`.
+    pub fn new(linked: impl Into<Linked<D>>, pattern: &Pattern<D>) -> Self {
+        let linked = linked.into();
+        let strips = Strips::of(&linked);
+        let slots = pattern.slots(&linked);
+        let mut slot_start = Vec::with_capacity(linked.n_sets());
+        let (mut at, mut most_nodes) = (0, 0);
+        for set in 0..linked.n_sets() {
+            let n = linked.set(set).len();
+            slot_start.push(at);
+            at += n * n.saturating_sub(1) / 2;
+            most_nodes = most_nodes.max(n);
+        }
+        let tasks = strips.phases()[0].len().clamp(1, TASKS);
+        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes))).collect();
+        let Linked { links, dilatation } = linked;
+        Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
+    }
+
+    /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
+    pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
+        self.dilatation.is_none() && linked.dilatation.is_none() && self.links.is_connected_as(&linked.links)
+    }
+
+    /// Sums over `links`, which connect the same points and nodes as the present ones, into the same
+    /// pattern.
+    pub fn relinked(self, links: Links<D>) -> Self {
+        debug_assert!(links.is_connected_as(&self.links), "the same points and nodes");
+        Self { links, ..self }
+    }
+
+    /// Groups of points and their influences.
+    pub fn links(&self) -> &Links<D> {
+        &self.links
+    }
+
+    /// Cells over which volume changes are averaged, where they are.
+    pub fn dilatation(&self) -> Option<&Dilatation<D>> {
+        self.dilatation.as_ref()
+    }
+
+    /// Bytes of all that is kept.
+    pub fn bytes(&self) -> usize {
+        self.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+    }
+}
+
+/// Memory for the dense sums of a support, reused from support to support.
+#[derive(Debug)]
+pub(crate) struct Scratch<const D: usize> {
+    pub increment: Vec<Vector<D>>,
+    pub force: Vec<Vector<D>>,
+    pub gradient: Vec<Vector<D>>,
+    pub tangent: Vec<Block<D>>,
+}
+
+impl<const D: usize> Scratch<D> {
+    fn new(most_nodes: usize) -> Self {
+        Self {
+            increment: vec![Vector::zeros(); most_nodes],
+            force: vec![Vector::zeros(); most_nodes],
+            gradient: vec![Vector::zeros(); most_nodes],
+            tangent: vec![Block::zeros(); most_nodes * (most_nodes + 1) / 2],
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Cells over which volume changes are averaged, and their quadrature.
+
+use mpm_basis::{ActiveNodes, Cells, Links, UnconnectedPoint};
+use mpm_grid::{CellId, Mesh, Place, Vector};
+use rayon::prelude::*;
+
+/// How far outside the mesh a point may stand, as parts of domains may `[cells]`.
+const BEYOND: f64 = 0.5;
+
+/// What the volume change of a cell is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeanDilatation {
+    /// The mean over the points in it: for bodies whose surface moves through cells.
+    Points,
+    /// That of the cell itself, wherever its points stand: for cells full of material. A cell with a node
+    /// that no point influences takes the mean over its points.
+    Cell,
+}
+
+/// Cells over which volume changes are averaged.
+#[derive(Clone, Debug)]
+pub struct Dilatation<const D: usize> {
+    pub(super) cells: Cells,
+    /// Quadrature points of the cells, where the mean is not over the material points.
+    pub(super) quadrature: Quadrature<D>,
+}
+
+/// 2^D Gauss points for each of some cells: exact for the volume of a multilinear cell.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Quadrature<const D: usize> {
+    /// Number of such cells before each cell; empty where there are none at all.
+    before: Vec<u32>,
+    /// Weights, 2^D per cell `[L^D]`.
+    weight: Vec<f64>,
+    /// Positions of the 2^D corners among the nodes of the cell.
+    corner: Vec<u32>,
+    /// `∇N`, `[Gauss point][corner]` `[1/L]`.
+    gradient: Vec<Vector<D>>,
+}
+
+impl<const D: usize> Dilatation<D> {
+    /// Gathers the points at `positions` by the cells of `mesh`.
+    ///
+    /// # Errors
+    /// The first point outside the mesh.
+    pub fn of(
+        mean: MeanDilatation,
+        positions: &[Vector<D>],
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Self, UnconnectedPoint<D>> {
+        let locate = |(point, x): (usize, &Vector<D>)| {
+            let place = mesh.locate(x, BEYOND).map_err(|reason| UnconnectedPoint { point, reason })?;
+            Ok(mesh.lattice().cell(place.cell).index() as u32)
+        };
+        let located: Vec<Result<u32, UnconnectedPoint<D>>> =
+            positions.par_iter().enumerate().map(locate).collect();
+        let cell: Vec<u32> = located.into_iter().collect::<Result<_, _>>()?;
+
+        let corners = |cell: u32| -> Option<Vec<u32>> {
+            if mean == MeanDilatation::Points {
+                return None;
+            }
+            let index = mesh.lattice().cell_index(CellId::from_index(cell as usize)?);
+            let corners = mesh.lattice().corners(index);
+            corners[..1 << D].iter().map(|&node| active.number(node).map(|it| it as u32)).collect()
+        };
+        let cells = Cells::of(links, &cell, |cell| corners(cell).unwrap_or_default());
+        let mut quadrature = Quadrature::default();
+        if mean == MeanDilatation::Cell {
+            for k in 0..cells.len() {
+                quadrature.before.push((quadrature.weight.len() >> D) as u32);
+                let number = cells.number(k);
+                if let (Some(corners), Some(id)) = (corners(number), CellId::from_index(number as usize)) {
+                    let place = |it: &u32| cells.nodes(k).partition_point(|node| node < it) as u32;
+                    quadrature.corner.extend(corners.iter().map(place));
+                    quadrature.push(mesh, mesh.lattice().cell_index(id));
+                }
+            }
+            quadrature.before.push((quadrature.weight.len() >> D) as u32);
+        }
+        Ok(Self { cells, quadrature })
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &Cells {
+        &self.cells
+    }
+}
+
+impl<const D: usize> Quadrature<D> {
+    fn push(&mut self, mesh: &Mesh<D>, cell: [u32; D]) {
+        let shape = mesh.linear_cell(cell);
+        let a = 1.0 / 3.0_f64.sqrt();
+        for q in 0..1 << D {
+            let local = Vector::<D>::from_fn(|d, _| if q >> d & 1 == 0 { -a } else { a });
+            self.weight.push(shape.determinant(&local).abs());
+            mesh.values_and_gradients(&Place { cell, local }, |_, _, gradient| self.gradient.push(gradient));
+        }
+    }
+
+    /// Weights, corners, and gradients of a cell; nothing where the mean is over its points.
+    pub fn of(&self, cell: usize) -> Option<(&[f64], &[u32], &[Vector<D>])> {
+        let range = self.before.get(cell..cell + 2)?;
+        let (k, end) = (range[0] as usize, range[1] as usize);
+        let n = 1 << D;
+        (k < end).then(|| {
+            (&self.weight[k * n..end * n], &self.corner[k * n..end * n], &self.gradient[k * n * n..end * n * n])
+        })
+    }
+}

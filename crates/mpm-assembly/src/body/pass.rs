@@ -1,0 +1,252 @@
+//! One pass over the points of a body: internal force, and the tangent where it is wanted.
+//!
+//! Per point (method of Wang et al. 2018, slides 5-8; Charlton, Coombs & Augarde 2017):
+//!
+//! * `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, `b_tr = ΔF b_e,n ΔFᵀ`, the law gives `τ` and its tangent `a`,
+//! * `g_vp = ΔF⁻ᵀ ∇S_vp`,
+//! * `fⁱⁿᵗ_v = Σ_p V⁰_p τ_p g_vp` (the same as `σ V` with `V = J V⁰`),
+//! * `K_vw = Σ_p V⁰_p g_vp · a_p · g_wp`.
+//!
+//! Points that share their nodes are summed densely, wherever they stand in the list of points, and
+//! their sum is added to the global arrays once. The strips of `strips.rs` fix the order of all
+//! sums. A pass allocates nothing, but for bodies with mean dilatation.
+
+use crate::InvertedPoint;
+use crate::body::connection::{Connection, Scratch};
+use crate::body::dilatation::{self, Dilated};
+use crate::body::kinematics::block;
+use crate::body::points::Points;
+use crate::body::scatter::{Part, PassInput, Sums, add_lift, add_tangent};
+use crate::body::strips::Strip;
+use crate::body::trial::trial;
+use mpm_basis::Group;
+use mpm_grid::{Block, Vector};
+use mpm_material::Material;
+use std::sync::{Mutex, PoisonError};
+
+/// The dense sums of a support, and what its points need of its nodes.
+struct Dense<'a, const D: usize> {
+    increment: &'a mut [Vector<D>],
+    force: &'a mut [Vector<D>],
+    gradient: &'a mut [Vector<D>],
+    /// Blocks (row node ≥ column node), column by column; none where no tangent is wanted.
+    tangent: &'a mut [Block<D>],
+}
+
+/// Adds a body's internal force, and its tangent where `sums` has one.
+///
+/// Returns the smallest `det ΔF` of its points.
+///
+/// # Errors
+/// The first point (in order) that the trial displacement inverts or that is not finite; `sums` is
+/// then meaningless.
+pub fn assemble<const D: usize, M: Material>(
+    law: &M,
+    points: &Points<D, M>,
+    connection: &Connection<D>,
+    input: PassInput<'_, D>,
+    sums: Sums<'_, D>,
+) -> Result<f64, InvertedPoint> {
+    let Sums { internal, mut tangent } = sums;
+    let pass = Pass { law, points, connection, input };
+    let mut smallest = f64::INFINITY;
+    for strips in connection.sums.strips.phases() {
+        let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
+        if let Some(tangent) = &mut tangent {
+            values = &mut *tangent.values;
+            lift = tangent.lift.as_deref_mut().unwrap_or_default();
+        }
+        let wants_tangent = !values.is_empty();
+        let part = Part { node: 0, internal: &mut *internal, values, lift };
+        let scratch = &connection.sums.scratch[..];
+        smallest = smallest.min(if wants_tangent {
+            pass.sum::<true>(strips, scratch, part)?
+        } else {
+            pass.sum::<false>(strips, scratch, part)?
+        });
+    }
+    Ok(smallest)
+}
+
+/// What all tasks of a pass read.
+struct Pass<'a, const D: usize, M: Material> {
+    law: &'a M,
+    points: &'a Points<D, M>,
+    connection: &'a Connection<D>,
+    input: PassInput<'a, D>,
+}
+
+impl<const D: usize, M: Material> Pass<'_, D, M> {
+    /// Sums strips, halving the list until there is one task for each scratch.
+    fn sum<const TANGENT: bool>(
+        &self,
+        strips: &[Strip],
+        scratch: &[Mutex<Scratch<D>>],
+        mut part: Part<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        if scratch.len() > 1 && strips.len() > 1 {
+            let (low, high) = strips.split_at(strips.len() / 2);
+            let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
+            let (low_part, high_part) = part.split_at(high[0].nodes.start, self.input.pattern);
+            let (low, high) = rayon::join(
+                || self.sum::<TANGENT>(low, low_scratch, low_part),
+                || self.sum::<TANGENT>(high, high_scratch, high_part),
+            );
+            return Ok(low?.min(high?));
+        }
+        // What a task that panicked has left is overwritten.
+        let mut scratch = scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
+        let positions = strips.iter().flat_map(|strip| strip.sets.clone());
+        let sets = positions.map(|position| self.connection.sums.strips.set(position));
+        let mut smallest = f64::INFINITY;
+        match self.connection.dilatation() {
+            None => {
+                for support in sets {
+                    smallest = smallest.min(self.sum_support::<TANGENT>(support, &mut scratch, &mut part)?);
+                }
+            }
+            Some(dilatation) => {
+                let Self { law, points, connection, input } = *self;
+                let links = connection.links();
+                let dilated = Dilated { law, points, links, dilatation, increment: input.increment };
+                let mut of_cell = dilatation::Scratch::default();
+                let Scratch { force, tangent, .. } = &mut *scratch;
+                for cell in sets {
+                    let nodes = dilatation.cells().nodes(cell);
+                    let n = nodes.len();
+                    let force = &mut force[..n];
+                    let tangent = if TANGENT { &mut tangent[..n * (n + 1) / 2] } else { &mut [] };
+                    smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
+                    self.scatter::<TANGENT>(nodes, cell, force, tangent, &mut part);
+                }
+            }
+        }
+        Ok(smallest)
+    }
+
+    /// Adds the dense sums of set `set` of nodes to the global arrays.
+    #[inline(always)]
+    fn scatter<const TANGENT: bool>(
+        &self,
+        nodes: &[u32],
+        set: usize,
+        force: &[Vector<D>],
+        tangent: &[Block<D>],
+        part: &mut Part<'_, D>,
+    ) {
+        for (node, force) in nodes.iter().zip(force) {
+            part.internal[*node as usize - part.node] += force;
+        }
+        if TANGENT {
+            if !part.lift.is_empty() {
+                add_lift(nodes, tangent, self.input.constraints, part);
+            }
+            let sums = &self.connection.sums;
+            add_tangent(nodes, &sums.slots[sums.slot_start[set]..], tangent, self.input, part);
+        }
+    }
+
+    /// Sums the points of a support and adds the sum to the global arrays.
+    #[inline]
+    fn sum_support<const TANGENT: bool>(
+        &self,
+        support: usize,
+        scratch: &mut Scratch<D>,
+        part: &mut Part<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        let n = self.connection.links().support_nodes(support).len();
+        let Scratch { increment, force, gradient, tangent } = scratch;
+        let pairs = if TANGENT { n * (n + 1) / 2 } else { 0 };
+        let dense = Dense {
+            increment: &mut increment[..n],
+            force: &mut force[..n],
+            gradient: &mut gradient[..n],
+            tangent: &mut tangent[..pairs],
+        };
+        // The commonest supports are compiled with their size known.
+        match n {
+            4 => self.sum_dense::<TANGENT>(4, support, dense, part),
+            8 => self.sum_dense::<TANGENT>(8, support, dense, part),
+            9 => self.sum_dense::<TANGENT>(9, support, dense, part),
+            n => self.sum_dense::<TANGENT>(n, support, dense, part),
+        }
+    }
+
+    /// Sums the points of a support of `n` nodes densely and adds the sum to the global arrays.
+    #[inline(always)]
+    fn sum_dense<const TANGENT: bool>(
+        &self,
+        n: usize,
+        support: usize,
+        mut dense: Dense<'_, D>,
+        part: &mut Part<'_, D>,
+    ) -> Result<f64, InvertedPoint> {
+        let Self { connection, input, .. } = *self;
+        let nodes = connection.links().support_nodes(support);
+        for (du, node) in dense.increment.iter_mut().zip(nodes) {
+            *du = input.increment[*node as usize];
+        }
+        dense.force.fill(Vector::zeros());
+        dense.tangent.fill(Block::zeros());
+        let mut smallest = f64::INFINITY;
+        for &group in connection.links().support_groups(support) {
+            let group = connection.links().group(group as usize);
+            let least = sum_group::<D, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
+            smallest = smallest.min(least);
+        }
+        self.scatter::<TANGENT>(nodes, support, dense.force, dense.tangent, part);
+        Ok(smallest)
+    }
+}
+
+/// Adds the points of a group to the dense sums; returns the smallest `det ΔF`.
+#[inline(always)]
+fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
+    n: usize,
+    law: &M,
+    points: &Points<D, M>,
+    group: Group<'_, D>,
+    dense: &mut Dense<'_, D>,
+) -> Result<f64, InvertedPoint> {
+    let du = &dense.increment[..n];
+    let force = &mut dense.force[..n];
+    let g = &mut dense.gradient[..n];
+    let tangent = if TANGENT { &mut dense.tangent[..n * (n + 1) / 2] } else { &mut [] };
+
+    let mut smallest = f64::INFINITY;
+    for k in 0..group.points {
+        let p = group.first_point + k;
+        let gradients = &group.gradients[k * n..(k + 1) * n];
+        let trial = trial(law, points, p, du, gradients)?;
+        smallest = smallest.min(trial.determinant);
+
+        let volume = points.reference_volume[p];
+        let stress = block::<D>(&trial.response.kirchhoff) * volume;
+        for ((g, force), gradient) in g.iter_mut().zip(&mut *force).zip(gradients) {
+            *g = trial.inverse.tr_mul(gradient);
+            *force += stress * *g;
+        }
+        if TANGENT {
+            let a = trial.response.modes.spatial_tangent::<D>();
+            let mut at = 0;
+            for w in 0..n {
+                // half[k](i, j) = V⁰ a_ikjl g_w,l
+                let weighted = g[w] * volume;
+                let half: [Block<D>; D] = std::array::from_fn(|k| {
+                    let mut sum = a[k][0] * weighted[0];
+                    for l in 1..D {
+                        sum += a[k][l] * weighted[l];
+                    }
+                    sum
+                });
+                for (sum, g) in tangent[at..].iter_mut().zip(&g[w..]) {
+                    for k in 0..D {
+                        *sum += half[k] * g[k];
+                    }
+                }
+                at += n - w;
+            }
+        }
+    }
+    Ok(smallest)
+}

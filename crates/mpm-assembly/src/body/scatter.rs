@@ -1,0 +1,145 @@
+//! From the dense sums of a set of nodes to the global arrays.
+
+use crate::{Constraints, Pattern};
+use mpm_grid::{Block, Vector};
+
+/// What a pass adds to: nodal forces, and where wanted the tangent.
+pub struct Sums<'a, const D: usize> {
+    /// `fⁱⁿᵗ_v` of every active node `[F]`.
+    pub internal: &'a mut [Vector<D>],
+    /// The tangent.
+    pub tangent: Option<TangentSums<'a, D>>,
+}
+
+/// Tangent values, and optionally the product of the tangent with prescribed increments.
+pub struct TangentSums<'a, const D: usize> {
+    /// One value per entry of the [`Pattern`] `[F/L]`.
+    pub values: &'a mut [f64],
+    /// `Σ_w K_vw Δū_w` of the prescribed increments of the [`Constraints`], where asked for `[F]`.
+    pub lift: Option<&'a mut [Vector<D>]>,
+}
+
+/// What a pass reads besides the points.
+#[derive(Clone, Copy)]
+pub struct PassInput<'a, const D: usize> {
+    /// Nodes of the tangent.
+    pub pattern: &'a Pattern<D>,
+    /// Prescribed components: their rows and columns get nothing but the diagonal.
+    pub constraints: &'a Constraints<D>,
+    /// Trial displacement `Δu_v` of every active node `[L]`.
+    pub increment: &'a [Vector<D>],
+}
+
+/// The parts of the global arrays that some strips write to.
+pub(crate) struct Part<'a, const D: usize> {
+    /// The first of its nodes.
+    pub node: usize,
+    pub internal: &'a mut [Vector<D>],
+    /// Empty where no tangent is wanted.
+    pub values: &'a mut [f64],
+    /// Empty where it is not wanted.
+    pub lift: &'a mut [Vector<D>],
+}
+
+impl<const D: usize> Part<'_, D> {
+    /// The parts before and from `node` on.
+    pub fn split_at(self, node: usize, pattern: &Pattern<D>) -> (Self, Self) {
+        let nodes = node - self.node;
+        let entries = pattern.column_start()[node * D] - pattern.column_start()[self.node * D];
+        let (internal, internal_rest) = self.internal.split_at_mut(nodes);
+        let (values, values_rest) = self.values.split_at_mut(entries.min(self.values.len()));
+        let (lift, lift_rest) = self.lift.split_at_mut(nodes.min(self.lift.len()));
+        (
+            Self { node: self.node, internal, values, lift },
+            Self { node, internal: internal_rest, values: values_rest, lift: lift_rest },
+        )
+    }
+}
+
+/// `lift_v += K_vw Δū_w` for the support's nodes with prescribed increments.
+pub(crate) fn add_lift<const D: usize>(
+    nodes: &[u32],
+    tangent: &[Block<D>],
+    constraints: &Constraints<D>,
+    part: &mut Part<'_, D>,
+) {
+    let lifted = |v: usize| constraints.increment()[nodes[v] as usize];
+    if (0..nodes.len()).all(|v| lifted(v) == Vector::<D>::zeros()) {
+        return;
+    }
+    let base = part.node;
+    let mut at = 0;
+    for w in 0..nodes.len() {
+        for v in w..nodes.len() {
+            part.lift[nodes[v] as usize - base] += tangent[at] * lifted(w);
+            if v > w {
+                part.lift[nodes[w] as usize - base] += tangent[at].tr_mul(&lifted(v));
+            }
+            at += 1;
+        }
+    }
+}
+
+/// Adds a support's dense tangent to the stored lower triangle, leaving out what is prescribed.
+#[inline]
+pub(crate) fn add_tangent<const D: usize>(
+    nodes: &[u32],
+    slots: &[u32],
+    tangent: &[Block<D>],
+    input: PassInput<'_, D>,
+    part: &mut Part<'_, D>,
+) {
+    let columns = input.pattern.column_start();
+    let base = columns[part.node * D];
+    let (mut at, mut slot) = (0, 0);
+    for w in 0..nodes.len() {
+        let column_node = nodes[w] as usize;
+        let column_mask = input.constraints.mask(column_node);
+        let starts: [usize; D] = std::array::from_fn(|j| columns[column_node * D + j] - base);
+
+        let diagonal = &tangent[at];
+        at += 1;
+        for (j, start) in starts.iter().enumerate() {
+            for i in j..D {
+                // A prescribed component keeps its own stiffness, alone in its row and column.
+                let coupled = column_mask & (1 << i | 1 << j) == 0;
+                if i == j || coupled {
+                    part.values[start + i - j] += diagonal[(i, j)];
+                }
+            }
+        }
+        for &node in &nodes[w + 1..] {
+            let block = &tangent[at];
+            let row = slots[slot] as usize * D;
+            at += 1;
+            slot += 1;
+            let row_mask = input.constraints.mask(node as usize);
+            if row_mask | column_mask == 0 {
+                for (j, start) in starts.iter().enumerate() {
+                    let start = start + (D - j) + row;
+                    for (value, add) in part.values[start..start + D].iter_mut().zip(block.column(j).iter()) {
+                        *value += add;
+                    }
+                }
+            } else {
+                for j in (0..D).filter(|j| column_mask & (1 << j) == 0) {
+                    let start = starts[j] + (D - j) + row;
+                    for i in (0..D).filter(|i| row_mask & (1 << i) == 0) {
+                        part.values[start + i] += block[(i, j)];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Makes the diagonal of every prescribed component positive: its own stiffness where it has one,
+/// so that the scale of the pivots is that of the problem.
+pub fn finish_tangent<const D: usize>(pattern: &Pattern<D>, constraints: &Constraints<D>, values: &mut [f64]) {
+    for node in 0..constraints.n_nodes() {
+        for i in (0..D).filter(|&i| constraints.is_prescribed(node, i)) {
+            let value = &mut values[pattern.column_start()[node * D + i]];
+            *value = if *value == 0.0 { 1.0 } else { value.abs() };
+        }
+    }
+}

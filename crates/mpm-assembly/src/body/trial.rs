@@ -1,0 +1,57 @@
+//! State of one point under a trial displacement.
+
+use crate::body::kinematics::{gradient, inverse_and_determinant, trial_excess};
+use crate::body::points::Points;
+use mpm_grid::{Block, Vector};
+use mpm_material::{Material, Response, respond};
+
+/// A trial displacement under which a point has no admissible state.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("material point {point} would be inverted (det ΔF = {determinant:e})")]
+pub struct InvertedPoint {
+    /// Index of the point in its body.
+    pub point: usize,
+    /// `det ΔF` of the trial; not a number where the trial itself was not finite.
+    pub determinant: f64,
+}
+
+/// State of one point under a trial displacement: a pure function of its committed state.
+pub(crate) struct Trial<const D: usize, H> {
+    /// `ΔF`.
+    pub step: Block<D>,
+    /// `ΔF⁻¹`.
+    pub inverse: Block<D>,
+    /// `det ΔF`.
+    pub determinant: f64,
+    pub response: Response<H>,
+}
+
+/// Kinematics and law of point `p`; `du` and `gradients` run over the nodes of its group.
+#[inline(always)]
+pub(crate) fn trial<const D: usize, M: Material>(
+    law: &M,
+    points: &Points<D, M>,
+    p: usize,
+    du: &[Vector<D>],
+    gradients: &[Vector<D>],
+) -> Result<Trial<D, M::History>, InvertedPoint> {
+    trial_of(law, points, p, gradient(du, gradients))
+}
+
+/// As [`trial`], of a displacement gradient.
+#[inline(always)]
+pub(crate) fn trial_of<const D: usize, M: Material>(
+    law: &M,
+    points: &Points<D, M>,
+    p: usize,
+    h: Block<D>,
+) -> Result<Trial<D, M::History>, InvertedPoint> {
+    let step = Block::identity() + h;
+    let (inverse, determinant) = inverse_and_determinant(&step);
+    // Written so that a trial that is not a number is refused as well.
+    if !(determinant > 0.0 && determinant.is_finite()) {
+        return Err(InvertedPoint { point: p, determinant });
+    }
+    let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &points.history[p]);
+    Ok(Trial { step, inverse, determinant, response })
+}
