@@ -198,6 +198,7 @@ fn the_scenes_of_the_page_are_right() {
 /// Sources whose sentences become messages about scenes.
 const SOURCES: &[&str] = &[
     "crates/mpm-grid/src",
+    "crates/mpm-geometry/src",
     "crates/mpm-basis/src",
     "crates/mpm-material/src",
     "crates/mpm-assembly/src",
@@ -222,7 +223,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("motion.rs", "a twist turns about", "the compiler gives the ring's centre"),
     ("motion.rs", "a twist needs 0 <= inner", "the compiler gives the ring's radii"),
     ("lattice.rs", "direction {direction} has", "axes have cells, and the compiler tells of rings"),
-    ("surface/mod.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
+    ("geometry/src/surface.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
     ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
     ("compile/mod.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
@@ -253,10 +254,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("input.rs", "scene is not UTF-8", "of files, in `diagnostics.rs`"),
     ("error.rs", "interrupted", "of signals, in `faults.rs`"),
     ("error.rs", "the run's record could not", "of full disks, in `faults.rs`"),
-    ("surface/mod.rs", "the surface has {0} facets", "a billion of them"),
+    ("geometry/src/surface.rs", "the surface has {0} facets", "a billion of them"),
     ("compile/mod.rs", "the part of the mesh around the bodies", "depends on the machine"),
-    ("surface/parts.rs", "{count:.3e} pieces of the body", "depends on the machine"),
-    ("surface/parts.rs", "a layer of pieces", "depends on the machine"),
+    ("geometry/src/grid.rs", "{count:.3e} pieces of the body", "depends on the machine"),
+    ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
     // No scene is known that ends so.

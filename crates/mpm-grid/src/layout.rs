@@ -2,8 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::cell::LinearCell;
+use crate::index::NodeId;
 use crate::lattice::{Lattice, LatticeError};
-use crate::{Axis, LoadFraction, MeshMotion, NodeId, Vector};
+use crate::{Axis, Vector};
 
 /// Positions of lattice nodes before any motion.
 ///
@@ -166,10 +168,7 @@ impl<const D: usize> Layout<D> {
         ring_lattice::<D>(&radii, sectors, span, height.as_ref())?;
         let (inner, outer) = (radii.first(), radii.last());
         let layout = Self::Ring { centre, radii, sectors, span, height };
-        match MeshMotion::Fixed.mesh_at(&layout, LoadFraction::START) {
-            Ok(_) => Ok(layout),
-            Err(_) => Err(LayoutError::Flat { inner, outer, centre }),
-        }
+        if layout.has_valid_cells() { Ok(layout) } else { Err(LayoutError::Flat { inner, outer, centre }) }
     }
 
     /// The arrangement of nodes and cells.
@@ -222,6 +221,24 @@ impl<const D: usize> Layout<D> {
             Self::Box { .. } => 1.0,
             Self::Ring { .. } => -1.0,
         }
+    }
+
+    /// Whether the cells have areas that can be computed. In a ring, cells between the same two rings of nodes
+    /// are congruent: one of each is enough.
+    fn has_valid_cells(&self) -> bool {
+        let Self::Ring { centre, radii, sectors, span, .. } = self else { return true };
+        let corner = |line: u32, ring: u32| {
+            let (radius, angle) = (radii.node(ring), span.start() + f64::from(line) * span.step(*sectors));
+            Vector::<2>::new(centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin())
+        };
+        (0..radii.cells()).all(|ring| {
+            let mut corners = [Vector::zeros(); 8];
+            let quadrilateral = [(0, ring), (1, ring), (0, ring + 1), (1, ring + 1)];
+            for (position, (line, ring)) in corners.iter_mut().zip(quadrilateral) {
+                *position = corner(line, ring);
+            }
+            LinearCell::new(corners).is_valid(self.hand())
+        })
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::array::from_fn;
 
-use crate::axis::SNAP;
 use crate::cell::{LinearCell, halves, local_gradient, product};
 use crate::lattice::corner;
 use crate::layout::Layout;
-use crate::motion::{MeshMotion, Reindexing};
-use crate::placed::{PlacedMotion, Stretching};
+use crate::location::{OutsideMesh, Place, place_on, within};
+use crate::motion::{MeshMotion, MotionError, Reindexing};
+use crate::placed::{PlacedMotion, Stretching, turn};
 use crate::ramp::LoadFraction;
 use crate::ring::PlacedRing;
 use crate::{Axis, Block, Lattice, NodeId, Vector};
@@ -32,26 +32,6 @@ enum Shape<const D: usize> {
     Rectilinear([Axis; D]),
     Bent { axes: [Axis; D], motion: PlacedMotion<D> },
     Ring(PlacedRing),
-}
-
-/// A position in the mesh: cell and local coordinates, [-1, 1]^D inside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place<const D: usize> {
-    /// Multi-index of the cell.
-    pub cell: [u32; D],
-    /// Local coordinates ξ in it; beyond ±1 only outside the mesh.
-    pub local: Vector<D>,
-}
-
-/// A position farther outside the mesh than accepted.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("position {:?} lies {distance} cells outside the mesh", position.as_slice())]
-pub struct OutsideMesh<const D: usize> {
-    /// The position `[L]`.
-    pub position: Vector<D>,
-    /// How far outside, in cells of the boundary cell nearest to it; at least 0, or not a number
-    /// where the position is none.
-    pub distance: f64,
 }
 
 impl<const D: usize> Mesh<D> {
@@ -218,34 +198,46 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// Cell and local coordinates along each axis.
-#[inline]
-fn place_on<const D: usize>(axes: &[Axis; D], x: &Vector<D>) -> Place<D> {
-    let (mut cell, mut local) = ([0; D], Vector::zeros());
-    for d in 0..D {
-        (cell[d], local[d]) = axes[d].locate(x[d]);
+impl<const D: usize> MeshMotion<D> {
+    /// The mesh at a load fraction.
+    pub fn mesh_at(&self, layout: &Layout<D>, at: LoadFraction) -> Result<Mesh<D>, MotionError> {
+        let reindexing = match self {
+            Self::Twist { reindexing, .. } => *reindexing,
+            _ => Reindexing::Off,
+        };
+        let motion = self.placed(layout, at)?;
+        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.get() })
     }
-    Place { cell, local }
-}
 
-/// How far outside its cell a local coordinate is, in cells.
-#[inline]
-pub(crate) fn outside<const D: usize>(local: &Vector<D>) -> f64 {
-    let mut farthest = 1.0;
-    for coordinate in local.iter().map(|c| c.abs()) {
-        // Once not a number, it stays so: nothing compares greater.
-        if coordinate > farthest || coordinate.is_nan() {
-            farthest = coordinate;
+    /// Displacement `[L]` that the motion prescribes from fraction `start` to `end` for the
+    /// material at a node of `mesh`, the mesh at `start`.
+    ///
+    /// Re-indexing is not a motion of material: under rotations and twists the displacement is
+    /// (R(Δα) - I)(x - centre) with the angle increment Δα at the radius of the node.
+    pub fn displacement(
+        &self,
+        layout: &Layout<D>,
+        node: NodeId,
+        mesh: &Mesh<D>,
+        start: LoadFraction,
+        end: LoadFraction,
+    ) -> Result<Vector<D>, MotionError> {
+        let x = mesh.position(node);
+        match (self.placed(layout, start)?, self.placed(layout, end)?) {
+            (PlacedMotion::Rest, _) => Ok(Vector::zeros()),
+            (PlacedMotion::Rotation { centre, angle, .. }, PlacedMotion::Rotation { angle: later, .. }) => {
+                Ok(turn(&x, &centre, later - angle))
+            }
+            (PlacedMotion::Twist { centre, profile }, PlacedMotion::Twist { profile: later, .. }) => {
+                let Layout::Ring { radii, .. } = layout else {
+                    return Err(MotionError::NeedsRing);
+                };
+                let radius = radii.node(layout.lattice().node_index(node)[1]);
+                Ok(turn(&x, &centre, later.angle(radius) - profile.angle(radius)))
+            }
+            (_, later) => Ok(later.place(&layout.position(node)) - x),
         }
     }
-    0.5 * (farthest - 1.0)
-}
-
-#[inline]
-fn within<const D: usize>(x: &Vector<D>, place: Place<D>, beyond: f64) -> Result<Place<D>, OutsideMesh<D>> {
-    let distance = outside(&place.local);
-    // Local coordinates within the tolerance have been snapped; the slack is for `beyond` > 0.
-    if distance <= beyond * (1.0 + SNAP) { Ok(place) } else { Err(OutsideMesh { position: *x, distance }) }
 }
 
 /// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.

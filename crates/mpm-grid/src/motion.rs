@@ -7,10 +7,9 @@ use std::sync::Arc;
 use crate::affine::Affine;
 use crate::cell::LinearCell;
 use crate::layout::Layout;
-use crate::mesh::Mesh;
-use crate::placed::{PlacedMotion, Profile, Stretching, cos_sin, turn};
+use crate::placed::{PlacedMotion, Profile, Stretching, cos_sin};
 use crate::ramp::{LoadFraction, Ramp};
-use crate::{Block, NodeId, Vector};
+use crate::{Block, Vector};
 
 /// How the mesh moves with the load; node numbers never change.
 ///
@@ -263,16 +262,6 @@ impl<const D: usize> MeshMotion<D> {
         Ok(Self::Affine { map })
     }
 
-    /// The mesh at a load fraction.
-    pub fn mesh_at(&self, layout: &Layout<D>, at: LoadFraction) -> Result<Mesh<D>, MotionError> {
-        let reindexing = match self {
-            Self::Twist { reindexing, .. } => *reindexing,
-            _ => Reindexing::Off,
-        };
-        let motion = self.placed(layout, at)?;
-        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.get() })
-    }
-
     /// Where the motion carries what stands at `rest` `[L]`; re-indexing, which only renames
     /// nodes, plays no part.
     pub fn place(
@@ -295,38 +284,8 @@ impl<const D: usize> MeshMotion<D> {
         rest.ok_or_else(|| MotionError::OutOfReach { position: x.as_slice().to_vec() })
     }
 
-    /// Displacement `[L]` that the motion prescribes from fraction `start` to `end` for the
-    /// material at a node of `mesh`, the mesh at `start`.
-    ///
-    /// Re-indexing is not a motion of material: under rotations and twists the displacement is
-    /// (R(Δα) - I)(x - centre) with the angle increment Δα at the radius of the node.
-    pub fn displacement(
-        &self,
-        layout: &Layout<D>,
-        node: NodeId,
-        mesh: &Mesh<D>,
-        start: LoadFraction,
-        end: LoadFraction,
-    ) -> Result<Vector<D>, MotionError> {
-        let x = mesh.position(node);
-        match (self.placed(layout, start)?, self.placed(layout, end)?) {
-            (PlacedMotion::Rest, _) => Ok(Vector::zeros()),
-            (PlacedMotion::Rotation { centre, angle, .. }, PlacedMotion::Rotation { angle: later, .. }) => {
-                Ok(turn(&x, &centre, later - angle))
-            }
-            (PlacedMotion::Twist { centre, profile }, PlacedMotion::Twist { profile: later, .. }) => {
-                let Layout::Ring { radii, .. } = layout else {
-                    return Err(MotionError::NeedsRing);
-                };
-                let radius = radii.node(layout.lattice().node_index(node)[1]);
-                Ok(turn(&x, &centre, later.angle(radius) - profile.angle(radius)))
-            }
-            (_, later) => Ok(later.place(&layout.position(node)) - x),
-        }
-    }
-
     /// The ramps' values, after a check that the motion suits the layout.
-    fn placed(&self, layout: &Layout<D>, at: LoadFraction) -> Result<PlacedMotion<D>, MotionError> {
+    pub(crate) fn placed(&self, layout: &Layout<D>, at: LoadFraction) -> Result<PlacedMotion<D>, MotionError> {
         match (self, layout) {
             (Self::Fixed, _) => Ok(PlacedMotion::Rest),
             (Self::Stretch { axes }, Layout::Box { .. }) => {

@@ -7,7 +7,7 @@ use crate::axis::{SNAP, snap};
 use crate::cell::{LinearCell, inverse};
 use crate::index::{to_usize, whole};
 use crate::layout::{Layout, Span};
-use crate::mesh::{Place, outside};
+use crate::location::{Place, outside};
 use crate::motion::Reindexing;
 use crate::placed::{PlacedMotion, cos_sin, reduce, rotate};
 use crate::{Axis, Block, Lattice, Vector};

@@ -1,7 +1,7 @@
 //! Checkpoints: files from which a run goes on bit for bit.
 
 use std::fs;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
 
@@ -11,15 +11,9 @@ use mpm_linear::StoredOrder;
 use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
 
 use crate::calls::{Call, Closing};
+use crate::check_sum::{BLOCK, block_of, check_sum};
 use crate::error::{CheckpointError, reason};
-
-pub(crate) const FORMAT: &str = "mpm-checkpoint";
-
-/// A reader refuses any other.
-const VERSION: u32 = 3;
-
-/// Length of the block before the HDF5 file proper that holds its length and check sum [bytes].
-const BLOCK: usize = 512;
+use crate::replace::{part_of, put_in_place};
 
 /// What a checkpoint says of its run besides the state.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -318,26 +312,6 @@ impl Checkpoint {
     }
 }
 
-/// Where a file is written before it takes its place.
-pub(crate) fn part_of(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    path.with_file_name(name)
-}
-
-/// Puts a file in the place of another, once it is on the disk.
-pub(crate) fn put_in_place(part: &Path, path: &Path) -> Result<(), String> {
-    let fail = |error: std::io::Error| error.to_string();
-    fs::OpenOptions::new().write(true).open(part).and_then(|file| file.sync_all()).map_err(fail)?;
-    fs::rename(part, path).map_err(fail)?;
-    // The new name has to reach the disk as well; folders of some file systems cannot be synced.
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if let Ok(folder) = fs::File::open(folder) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
-}
-
 /// Writes the whole file at `part`, check sum and all.
 fn fill(part: &Path, path: &Path, head: &CheckpointHead, state: &State) -> Result<(), String> {
     hdf5::silence_errors(true);
@@ -431,52 +405,4 @@ fn write_numbers<T: H5Type>(group: &Group, name: &str, width: usize, values: &[T
 
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.into())
-}
-
-/// The block that the rest of a file must have before it.
-fn block_of(file: &mut fs::File) -> std::io::Result<Vec<u8>> {
-    let mut sum = crc32fast::Hasher::new();
-    let mut length = 0_u64;
-    let mut buffer = vec![0; 1 << 16];
-    file.seek(SeekFrom::Start(BLOCK as u64))?;
-    loop {
-        let n = file.read(&mut buffer)?;
-        if n == 0 {
-            break;
-        }
-        sum.update(&buffer[..n]);
-        length += n as u64;
-    }
-    let sum = sum.finalize();
-    let mut block =
-        format!("{FORMAT} {VERSION}\n{length} bytes follow this block, CRC-32 {sum:08x}\n").into_bytes();
-    block.resize(BLOCK, 0);
-    Ok(block)
-}
-
-/// Compares the check sum; returns the length of the file.
-fn check_sum(path: &Path) -> Result<u64, CheckpointError> {
-    let fail = |error: std::io::Error| CheckpointError::Open { path: path.into(), reason: error.to_string() };
-    let malformed = |item: &str, reason: String| Err(CheckpointError::malformed(path, item, reason));
-    let mut file = fs::File::open(path).map_err(fail)?;
-    let length = file.metadata().map_err(fail)?.len();
-    let mut found = Vec::with_capacity(BLOCK);
-    Read::by_ref(&mut file).take(BLOCK as u64).read_to_end(&mut found).map_err(fail)?;
-    let line = |text: &[u8], k: usize| {
-        let line = text.split(|&byte| byte == b'\n' || byte == 0).nth(k).unwrap_or_default();
-        String::from_utf8_lossy(&line[..line.len().min(80)]).into_owned()
-    };
-    let expected = format!("{FORMAT} {VERSION}");
-    if !found.starts_with(FORMAT.as_bytes()) {
-        return malformed("format", format!("is not {FORMAT:?}: this is no checkpoint"));
-    }
-    if line(&found, 0) != expected {
-        return malformed("format", format!("is {:?}, expected {expected:?}", line(&found, 0)));
-    }
-    let block = block_of(&mut file).map_err(fail)?;
-    if found != block {
-        let (said, is) = (line(&found, 1), line(&block, 1));
-        return malformed("check sum", format!("the file is damaged: it says {said:?}, expected {is:?}"));
-    }
-    Ok(length)
 }

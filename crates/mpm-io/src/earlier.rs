@@ -4,8 +4,8 @@ use mpm_solver::observe::{Column, ColumnKind, Entry, Field};
 
 use crate::error::ResultsError;
 use crate::reader::Results;
+use crate::snapshot::Snapshot;
 use crate::source::Source;
-use crate::writer::Snapshot;
 
 /// A results file whose rows up to the checkpoint, and the points recorded at them, are copied.
 pub(crate) struct Earlier {

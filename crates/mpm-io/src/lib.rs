@@ -24,15 +24,19 @@
 //! What a killed run leaves behind is said at [`ResultsWriter`].
 
 mod calls;
+mod check_sum;
 mod checkpoint;
 mod contents;
 mod earlier;
 mod error;
 mod export;
+mod names;
 mod options;
 mod reader;
+mod replace;
 mod rows;
 mod scene_files;
+mod snapshot;
 mod source;
 mod vtkhdf;
 mod writer;
@@ -47,9 +51,3 @@ pub use options::{Options, Precision};
 pub use reader::{PhaseTime, Results, Table};
 pub use scene_files::FolderFiles;
 pub use writer::ResultsWriter;
-
-/// Value of the root attribute `format`.
-const FORMAT: &str = "mpm-results";
-
-/// Value of the root attribute `version`: a reader refuses any other.
-const VERSION: i64 = 1;

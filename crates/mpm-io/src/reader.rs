@@ -8,11 +8,9 @@ use hdf5::File;
 use mpm_solver::observe::Column;
 
 use crate::calls::{Call, Closing};
-use crate::checkpoint::FORMAT as CHECKPOINT;
 use crate::error::{ResultsError, reason};
+use crate::names::{CHECKPOINT, PhaseName, RESULTS, RESULTS_VERSION};
 use crate::source::Source;
-use crate::writer::PhaseName;
-use crate::{FORMAT, VERSION};
 
 /// Numbers in rows of equal width.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,13 +110,15 @@ impl Results {
         let source = Source { path: &path };
 
         let format = source.text(&file, "format")?;
-        if format != FORMAT {
-            return Err(source.malformed("format", format!("is {format:?}, not {FORMAT:?}")));
+        if format != RESULTS {
+            return Err(source.malformed("format", format!("is {format:?}, not {RESULTS:?}")));
         }
         let version = file.attr("version").and_then(|version| version.read_scalar::<i64>());
         let version = version.map_err(|error| source.malformed("version", reason(&error)))?;
-        if version != VERSION {
-            return Err(source.malformed("version", format!("is {version}; this program reads {VERSION}")));
+        if version != RESULTS_VERSION {
+            return Err(
+                source.malformed("version", format!("is {version}; this program reads {RESULTS_VERSION}"))
+            );
         }
         let scene = source.text(&file, "scene")?;
         let program = source.text(&file, "program")?;

@@ -10,7 +10,7 @@ use mpm_solver::observe::Field;
 
 use crate::options::Precision;
 use crate::rows::Rows;
-use crate::writer::Snapshot;
+use crate::snapshot::Snapshot;
 
 /// Most rows per chunk of positions and fields when chunks are compressed as a whole.
 const COMPRESSED_CHUNK: usize = 1 << 17;

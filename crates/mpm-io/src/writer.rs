@@ -1,28 +1,27 @@
 //! Writes a results file while a run goes.
 
-use std::fs::{self, TryLockError};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::fs;
 use std::mem;
 use std::path::{Path, PathBuf};
 
 use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::FileSpaceStrategy;
-use hdf5::types::{FixedUnicode, VarLenUnicode};
+use hdf5::types::VarLenUnicode;
 use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
-    Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart,
-    Timing,
+    Column, ColumnKind, Entry, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
 
-use crate::checkpoint::{part_of, put_in_place};
 use crate::earlier::Earlier;
 use crate::error::{ResultsError, reason};
+use crate::names::{PhaseName, RESULTS, RESULTS_VERSION, phase_name};
 use crate::options::Options;
 use crate::reader::Results;
+use crate::replace::{check_replaceable, fill, is_at, part_of, put_in_place};
 use crate::rows::Rows;
+use crate::snapshot::Snapshot;
 use crate::vtkhdf::PointCloud;
 use crate::xdmf::Xdmf;
-use crate::{FORMAT, VERSION};
 
 /// Unit in which the file grows [bytes]: the page of the operating system, see [`ResultsWriter`].
 const PAGE: u64 = 4096;
@@ -80,20 +79,6 @@ struct Run {
     unrecorded: Option<Snapshot>,
 }
 
-/// Positions and fields at the end of one load step.
-pub(crate) struct Snapshot {
-    pub(crate) fraction: f64,
-    pub(crate) positions: Vec<f64>,
-    pub(crate) fields: Vec<Vec<f64>>,
-}
-
-impl Snapshot {
-    fn of(fraction: f64, points: &dyn Fields, fields: &[Field]) -> Self {
-        let values = fields.iter().map(|&field| points.field(field)).collect();
-        Self { fraction, positions: points.positions(), fields: values }
-    }
-}
-
 impl ResultsWriter {
     /// Creates the file; an existing one is replaced only if it can be.
     ///
@@ -122,8 +107,8 @@ impl ResultsWriter {
                     create.obj_track_times(false).file_space_strategy(pages).file_space_page_size(PAGE)
                 })
                 .create(path)?;
-            file.new_attr::<VarLenUnicode>().create("format")?.write_scalar(&plain(FORMAT))?;
-            file.new_attr::<i64>().create("version")?.write_scalar(&VERSION)?;
+            file.new_attr::<VarLenUnicode>().create("format")?.write_scalar(&plain(RESULTS))?;
+            file.new_attr::<i64>().create("version")?.write_scalar(&RESULTS_VERSION)?;
             file.new_attr::<VarLenUnicode>().create("scene")?.write_scalar(&scene)?;
             file.new_attr::<VarLenUnicode>().create("program")?.write_scalar(&program)?;
             file.new_attr::<VarLenUnicode>().create("status")?.write_scalar(&plain("running"))?;
@@ -413,38 +398,6 @@ impl Observer for ResultsWriter {
     }
 }
 
-/// Fills a file with zeros from its end on; on an error it has its length of before.
-fn fill(mut file: &fs::File, from: u64, to: u64) -> io::Result<()> {
-    let zeros = [0; 1 << 16];
-    let mut at = file.seek(SeekFrom::Start(from))?;
-    while at < to {
-        let part = zeros.len().min(usize::try_from(to - at).unwrap_or(usize::MAX));
-        if let Err(error) = file.write_all(&zeros[..part]) {
-            file.set_len(from)?;
-            return Err(error);
-        }
-        at += part as u64;
-    }
-    Ok(())
-}
-
-/// Whether a path still leads to an open file.
-#[cfg(unix)]
-fn is_at(file: &fs::File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let identity = |it: fs::Metadata| (it.dev(), it.ino());
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(open), Ok(there)) => identity(open) == identity(there),
-        _ => false,
-    }
-}
-
-/// Other systems do not let an open file be deleted.
-#[cfg(not(unix))]
-fn is_at(_file: &fs::File, path: &Path) -> bool {
-    path.exists()
-}
-
 /// A copy that was never to take its place goes.
 impl Drop for ResultsWriter {
     fn drop(&mut self) {
@@ -454,35 +407,6 @@ impl Drop for ResultsWriter {
     }
 }
 
-/// Name of a phase as stored, NUL-padded UTF-8.
-pub(crate) type PhaseName = FixedUnicode<32>;
-
-fn phase_name(name: &str) -> PhaseName {
-    name.parse().expect("phase names have at most 32 bytes and no NUL")
-}
-
 fn plain(text: &str) -> VarLenUnicode {
     text.parse().expect("the text has no NUL")
-}
-
-/// Finds every reason not to write to `path` before HDF5 truncates what is there.
-fn check_replaceable(path: &Path) -> Result<(), String> {
-    if path.extension().is_some_and(|extension| extension == "xdmf") {
-        return Err("the .xdmf file is written beside it; choose another ending, such as .h5".into());
-    }
-    match fs::metadata(path) {
-        Ok(there) if there.is_dir() => Err("is a directory".into()),
-        Ok(_) => {
-            let file = fs::OpenOptions::new().write(true).open(path).map_err(|error| error.to_string())?;
-            match file.try_lock() {
-                Err(TryLockError::WouldBlock) => Err("another program has the file open".into()),
-                // Some file systems know no locks.
-                Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-            }
-        }
-        Err(_) => match path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-            Some(parent) if !parent.is_dir() => Err(format!("there is no directory {}", parent.display())),
-            _ => Ok(()),
-        },
-    }
 }

@@ -3,8 +3,7 @@
 //! This crate knows no file formats. A [`SceneFiles`] turns a name into triangles or a table of points;
 //! what they mean, and what is wrong with them, is found here.
 
-use crate::surface::parts::{Part, Parts};
-pub use crate::surface::{Surface, SurfaceError};
+use mpm_geometry::{Part, Parts, Surface};
 use mpm_grid::{Block, Mesh, Vector};
 
 /// Reads the files that a scene names.

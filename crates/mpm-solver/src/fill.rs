@@ -1,9 +1,8 @@
 //! Filling a shape with material points.
 
-use crate::room::Room;
-use crate::surface::parts::{Part, Parts, Solid, parts, rest};
 use mpm_assembly::{Body, MaterialBody, MeanDilatation};
 use mpm_basis::{Basis, Piece, Seed};
+use mpm_geometry::{Face, MemoryLimit, Part, Parts, Solid, parts, rest};
 use mpm_grid::{Axis, Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
 use std::ops::Range;
@@ -27,7 +26,7 @@ pub(crate) struct Plan<'a, const D: usize> {
     /// Parts of the boundary that carry tractions.
     pub faces: Vec<Face<D>>,
     /// Memory that there is.
-    pub room: Room,
+    pub memory: MemoryLimit,
     /// What the volume change of a cell is, where points take it.
     pub mean_dilatation: Option<MeanDilatation>,
 }
@@ -44,14 +43,6 @@ pub(crate) enum Shape<'a, const D: usize> {
     Rest { from: [f64; D], to: [f64; D], without: Vec<Solid<'a>> },
     /// Parts that are given.
     Parts(Parts<D>),
-}
-
-/// A part of a plane across an axis.
-pub(crate) struct Face<const D: usize> {
-    pub axis: usize,
-    pub at: f64,
-    /// Lowest and highest corner of the part, where it is not the whole plane.
-    pub within: Option<([f64; D], [f64; D])>,
 }
 
 /// A body, and for every face of the plan the points next to it with their areas of it.
@@ -114,7 +105,7 @@ fn seeds<const D: usize, B: Basis<D>>(
             "{count:e} material points are more than the {MOST_POINTS:e} that a body can have"
         ));
     }
-    plan.room.check(format_args!("{count:e} material points"), count, bytes_per_point)?;
+    plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point)?;
     let mut flat = None;
     if let Some(parts) = &made {
         let is_solid = |part: &&Part<D>| {
@@ -163,14 +154,14 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
     match &plan.shape {
         Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
         Shape::Solid(solid) => {
-            let faces: Vec<_> = plan.faces.iter().map(|face| (face.axis, face.at, face.within)).collect();
-            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &faces, plan.room).map(Some)
+            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &plan.faces, plan.memory)
+                .map(Some)
         }
         Shape::Rest { from, to, without } => {
             if !plan.faces.is_empty() {
                 return Err("a box without other bodies can carry no traction".into());
             }
-            rest((from, to), without, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, plan.room)
+            rest((from, to), without, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, plan.memory)
                 .map(Some)
         }
         Shape::Parts(parts) => Ok(Some(parts.clone())),
@@ -316,7 +307,7 @@ impl Cut {
                 axis.last()
             ));
         }
-        if let (Some(first), Some(last)) = (line_at(axis, from), line_at(axis, to)) {
+        if let (Some(first), Some(last)) = (axis.line_at(from), axis.line_at(to)) {
             // Ends that differ by less than lines of the mesh are told apart by.
             if first == last {
                 return empty();
@@ -359,13 +350,6 @@ impl Cut {
             }
         }
     }
-}
-
-/// Number of the mesh line at a coordinate, if one is there.
-pub(crate) fn line_at(axis: &Axis, x: f64) -> Option<u32> {
-    let (cell, local) = axis.locate(x.clamp(axis.first(), axis.last()));
-    let line = if local > 0.0 { cell + 1 } else { cell };
-    ((axis.node(line) - x).abs() <= 1e-9 * axis.size(cell)).then_some(line)
 }
 
 /// Gathers consecutive pieces whose centres lie in the same cell.

@@ -1,6 +1,7 @@
 //! Bodies of every shape, from the scene to the points.
 
-use mpm_solver::files::{PointTable, SceneFiles, Surface};
+use mpm_geometry::Surface;
+use mpm_solver::files::{PointTable, SceneFiles};
 use mpm_solver::scene::Scene;
 use mpm_solver::{Compiled, Model, compile, compile_with};
 

@@ -3,7 +3,8 @@
 mod points;
 mod stl;
 
-use mpm_solver::files::{PointTable, SceneFiles, Surface};
+use mpm_geometry::Surface;
+use mpm_solver::files::{PointTable, SceneFiles};
 use std::fs;
 use std::path::{Path, PathBuf};
 

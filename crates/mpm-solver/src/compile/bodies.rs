@@ -4,18 +4,16 @@ use super::basis::FillBody;
 use super::mesh::{check_ring, component, plane_point};
 use super::overlap::overlap;
 use crate::error::SceneError;
-use crate::files::{SceneFiles, Surface};
-use crate::fill::{Face, Plan, Shape, line_at};
+use crate::files::SceneFiles;
+use crate::fill::{Plan, Shape};
 use crate::model::NamedBody;
 use crate::observe::Field;
-use crate::room::Room;
 use crate::scene::{
     BodyInput, Direction, Finite, LoadInput, MaterialInput, MeanDilatationInput, PlanePoint, SceneIn,
     ShapeInput,
 };
-use crate::surface::Round;
-use crate::surface::parts::Solid;
 use mpm_assembly::MeanDilatation;
+use mpm_geometry::{Face, MemoryLimit, Round, Solid, Surface};
 use mpm_grid::{Axis, Layout, Mesh, Span};
 
 /// Why a shape has no place in a ring mesh.
@@ -31,7 +29,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
     layout: &Layout<D>,
     start: &Mesh<D>,
     files: &dyn SceneFiles,
-    room: Room,
+    memory: MemoryLimit,
 ) -> Result<BodiesAndFaces<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
@@ -89,7 +87,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             }
             _ => None,
         });
-        let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, room).map_err(refuse)?;
+        let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
         let points_per_cell = match (&input.points_per_cell, &shape) {
             (None, Shape::Parts(_)) => 1,
             (Some(_), Shape::Parts(_)) => {
@@ -108,7 +106,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             keep_reference_positions: scene.output.fields.contains(&Field::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces.collect::<Result<_, _>>()?,
-            room,
+            memory,
             mean_dilatation: input.mean_dilatation.map(|mean| match mean {
                 MeanDilatationInput::Points => MeanDilatation::Points,
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
@@ -193,7 +191,7 @@ fn shape<'a, const D: usize>(
     layout: &Layout<D>,
     mesh: &Mesh<D>,
     files: &dyn SceneFiles,
-    room: Room,
+    memory: MemoryLimit,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let in_box = |shape| match layout {
         Layout::Box { .. } => Ok((shape, mesh.clone())),
@@ -215,7 +213,7 @@ fn shape<'a, const D: usize>(
         }
         ShapeInput::Ring { inner, outer, centre } => match layout {
             Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
-            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), room),
+            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), memory),
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
             Layout::Box { .. } => in_box(Shape::Solid(own.solid(layout)?)),
@@ -243,14 +241,14 @@ fn ring_cells<'a, const D: usize>(
         return Err(format!("a ring in a ring mesh has the mesh's centre {expected:?}, got {found:?}"));
     }
     let ring = |radius: f64| {
-        line_at(radii, radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
+        radii.line_at(radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
     };
     let (mut low, mut high) = ([0; D], layout.lattice().cells());
     (low[1], high[1]) = (ring(inner)?, ring(outer)?);
     if let Some((from, to)) = extent {
         let axis = height.as_ref().ok_or("`extent` is for three dimensions")?;
         let layer =
-            |z: f64| line_at(axis, z).ok_or_else(|| format!("the mesh has no layer of nodes at height {z}"));
+            |z: f64| axis.line_at(z).ok_or_else(|| format!("the mesh has no layer of nodes at height {z}"));
         (low[D - 1], high[D - 1]) = (layer(from.0)?, layer(to.0)?);
         if from.0 >= to.0 {
             return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
@@ -264,7 +262,7 @@ fn ring_of_its_own<'a, const D: usize>(
     axes: &[Axis; D],
     centre: &PlanePoint,
     (inner, outer): (f64, f64),
-    room: Room,
+    memory: MemoryLimit,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
     let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
@@ -273,7 +271,7 @@ fn ring_of_its_own<'a, const D: usize>(
     };
     let radii = Axis::uniform(inner, outer, pieces(outer - inner)?).map_err(|it| it.to_string())?;
     let sectors = pieces(std::f64::consts::PI * (inner + outer))?.max(8);
-    check_ring(&radii, sectors, room)?;
+    check_ring(&radii, sectors, memory)?;
     let height = axes.get(2).cloned();
     let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
     let ring = ring.map_err(|it| it.to_string())?;

@@ -1,22 +1,22 @@
 //! The mesh and how it moves.
 
 use crate::error::SceneError;
-use crate::room::Room;
 use crate::scene::{AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput};
+use mpm_geometry::MemoryLimit;
 use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};
 
-pub(super) fn layout<const D: usize>(mesh: &MeshInput, room: Room) -> Result<Layout<D>, SceneError> {
+pub(super) fn layout<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
     let axes = match mesh {
         MeshInput::Box { axes } => axes,
         MeshInput::Ring { centre, radii, sectors, angles, height } => {
-            let radii = axis(radii, room).map_err(|it| SceneError::new("mesh.radii", it))?;
-            let height = height.as_ref().map(|it| axis(it, room)).transpose();
+            let radii = axis(radii, memory).map_err(|it| SceneError::new("mesh.radii", it))?;
+            let height = height.as_ref().map(|it| axis(it, memory)).transpose();
             let height = height.map_err(|it| SceneError::new("mesh.height", it))?;
             let span = angles.map_or(Span::Full, |(from, to)| Span::Sector {
                 from: from.0.to_radians(),
                 to: to.0.to_radians(),
             });
-            check_ring(&radii, sectors.0, room).map_err(|it| SceneError::new("mesh", it))?;
+            check_ring(&radii, sectors.0, memory).map_err(|it| SceneError::new("mesh", it))?;
             let ring = Layout::ring(plane_point(centre), radii, sectors.0, span, height);
             return ring.map_err(|it| match it {
                 LayoutError::Lattice(LatticeError::TooFewCells { direction: 0, cells, least }) => {
@@ -30,7 +30,7 @@ pub(super) fn layout<const D: usize>(mesh: &MeshInput, room: Room) -> Result<Lay
     let made: Vec<Axis> = axes
         .iter()
         .enumerate()
-        .map(|(d, input)| axis(input, room).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
+        .map(|(d, input)| axis(input, memory).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
         .collect::<Result<_, _>>()?;
     let made: [Axis; D] = made.try_into().map_err(|made: Vec<Axis>| {
         SceneError::new("mesh.axes", format!("expected {D} axes, one per dimension, got {}", made.len()))
@@ -38,11 +38,11 @@ pub(super) fn layout<const D: usize>(mesh: &MeshInput, room: Room) -> Result<Lay
     Layout::on_axes(made).map_err(|it| SceneError::new("mesh", it))
 }
 
-fn axis(input: &AxisInput, room: Room) -> Result<Axis, String> {
+fn axis(input: &AxisInput, memory: MemoryLimit) -> Result<Axis, String> {
     match input {
         AxisInput::Uniform { from, to, cells } => Axis::uniform(from.0, to.0, cells.0),
         AxisInput::Graded { from, to, cells, ratio } => {
-            room.check("the axis", f64::from(cells.0) + 1.0, size_of::<f64>())?;
+            memory.check("the axis", f64::from(cells.0) + 1.0, size_of::<f64>())?;
             Axis::geometric(from.0, to.0, cells.0, ratio.0)
         }
         AxisInput::Nodes(nodes) => Axis::graded(nodes.iter().map(|x| x.0).collect()),
@@ -51,8 +51,8 @@ fn axis(input: &AxisInput, room: Room) -> Result<Axis, String> {
 }
 
 /// A ring mesh has tables of its angles.
-pub(super) fn check_ring(radii: &Axis, sectors: u32, room: Room) -> Result<(), String> {
-    room.check("the ring", f64::from(sectors) + f64::from(radii.cells()), 3 * size_of::<f64>())
+pub(super) fn check_ring(radii: &Axis, sectors: u32, memory: MemoryLimit) -> Result<(), String> {
+    memory.check("the ring", f64::from(sectors) + f64::from(radii.cells()), 3 * size_of::<f64>())
 }
 
 pub(super) fn plane_point(point: &PlanePoint) -> [f64; 2] {
@@ -78,20 +78,20 @@ fn check_stretch<const D: usize>(
     layout: &Layout<D>,
     axis: usize,
     (anchor, driven): (f64, f64),
-    room: Room,
+    memory: MemoryLimit,
 ) -> Result<(), String> {
     let Layout::Box { axes, .. } = layout else { return Ok(()) };
     let axis = &axes[axis];
     if anchor.min(driven) <= axis.first() && anchor.max(driven) >= axis.last() {
         return Ok(());
     }
-    room.check("the axis that is stretched in part", f64::from(axis.cells()) + 1.0, size_of::<f64>())
+    memory.check("the axis that is stretched in part", f64::from(axis.cells()) + 1.0, size_of::<f64>())
 }
 
 pub(super) fn motion<const D: usize>(
     input: &MotionInput<D>,
     layout: &Layout<D>,
-    room: Room,
+    memory: MemoryLimit,
 ) -> Result<MeshMotion<D>, SceneError> {
     match input {
         MotionInput::Fixed => Ok(MeshMotion::Fixed),
@@ -103,7 +103,7 @@ pub(super) fn motion<const D: usize>(
                 if planes[axis].is_some() {
                     return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
                 }
-                check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), room)
+                check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), memory)
                     .map_err(|it| SceneError::new(&path, it))?;
                 planes[axis] = Some(DrivenPlane {
                     anchor: stretch.anchor.0,

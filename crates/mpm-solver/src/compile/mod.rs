@@ -9,11 +9,11 @@ mod supports;
 
 use crate::error::{Error, SceneError};
 use crate::files::{NoFiles, SceneFiles};
+use crate::limits::memory_left;
 use crate::load_step::{resume, run, stencils};
 use crate::model::{Model, PathControl, PathMeasure, Predictor, Prescribed, Schedule, Tolerance};
 use crate::observe::Observer;
 use crate::record::Summary;
-use crate::room::Room;
 use crate::scene::{
     PathMeasureInput, PredictorInput, Scene, SceneIn, SolverInput, StabilisationInput, StepControlInput,
     ToleranceInput,
@@ -24,6 +24,7 @@ use bodies::bodies;
 use loads::{loads, probes};
 use mesh::{layout, motion};
 use mpm_basis::ActiveNodes;
+use mpm_geometry::MemoryLimit;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::Choice;
 use supports::supports;
@@ -83,7 +84,7 @@ pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
 /// # Errors
 /// The first thing that is wrong with the scene, or with a file that it names, with its path.
 pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
-    made(scene, files, Room::of_machine())
+    made(scene, files, memory_left())
 }
 
 /// As [`compile_with`], with so many bytes of memory in place of the machine's.
@@ -91,31 +92,31 @@ pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, S
 /// # Errors
 /// As [`compile_with`].
 pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Result<Compiled, SceneError> {
-    made(scene, files, Room { bytes })
+    made(scene, files, MemoryLimit { bytes })
 }
 
-fn made(scene: &Scene, files: &dyn SceneFiles, room: Room) -> Result<Compiled, SceneError> {
+fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files, room)?),
-        Scene::Solid(scene) => Compiled::Solid(model(scene, files, room)?),
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files, memory)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene, files, memory)?),
     })
 }
 
 fn model<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     files: &dyn SceneFiles,
-    room: Room,
+    memory: MemoryLimit,
 ) -> Result<Model<D>, SceneError> {
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
     }
-    let layout = layout(&scene.mesh, room)?;
-    let motion = motion(&scene.motion, &layout, room)?;
+    let layout = layout(&scene.mesh, memory)?;
+    let motion = motion(&scene.motion, &layout, memory)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout, &mesh, files, room)?;
+    let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
     let probes = probes(scene, &bodies)?;
     let model = Model {
         supports: supports(scene, &layout)?,
@@ -138,7 +139,7 @@ fn model<const D: usize, B: FillBody<D>>(
         },
         tolerance: tolerance(&scene.tolerance)?,
     };
-    check_start(&model, &mesh, room)?;
+    check_start(&model, &mesh, memory)?;
     Ok(model)
 }
 
@@ -182,10 +183,14 @@ fn path_control(control: &StepControlInput) -> Option<PathControl> {
 }
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
-fn check_start<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, room: Room) -> Result<(), SceneError> {
+fn check_start<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    memory: MemoryLimit,
+) -> Result<(), SceneError> {
     let stencils = stencils(model, mesh).map_err(|it| SceneError::new("bodies", it))?;
     let around = ActiveNodes::nodes_around(mesh.lattice(), &stencils);
-    let room_for = room.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
+    let room_for = memory.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
     room_for.map_err(|it| SceneError::new("bodies", it))?;
     let active = ActiveNodes::of(mesh.lattice(), &stencils);
     for (k, support) in model.supports.iter().enumerate() {

@@ -2,8 +2,8 @@
 
 use super::bodies::WithSurface;
 use super::mesh::plane_point;
-use crate::files::Surface;
 use crate::scene::{BodyInput, Coordinates, Direction, Finite, PlanePoint, ShapeInput};
+use mpm_geometry::Surface;
 
 /// What a body covers.
 enum Cover<'a, const D: usize> {

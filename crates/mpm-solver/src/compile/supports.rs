@@ -3,8 +3,8 @@
 use super::mesh::{component, plane_point, ramp};
 use super::{A_NAME, is_name};
 use crate::error::SceneError;
+use crate::limits::check_search;
 use crate::model::{Prescribed, Support, Turn};
-use crate::room::Room;
 use crate::scene::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use mpm_grid::{Layout, NodeId, Region, Vector};
 
@@ -53,7 +53,7 @@ pub(super) fn supports<const D: usize, B>(
         }
         let region = region(&input.region, &format!("{path}.region"))?;
         sought += region.candidates(layout);
-        Room::check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
+        check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
         let nodes = region.nodes(layout);
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout)));

@@ -1,9 +1,11 @@
-use super::parts::{BYTES_OF_PIECE, Solid, parts};
-use super::*;
-use crate::room::Room;
-use mpm_grid::Axis;
+//! Surfaces, what is wrong with them, and the parts that they enclose.
 
-const ROOM: Room = Room { bytes: u64::MAX };
+use crate::grid::BYTES_OF_PIECE;
+use crate::{Face, MemoryLimit, Part, Parts, Round, Solid, Surface, parts};
+use mpm_grid::Axis;
+use nalgebra::Vector3;
+
+const MEMORY: MemoryLimit = MemoryLimit { bytes: u64::MAX };
 
 /// Two triangles to a face, seen anticlockwise from outside.
 fn cuboid(from: [f64; 3], to: [f64; 3]) -> Vec<[[f64; 3]; 3]> {
@@ -23,7 +25,7 @@ fn error(triangles: &[[[f64; 3]; 3]]) -> String {
 #[test]
 fn a_cube_is_a_surface() {
     let cube = Surface::new(&unit()).unwrap();
-    assert_eq!((cube.vertices.len(), cube.n_facets(), cube.volume()), (8, 12, 1.0));
+    assert_eq!((cube.triangles().vertices.len(), cube.n_facets(), cube.volume()), (8, 12, 1.0));
 }
 
 #[test]
@@ -92,16 +94,21 @@ fn a_surface_that_meets_itself_is_refused() {
     assert!(Surface::new(&[facet, [facet[0], facet[2], facet[1]]]).is_err());
 }
 
+/// All of a plane.
+fn plane<const D: usize>(axis: usize, at: f64) -> Face<D> {
+    Face { axis, at, within: None }
+}
+
 fn axes(cells: u32) -> [Axis; 3] {
     [0.0, -1.0, 2.0].map(|from| Axis::uniform(from, from + 4.0, cells).unwrap())
 }
 
 /// Volume, its first and its second moments of what parts stand for.
-fn sums<const D: usize>(made: &super::parts::Parts<D>) -> (f64, Vec<f64>, Vec<f64>) {
+fn sums<const D: usize>(made: &Parts<D>) -> (f64, Vec<f64>, Vec<f64>) {
     let volume = made.parts.iter().map(|it| it.volume).sum();
     let first = (0..D).map(|d| made.parts.iter().map(|it| it.volume * it.centre[d]).sum()).collect();
     let second = (0..D).map(|d| {
-        let square = |it: &super::parts::Part<D>| it.centre[d].powi(2) + it.half_vectors[(d, d)].powi(2) / 3.0;
+        let square = |it: &Part<D>| it.centre[d].powi(2) + it.half_vectors[(d, d)].powi(2) / 3.0;
         made.parts.iter().map(|it| it.volume * square(it)).sum()
     });
     (volume, first, second.collect())
@@ -125,7 +132,7 @@ fn parts_keep_volume_centre_and_mean_squares_exactly() {
     let (volume, first, second) = tetrahedron(corners);
     assert!((surface.volume() / volume - 1.0).abs() < 1e-14);
     for (cells, n) in [(1, 1), (4, 2), (9, 3)] {
-        let made = parts(&Solid::Surface(&surface), &axes(cells), n, &[], ROOM).unwrap();
+        let made = parts(&Solid::Surface(&surface), &axes(cells), n, &[], MEMORY).unwrap();
         let (v, f, s) = sums(&made);
         assert!((v / volume - 1.0).abs() < 1e-12, "{cells}: {v} for {volume}");
         for d in 0..3 {
@@ -141,7 +148,7 @@ fn a_box_on_the_lines_is_whole_pieces_also_in_single_precision() {
     let single = |x: f64| f64::from(x as f32);
     let box_ = cuboid([1.0, 0.0, 2.4].map(single), [3.2, 2.2, 5.6].map(single));
     let surface = Surface::new(&box_).unwrap();
-    let made = parts(&Solid::Surface(&surface), &axes(10), 2, &[(0, 3.2, None)], ROOM).unwrap();
+    let made = parts(&Solid::Surface(&surface), &axes(10), 2, &[plane(0, 3.2)], MEMORY).unwrap();
     assert_eq!(made.parts.len(), 11 * 11 * 16);
     for part in &made.parts {
         assert!(part.half_vectors.diagonal().iter().all(|half| (half - 0.1).abs() < 1e-14));
@@ -157,7 +164,7 @@ fn a_box_on_the_lines_is_whole_pieces_also_in_single_precision() {
 #[test]
 fn a_box_between_the_lines_is_boxes_of_its_own() {
     let surface = Surface::new(&cuboid([0.5, 0.25, 2.5], [2.95, 1.75, 4.25])).unwrap();
-    let made = parts(&Solid::Surface(&surface), &axes(4), 1, &[(2, 4.25, None)], ROOM).unwrap();
+    let made = parts(&Solid::Surface(&surface), &axes(4), 1, &[plane(2, 4.25)], MEMORY).unwrap();
     // 0.95 of a piece is no sliver, and the boxes are those of the parts: cut exactly.
     let (low, high) =
         made.parts.iter().fold((Vector3::repeat(9.0), Vector3::repeat(-9.0)), |(low, high), it| {
@@ -173,7 +180,7 @@ fn a_box_between_the_lines_is_boxes_of_its_own() {
 #[test]
 fn slivers_go_to_their_neighbours() {
     let surface = Surface::new(&cuboid([0.0, 0.0, 2.0], [1.05, 1.0, 3.0])).unwrap();
-    let made = parts(&Solid::Surface(&surface), &axes(4), 1, &[(0, 1.05, None)], ROOM).unwrap();
+    let made = parts(&Solid::Surface(&surface), &axes(4), 1, &[plane(0, 1.05)], MEMORY).unwrap();
     let [part] = made.parts[..] else { panic!("one part, got {}", made.parts.len()) };
     assert!((part.volume - 1.05).abs() < 1e-12 && (part.centre.x - 0.525).abs() < 1e-12);
     assert!((part.half_vectors[(0, 0)] - 0.525).abs() < 1e-12);
@@ -189,11 +196,11 @@ fn a_cavity_is_empty_and_a_shell_inside_out_is_refused() {
     let outer = cuboid([0.5, 0.5, 2.5], [3.5, 2.5, 5.5]);
     let inner = cuboid([1.2, 1.2, 3.2], [2.7, 2.2, 4.6]);
     let hollow = Surface::new(&[outer.clone(), inverted(inner.clone())].concat()).unwrap();
-    let made = parts(&Solid::Surface(&hollow), &axes(8), 2, &[], ROOM).unwrap();
+    let made = parts(&Solid::Surface(&hollow), &axes(8), 2, &[], MEMORY).unwrap();
     let volume: f64 = made.parts.iter().map(|it| it.volume).sum();
     assert!((volume - (3.0 * 2.0 * 3.0 - 1.5 * 1.0 * 1.4)).abs() < 1e-12, "{volume}");
     let twice = Surface::new(&[outer, inner].concat()).unwrap();
-    let said = parts(&Solid::Surface(&twice), &axes(8), 2, &[], ROOM).unwrap_err();
+    let said = parts(&Solid::Surface(&twice), &axes(8), 2, &[], MEMORY).unwrap_err();
     assert!(said.contains("more than once"), "{said}");
 }
 
@@ -201,7 +208,7 @@ fn a_cavity_is_empty_and_a_shell_inside_out_is_refused() {
 fn round_bodies_far_from_the_origin_are_as_good_as_near_it() {
     let axes = [Axis::uniform(5e6, 5e6 + 6.0, 12).unwrap(), Axis::uniform(-6e5, -6e5 + 6.0, 12).unwrap()];
     let round = Round { axis: 2, centre: [5e6 + 1.0, -6e5 + 3.0], inner: 0.0, outer: 0.7, ends: (0.0, 1.0) };
-    let made = parts(&Solid::Round(round), &axes, 2, &[], ROOM).unwrap();
+    let made = parts(&Solid::Round(round), &axes, 2, &[], MEMORY).unwrap();
     let (volume, ..) = sums(&made);
     // Of coordinates of seven digits nine are left behind the point.
     assert!((volume / round.volume() - 1.0).abs() < 1e-7, "{volume}");
@@ -218,7 +225,7 @@ fn round_bodies_have_their_volume_wherever_their_axis_lies() {
             let round = Round { axis, centre, inner, outer: 1.4, ends };
             let surface = round.surface(1e-3);
             assert!((surface.volume() / round.volume() - 1.0).abs() < 1e-12, "{}", surface.volume());
-            let made = parts(&Solid::Round(round), &axes(8), 2, &[(axis, ends.1, None)], ROOM).unwrap();
+            let made = parts(&Solid::Round(round), &axes(8), 2, &[plane(axis, ends.1)], MEMORY).unwrap();
             let (volume, first, _) = sums(&made);
             assert!((volume / round.volume() - 1.0).abs() < 1e-9, "{axis}, {inner}: {volume}");
             for d in 0..3 {
@@ -235,7 +242,7 @@ fn round_bodies_have_their_volume_wherever_their_axis_lies() {
 fn a_disc_is_a_cylinder_of_the_plane() {
     let axes = [0.0, 0.0].map(|from| Axis::uniform(from, 4.0, 8).unwrap());
     let round = Round { axis: 2, centre: [2.0, 2.0], inner: 0.0, outer: 1.7, ends: (0.0, 1.0) };
-    let made = parts::<2>(&Solid::Round(round), &axes, 3, &[], ROOM).unwrap();
+    let made = parts::<2>(&Solid::Round(round), &axes, 3, &[], MEMORY).unwrap();
     let (volume, first, second) = sums(&made);
     assert!((volume / (std::f64::consts::PI * 1.7 * 1.7) - 1.0).abs() < 1e-9);
     assert!(first.iter().all(|it| (it / volume - 2.0).abs() < 1e-9));
@@ -246,14 +253,14 @@ fn a_disc_is_a_cylinder_of_the_plane() {
 #[test]
 fn what_cannot_be_filled_is_refused() {
     let surface = Surface::new(&cuboid([0.5, 0.5, 2.5], [4.5, 1.0, 3.0])).unwrap();
-    let said = parts(&Solid::Surface(&surface), &axes(8), 2, &[], ROOM).unwrap_err();
+    let said = parts(&Solid::Surface(&surface), &axes(8), 2, &[], MEMORY).unwrap_err();
     assert!(said.contains("along x, outside the mesh from 0 to 4"), "{said}");
     let said = parts(
         &Solid::Surface(&Surface::new(&unit()).unwrap().placed(0.5, &[0.5, 0.0, 3.0])),
         &axes(8),
         u32::MAX,
         &[],
-        ROOM,
+        MEMORY,
     );
     assert!(said.unwrap_err().contains("too many"));
 }
@@ -261,7 +268,7 @@ fn what_cannot_be_filled_is_refused() {
 #[test]
 fn pieces_that_there_is_no_room_for_are_refused_before_they_are_held() {
     let surface = Surface::new(&cuboid([0.5, -0.5, 2.5], [3.5, 2.5, 5.5])).unwrap();
-    let within = |bytes, n| parts(&Solid::Surface(&surface), &axes(8), n, &[], Room { bytes });
+    let within = |bytes, n| parts(&Solid::Surface(&surface), &axes(8), n, &[], MemoryLimit { bytes });
     // 6³ pieces.
     let n_pieces = within(u64::MAX, 1).unwrap().parts.len();
     assert_eq!(n_pieces, 216);
@@ -275,13 +282,14 @@ fn pieces_that_there_is_no_room_for_are_refused_before_they_are_held() {
     assert!(said.contains("a layer of pieces around the body would take"), "{said}");
     let rest = |bytes| {
         let ends = (&[0.0, -1.0, 2.0], &[4.0, 3.0, 6.0]);
-        super::parts::rest(ends, &[Solid::Surface(&surface)], &axes(8), 1, Room { bytes })
+        crate::rest(ends, &[Solid::Surface(&surface)], &axes(8), 1, MemoryLimit { bytes })
     };
     assert_eq!(rest(u64::MAX).unwrap().parts.len(), 512 - 216);
     let said = rest((512 * BYTES_OF_PIECE - 1) as u64).unwrap_err();
     assert!(said.contains("5.120e2 pieces of the body would take"), "{said}");
     // A film has less volume than its pieces could hold: it is counted as it is cut.
     let film = Surface::new(&cuboid([0.5, -0.5, 2.6], [3.5, 2.5, 2.7])).unwrap();
-    let said = parts(&Solid::Surface(&film), &axes(8), 1, &[], Room { bytes: 20 * BYTES_OF_PIECE as u64 });
+    let said =
+        parts(&Solid::Surface(&film), &axes(8), 1, &[], MemoryLimit { bytes: 20 * BYTES_OF_PIECE as u64 });
     assert!(said.unwrap_err().contains("3.600e1 pieces of the body"));
 }

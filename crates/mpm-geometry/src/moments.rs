@@ -6,14 +6,14 @@
 //! summed along the row. Neither a point nor a line is ever asked whether it is inside, so that no tie
 //! can go wrong: the result depends continuously on the surface, and is exact up to rounding.
 
-use super::Surface;
+use crate::triangles::Triangles;
 use nalgebra::Vector3;
 
 type Point = Vector3<f64>;
 
 /// `∫ dV`, `∫ x dV` and `∫ x_d² dV` over what a piece holds, about the middle of the piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Moments {
+pub(crate) struct Moments {
     /// `[L³]`.
     pub volume: f64,
     /// `[L⁴]`.
@@ -104,11 +104,11 @@ fn slice(polygon: Polygon, d: usize, lines: &[f64], each: &mut dyn FnMut(usize, 
 }
 
 /// What a piece of the layer that is cut takes `[bytes]`.
-pub(super) const BYTES_IN_LAYER: usize = size_of::<Moments>() + size_of::<Shadow>();
+pub(crate) const BYTES_IN_LAYER: usize = size_of::<Moments>() + size_of::<Shadow>();
 
 /// Calls `each` for every piece `[x, y, z]` in which the surface encloses anything at all (or seems to, by
 /// rounding), z slowest and x fastest. The lines of the pieces ascend and span the surface.
-pub(super) fn for_each(surface: &Surface, lines: &[Vec<f64>; 3], mut each: impl FnMut([usize; 3], &Moments)) {
+pub(crate) fn for_each(surface: &Triangles, lines: &[Vec<f64>; 3], mut each: impl FnMut([usize; 3], &Moments)) {
     let [nx, ny, nz] = [0, 1, 2].map(|d| lines[d].len() - 1);
     let lowest = |k: usize| surface.corners(k).iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
     let mut order: Vec<usize> = (0..surface.n_facets()).collect();
@@ -209,8 +209,8 @@ fn add_shadow(own: &Moments, [area, y, z, yy, zz]: &Shadow, half: f64) -> Moment
 /// Area and centre of what lies in each cell of a grid of pieces across `axis`, of the facets in the plane
 /// at `at` of that axis (up to `near`) that face as `upwards` says; the piece's coordinate along the axis is
 /// left at 0. In the order of facets.
-pub(super) fn for_each_on_plane(
-    surface: &Surface,
+pub(crate) fn for_each_on_plane(
+    surface: &Triangles,
     lines: &[Vec<f64>; 3],
     (axis, at, near): (usize, f64, f64),
     mut each: impl FnMut([usize; 3], f64, Point, bool),
@@ -236,4 +236,26 @@ pub(super) fn for_each_on_plane(
             });
         });
     }
+}
+
+/// How much of what it encloses lies in a box `[L³]`.
+pub(crate) fn volume_in(surface: &Triangles, from: &[f64; 3], to: &[f64; 3]) -> f64 {
+    let (low, high) = surface.bounds();
+    if (0..3).any(|d| to[d] <= low[d] || from[d] >= high[d] || from[d] >= to[d]) {
+        return 0.0;
+    }
+    let mut inside = [0; 3];
+    let lines = [0, 1, 2].map(|d| {
+        let before = Some(low[d]).filter(|&low| low < from[d]);
+        inside[d] = usize::from(before.is_some());
+        let behind = Some(high[d]).filter(|&high| high > to[d]);
+        before.into_iter().chain([from[d], to[d]]).chain(behind).collect()
+    });
+    let mut volume = 0.0;
+    for_each(surface, &lines, |piece, moments| {
+        if piece == inside {
+            volume = moments.volume;
+        }
+    });
+    volume
 }

@@ -1,12 +1,12 @@
 //! Cylinders and tubes as surfaces: prisms over polygons of the circles' areas.
 
-use super::Surface;
+use crate::triangles::Triangles;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 /// A cylinder, or a tube where `inner` is above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Round {
+pub struct Round {
     /// Direction of its axis, from 0.
     pub axis: usize,
     /// Where the axis passes, by the coordinates across it in their order (of x, y, z) `[L]`.
@@ -38,7 +38,7 @@ impl Round {
     }
 
     /// A prism of the same volume whose sides stand off the circles by less than `accuracy` `[L]`.
-    pub fn surface(&self, accuracy: f64) -> Surface {
+    pub(crate) fn surface(&self, accuracy: f64) -> Triangles {
         // A side of half angle φ has the sagitta r (1 - cos φ), about r φ²/2.
         let wanted = PI / (2.0 * accuracy / self.outer).sqrt();
         let sides = (8.0 * (wanted / 8.0).ceil()).clamp(SIDES.0, SIDES.1) as u32;
@@ -84,6 +84,6 @@ impl Round {
             // x, z, y is a left-handed order.
             facets.iter_mut().for_each(|facet| facet.swap(1, 2));
         }
-        Surface { vertices, facets }
+        Triangles { vertices, facets }
     }
 }

@@ -1,7 +1,7 @@
 //! Whether a surface meets itself: exact signs of determinants, and a tree of boxes so that only
 //! neighbours in space are compared.
 
-use super::Surface;
+use crate::triangles::Triangles;
 use nalgebra::Vector3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
@@ -21,7 +21,7 @@ struct Node {
 }
 
 /// The first two facets found that have more in common than a vertex or an edge.
-pub(super) fn first(surface: &Surface) -> Option<[usize; 2]> {
+pub(crate) fn first(surface: &Triangles) -> Option<[usize; 2]> {
     let (order, tree) = tree(surface);
     let mut pairs = vec![(0, 0)];
     while let Some((a, b)) = pairs.pop() {
@@ -56,7 +56,7 @@ pub(super) fn first(surface: &Surface) -> Option<[usize; 2]> {
     None
 }
 
-fn tree(surface: &Surface) -> (Vec<usize>, Vec<Node>) {
+fn tree(surface: &Triangles) -> (Vec<usize>, Vec<Node>) {
     let n = surface.n_facets();
     let mut order: Vec<usize> = (0..n).collect();
     let leaf = |order: &[usize], first: usize, last: usize| {
@@ -85,7 +85,7 @@ fn tree(surface: &Surface) -> (Vec<usize>, Vec<Node>) {
 }
 
 /// Whether two facets have more in common than their common vertices and edge.
-fn meet(surface: &Surface, a: usize, b: usize) -> bool {
+fn meet(surface: &Triangles, a: usize, b: usize) -> bool {
     let (p, q) = (surface.corners(a), surface.corners(b));
     let boxes_apart = (0..3).any(|d| {
         let range = |x: &[Point; 3]| {
@@ -125,7 +125,7 @@ fn meet(surface: &Surface, a: usize, b: usize) -> bool {
 }
 
 /// Whether the corners of a facet lie on a line.
-pub(super) fn is_flat(p: &[Point; 3]) -> bool {
+pub(crate) fn is_flat(p: &[Point; 3]) -> bool {
     (0..3).all(|drop| turn(&p[0], &p[1], &p[2], drop) == 0.0)
 }
 

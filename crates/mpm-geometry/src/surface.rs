@@ -1,16 +1,8 @@
-//! Closed surfaces of flat triangles, and the parts of a body that they enclose.
-//!
-//! A [`Surface`] is checked when it is made: every edge joins two facets that face the same way, no
-//! facets cross, and its outside is outside. [`parts`] then cuts what it encloses along a grid of
-//! pieces, exactly up to rounding: no ray is cast, and no point is asked whether it is inside.
+//! Closed surfaces of flat triangles, checked when they are made: every edge joins two facets that face the same
+//! way, no facets cross, and the outside is outside.
 
-mod crossing;
-mod moments;
-pub(crate) mod parts;
-mod round;
-
-pub(crate) use round::Round;
-
+use crate::triangles::Triangles;
+use crate::{crossing, moments};
 use nalgebra::Vector3;
 
 /// Facets of a surface at most; their numbers have 32 bits.
@@ -19,9 +11,7 @@ const MOST_FACETS: usize = 1 << 30;
 /// A closed surface in space, of triangles whose corners run anticlockwise seen from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// All different `[L]`.
-    vertices: Vec<Vector3<f64>>,
-    facets: Vec<[u32; 3]>,
+    triangles: Triangles,
 }
 
 /// Why triangles do not enclose a body. Facets are counted from 1, in their own order.
@@ -135,65 +125,44 @@ impl Surface {
                 return Err(SurfaceError::NotFinite { facet: k + 1, corner: *corner });
             }
         }
-        let surface = Self::weld(triangles);
+        let surface = Self { triangles: Triangles::weld(triangles) };
         surface.check_facets()?;
         surface.check_edges()?;
         let volume = surface.volume();
         if volume <= 0.0 {
             return Err(SurfaceError::Inward { volume });
         }
-        match crossing::first(&surface) {
+        match crossing::first(&surface.triangles) {
             None => Ok(surface),
             Some([a, b]) => {
-                let corners = surface.corners(a);
+                let corners = surface.triangles.corners(a);
                 let near = corners.iter().sum::<Vector3<f64>>() / 3.0;
                 Err(SurfaceError::Crossing { facets: [a + 1, b + 1], near: near.into() })
             }
         }
     }
 
-    fn weld(triangles: &[[[f64; 3]; 3]]) -> Self {
-        // Zero of either sign is one coordinate.
-        let mut corners: Vec<([f64; 3], u32)> =
-            triangles.iter().flatten().zip(0..).map(|(x, k)| (x.map(|x| x + 0.0), k)).collect();
-        let order = |a: &[f64; 3], b: &[f64; 3]| {
-            a.iter()
-                .zip(b)
-                .map(|(a, b)| a.total_cmp(b))
-                .find(|it| it.is_ne())
-                .unwrap_or(std::cmp::Ordering::Equal)
-        };
-        corners.sort_unstable_by(|a, b| order(&a.0, &b.0).then(a.1.cmp(&b.1)));
-        let mut surface = Self { vertices: Vec::new(), facets: vec![[0; 3]; triangles.len()] };
-        for same in corners.chunk_by(|a, b| a.0 == b.0) {
-            let vertex = surface.vertices.len() as u32;
-            surface.vertices.push(same[0].0.into());
-            for (_, corner) in same {
-                surface.facets[*corner as usize / 3][*corner as usize % 3] = vertex;
-            }
-        }
-        surface
-    }
-
     fn check_facets(&self) -> Result<(), SurfaceError> {
-        let flat = |k: &usize| crossing::is_flat(&self.corners(*k));
-        match (0..self.facets.len()).find(flat) {
+        let flat = |k: &usize| crossing::is_flat(&self.triangles.corners(*k));
+        match (0..self.triangles.facets.len()).find(flat) {
             None => Ok(()),
-            Some(k) => Err(SurfaceError::Flat { facet: k + 1, corners: self.corners(k).map(Into::into) }),
+            Some(k) => {
+                Err(SurfaceError::Flat { facet: k + 1, corners: self.triangles.corners(k).map(Into::into) })
+            }
         }
     }
 
     fn check_edges(&self) -> Result<(), SurfaceError> {
         // Ends in ascending order, whether the facet runs so, and the facet.
-        let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * self.facets.len());
-        for (facet, k) in self.facets.iter().zip(0..) {
+        let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * self.triangles.facets.len());
+        for (facet, k) in self.triangles.facets.iter().zip(0..) {
             for side in 0..3 {
                 let (a, b) = (facet[side], facet[(side + 1) % 3]);
                 edges.push(([a.min(b), a.max(b)], a < b, k));
             }
         }
         edges.sort_unstable();
-        let ends = |edge: [u32; 2]| edge.map(|vertex| self.vertices[vertex as usize].into());
+        let ends = |edge: [u32; 2]| edge.map(|vertex| self.triangles.vertices[vertex as usize].into());
         let open = edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).count();
         for same in edges.chunk_by(|a, b| a.0 == b.0) {
             let facet = |k: usize| same[k].2 as usize + 1;
@@ -218,62 +187,31 @@ impl Surface {
 
     /// Number of facets.
     pub fn n_facets(&self) -> usize {
-        self.facets.len()
-    }
-
-    /// Corners of a facet `[L]`.
-    fn corners(&self, facet: usize) -> [Vector3<f64>; 3] {
-        self.facets[facet].map(|vertex| self.vertices[vertex as usize])
+        self.triangles.n_facets()
     }
 
     /// What it encloses, by the divergence theorem `[L³]`.
     pub fn volume(&self) -> f64 {
-        // From a vertex rather than the origin, which may be far away.
-        let from = self.vertices[0];
-        let cones = (0..self.facets.len()).map(|k| {
-            let [a, b, c] = self.corners(k).map(|x| x - from);
-            a.dot(&b.cross(&c))
-        });
-        cones.sum::<f64>() / 6.0
+        self.triangles.volume()
     }
 
     /// How much of what it encloses lies in a box `[L³]`.
-    pub(crate) fn volume_in(&self, from: &[f64; 3], to: &[f64; 3]) -> f64 {
-        let (low, high) = self.bounds();
-        if (0..3).any(|d| to[d] <= low[d] || from[d] >= high[d] || from[d] >= to[d]) {
-            return 0.0;
-        }
-        let mut inside = [0; 3];
-        let lines = [0, 1, 2].map(|d| {
-            let before = Some(low[d]).filter(|&low| low < from[d]);
-            inside[d] = usize::from(before.is_some());
-            let behind = Some(high[d]).filter(|&high| high > to[d]);
-            before.into_iter().chain([from[d], to[d]]).chain(behind).collect()
-        });
-        let mut volume = 0.0;
-        moments::for_each(self, &lines, |piece, moments| {
-            if piece == inside {
-                volume = moments.volume;
-            }
-        });
-        volume
+    pub fn volume_in(&self, from: &[f64; 3], to: &[f64; 3]) -> f64 {
+        moments::volume_in(&self.triangles, from, to)
     }
 
     /// Lowest and highest coordinates `[L]`.
     pub fn bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let first = self.vertices[0];
-        self.vertices.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)))
+        self.triangles.bounds()
     }
 
     /// The surface `scale` times as large about the origin, then moved by `shift` `[L]`; `scale` is positive.
-    pub(crate) fn placed(mut self, scale: f64, shift: &[f64; 3]) -> Self {
-        let shift = Vector3::from(*shift);
-        for x in &mut self.vertices {
-            *x = *x * scale + shift;
-        }
-        self
+    #[must_use]
+    pub fn placed(self, scale: f64, shift: &[f64; 3]) -> Self {
+        Self { triangles: self.triangles.placed(scale, shift) }
+    }
+
+    pub(crate) fn triangles(&self) -> &Triangles {
+        &self.triangles
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,0 +1,51 @@
+//! What a body can be cut out of: a closed surface, or a round body.
+
+use crate::round::Round;
+use crate::surface::Surface;
+
+/// What numbers of files that have single precision are off by [coordinates].
+const SINGLE: f64 = f32::EPSILON as f64;
+
+/// What numbers of double precision are off by, after a few operations [coordinates].
+pub(crate) const DOUBLE: f64 = 8.0 * f64::EPSILON;
+
+/// What is enclosed.
+#[derive(Clone, Copy, Debug)]
+pub enum Solid<'a> {
+    /// A closed surface.
+    Surface(&'a Surface),
+    /// A cylinder or tube.
+    Round(Round),
+}
+
+impl Solid<'_> {
+    pub(crate) fn volume(&self) -> f64 {
+        match self {
+            Solid::Surface(surface) => surface.volume(),
+            Solid::Round(round) => round.volume(),
+        }
+    }
+
+    /// What its coordinates are off by [coordinates].
+    pub(crate) fn precision(&self) -> f64 {
+        match self {
+            Solid::Surface(_) => SINGLE,
+            Solid::Round(_) => DOUBLE,
+        }
+    }
+
+    /// Lowest and highest coordinate in one direction `[L]`.
+    pub(crate) fn ends(&self, d: usize) -> (f64, f64) {
+        match self {
+            Solid::Surface(surface) => {
+                let (low, high) = surface.bounds();
+                (low[d], high[d])
+            }
+            Solid::Round(round) if round.axis == d => round.ends,
+            Solid::Round(round) => {
+                let middle = round.centre[usize::from(round.across()[1] == d)];
+                (middle - round.outer, middle + round.outer)
+            }
+        }
+    }
+}
