@@ -2,7 +2,7 @@
 //! growth.
 
 use crate::Failure;
-use mpm_solver::scene::{
+use mpm_scene::language::{
     AxisInput, Coordinates, Count, DomainsInput, Finite, LoadInput, MeshInput, PlaneBasis, RegionInput, Scene,
     SceneIn, ShapeInput, SolidBasis,
 };

@@ -4,8 +4,8 @@
 
 use crate::report::{Report, Settings};
 use crate::{Failure, machine};
+use mpm_scene::{Compiled, Scene, compile};
 use mpm_solver::observe::Timing;
-use mpm_solver::{Compiled, compile, scene::Scene};
 use mpm_validation::Table;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};

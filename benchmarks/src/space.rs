@@ -4,9 +4,9 @@
 use crate::phases::{PhaseTime, child, points};
 use crate::report::{Report, Settings, power_law};
 use crate::{Failure, blocks, machine};
-use mpm_solver::compile;
+use mpm_scene::compile;
+use mpm_scene::language::{Positive, Scene, SolidBasis};
 use mpm_solver::observe::{Entry, LoadStep, Observer, ObserverError, RunStart};
-use mpm_solver::scene::{Positive, Scene, SolidBasis};
 use mpm_validation::Table;
 use serde::{Deserialize, Serialize};
 

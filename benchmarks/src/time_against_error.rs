@@ -2,9 +2,8 @@
 
 use crate::report::{Report, Settings, decades};
 use crate::{Failure, machine};
-use mpm_solver::compile;
-use mpm_solver::observe::Field;
-use mpm_solver::scene::{Count, Direction, LoadInput, Scene};
+use mpm_scene::compile;
+use mpm_scene::language::{Count, Direction, FieldInput, LoadInput, Scene};
 use mpm_validation::history::History;
 use mpm_validation::picture::{Curve, Curves, Legend, Panel, Stroke};
 use mpm_validation::problems::column::{Load, column, stress_error};
@@ -211,7 +210,7 @@ fn report(rows: &[Row]) -> Report<Vec<Row>> {
 
 fn one(problem: &Problem, method: &Method, mesh: u32, once: bool) -> Result<Row, Broken> {
     let mut scene = (problem.scene)(method, mesh)?;
-    scene.output.fields = vec![Field::CauchyStress, Field::Displacement];
+    scene.output.fields = vec![FieldInput::CauchyStress, FieldInput::Displacement];
     let whole = Scene::PlaneStrain(scene.clone());
     let mut row = Row {
         problem: problem.name,
@@ -225,7 +224,7 @@ fn one(problem: &Problem, method: &Method, mesh: u32, once: bool) -> Result<Row,
     };
     let mut spent = 0.0;
     for repetition in 0..REPEAT {
-        let mut history = History::of(&scene.output.fields).only_ends();
+        let mut history = History::of(&scene.output.fields()).only_ends();
         let work = machine::timed(|| Ok::<_, Broken>(compile(&whole)?.run(&mut history)));
         row.points = history.rows()[0].positions.len() / 3;
         match work.result? {

@@ -5,7 +5,7 @@ use mpm_basis::Basis;
 use mpm_grid::{Axis, Layout, Mesh, MeshMotion, Region, Vector};
 use mpm_material::Material;
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
-use mpm_solver::{Model, Predictor, Prescribed, Schedule, Support, Tolerance};
+use mpm_solver::{Model, PredictorKind, Prescribed, Schedule, Support, Tolerance};
 use std::error::Error;
 
 /// The square [0, 1]² `[L]`.
@@ -34,7 +34,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     let mut model = Model::new(layout);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
-    model.schedule = Schedule { cuts: 0, predictor: Predictor::Rest, ..Schedule::equal(steps) };
+    model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(steps) };
     model.tolerance = Tolerance { residual: 1e-10, iterations: 10, ..Tolerance::default() };
     Ok(model)
 }

@@ -8,8 +8,9 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
-use mpm_solver::scene::Scene;
-use mpm_solver::{Compiled, Model};
+use mpm_scene::Compiled;
+use mpm_scene::Scene;
+use mpm_solver::Model;
 
 /// The first body of a model on the mesh at rest, ready to be displaced.
 pub struct Probe<const D: usize> {

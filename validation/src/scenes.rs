@@ -3,8 +3,9 @@
 use crate::Broken;
 use crate::history::History;
 use mpm_io::FolderFiles;
-use mpm_solver::scene::{Count, PredictorInput, Scene};
-use mpm_solver::{Compiled, Error, StepFailure, Summary, compile_with};
+use mpm_scene::language::{Count, PredictorInput, Scene};
+use mpm_scene::{Compiled, compile_with};
+use mpm_solver::{Error, StepFailure, Summary};
 use std::path::{Path, PathBuf};
 
 /// A run that was watched.
@@ -97,7 +98,7 @@ pub fn run(scene: &Scene) -> Result<Run, Broken> {
 
 /// As [`run`], of a model that was already made from the scene.
 pub fn run_compiled(compiled: &mut Compiled, scene: &Scene) -> Run {
-    let mut history = History::of(&scene.output().fields).with_outlines();
+    let mut history = History::of(&scene.output().fields()).with_outlines();
     let outcome = compiled.run(&mut history);
     Run { history, outcome }
 }

@@ -1,7 +1,7 @@
 //! Variants of a scene: the same problem with another basis, mesh or number of points.
 
 use crate::Broken;
-use mpm_solver::scene::{
+use mpm_scene::language::{
     AxisInput, ControlInput, CornerWeightsInput, Count, DomainsInput, MeshInput, PlaneBasis, Positive, Scene,
     SceneIn, TrianglesInput,
 };

@@ -4,8 +4,8 @@ use crate::complaint::Complaint;
 use crate::report::{count, unwritten};
 use crate::{input, say};
 use mpm_io::FolderFiles;
-use mpm_solver::scene::Scene;
-use mpm_solver::{Error, Estimate};
+use mpm_scene::Scene;
+use mpm_solver::Estimate;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -13,10 +13,7 @@ use std::path::Path;
 /// Says how large a scene with these settings is.
 pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
     let input = input::read(file, settings, &FolderFiles::beside(file))?;
-    let estimate = input.compiled.estimate().map_err(|error| match error {
-        Error::Scene(error) => input::refused(file, &input.text, error),
-        error => Complaint::unfinished(error.to_string()),
-    })?;
+    let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
     if as_json {
         return say(&format!("{:#}\n", json(&estimate, &input.scene)));
     }

@@ -3,8 +3,8 @@
 use crate::complaint::Complaint;
 use crate::reading::Files;
 use mpm_io::FolderFiles;
-use mpm_solver::scene::{EditError, Position, ReadError, Scene, position_of, set_value};
-use mpm_solver::{Compiled, SceneError, compile_with};
+use mpm_scene::language::{EditError, Position, ReadError, Scene, position_of, set_value};
+use mpm_scene::{Compiled, SceneError, compile_with};
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;

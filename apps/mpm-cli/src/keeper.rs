@@ -3,9 +3,9 @@
 use crate::CheckpointArguments;
 use crate::complaint::Complaint;
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval};
+use mpm_scene::Scene;
 use mpm_solver::State;
 use mpm_solver::observe::{Cancellation, Moment};
-use mpm_solver::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

@@ -7,7 +7,7 @@ use crate::complaint::Complaint;
 use clap::{Args, ValueEnum};
 use mpm_io::Results;
 use mpm_plot::{Animation, Figure, Panel, PlotError};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

@@ -7,7 +7,7 @@ use crate::complaint::Complaint;
 use clap::ValueEnum;
 use mpm_geometry::Surface;
 use mpm_io::{Calls, Checkpoint, FolderFiles, Results, ResultsError};
-use mpm_solver::files::{PointTable, SceneFiles};
+use mpm_scene::{PointTable, SceneFiles};
 use std::io;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};

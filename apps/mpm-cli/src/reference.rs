@@ -11,12 +11,12 @@ const INTRODUCTION: &str = include_str!("introduction.md");
 
 /// The JSON schema of a scene.
 pub fn json() -> String {
-    format!("{:#}\n", schema_for!(mpm_solver::scene::Scene).as_value())
+    format!("{:#}\n", schema_for!(mpm_scene::Scene).as_value())
 }
 
 /// Names of all fields of the points, as a scene writes them.
 pub fn field_names() -> Vec<String> {
-    let schema = schema_for!(mpm_solver::observe::Field);
+    let schema = schema_for!(mpm_scene::language::FieldInput);
     variants(schema.as_value()).into_iter().map(|variant| variant.name).collect()
 }
 
@@ -28,7 +28,7 @@ pub fn example() -> &'static str {
 
 /// Introduction and reference of the language of scenes.
 pub fn markdown() -> String {
-    let schema = schema_for!(mpm_solver::scene::Scene);
+    let schema = schema_for!(mpm_scene::Scene);
     let language = Language::new(schema.as_value());
     let mut text = INTRODUCTION.to_string();
     for group in &language.groups {

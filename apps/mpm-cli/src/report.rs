@@ -2,8 +2,8 @@
 
 use crate::reference::field_names;
 use crate::watch::Row;
+use mpm_scene::Scene;
 use mpm_solver::Summary;
-use mpm_solver::scene::Scene;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -69,8 +69,8 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     }
     line("material points", count(summary.points));
     let mut steps = format!("{}, {} halved", count(summary.steps), count(summary.cuts));
-    if summary.staged_steps > 0 {
-        let _ = write!(steps, ", {} balanced in stages", count(summary.staged_steps));
+    if summary.relaxed_steps > 0 {
+        let _ = write!(steps, ", {} balanced with relaxation", count(summary.relaxed_steps));
     }
     line("load steps", steps);
     let mut iterations =

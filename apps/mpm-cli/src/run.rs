@@ -7,7 +7,7 @@ use crate::reading::{self, Kind};
 use crate::watch::Watch;
 use crate::{ResumeArguments, RunArguments, input, inspect, report, say};
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 use mpm_solver::{Error, State};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -124,7 +124,6 @@ fn carry_out(
     }
     match outcome {
         Ok(_) => Ok(()),
-        Err(Error::Scene(error)) => Err(input::refused(files.scene, &input.text, error)),
         Err(Error::State(error)) => {
             Err(Complaint::input(format!("checkpoint {}: {error}", files.scene.display())))
         }
@@ -158,7 +157,7 @@ fn options(input: &Input) -> Options {
     Options {
         scene: input.text.clone(),
         program: PROGRAM.into(),
-        fields: input.scene.output().fields.clone(),
+        fields: input.scene.output().fields(),
         every: input.scene.output().every.0 as usize,
         ..Options::default()
     }

@@ -106,7 +106,7 @@ impl Observer for Watch {
         self.keeper.cancellation()
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         if !self.keeper.wants(at) {
             return Ok(());
         }

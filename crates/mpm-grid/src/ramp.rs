@@ -15,6 +15,14 @@ impl LoadFraction {
         if (0.0..=1.0).contains(&value) { Ok(Self(value)) } else { Err(RampError::Fraction { value }) }
     }
 
+    /// The fraction nearest to `value`.
+    ///
+    /// # Panics
+    /// If `value` is NaN.
+    pub fn clamped(value: f64) -> Self {
+        Self::new(value.clamp(0.0, 1.0)).expect("no number is nearest to NaN")
+    }
+
     /// The fraction as a number in [0, 1].
     #[inline]
     pub fn get(self) -> f64 {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
 use mpm_linear::StoredOrder;
-use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredSecant};
+use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredPredictor};
 
 use crate::calls::{Call, Closing};
 use crate::check_sum::{BLOCK, block_of, check_sum};
@@ -118,7 +118,7 @@ impl Checkpoint {
                 seconds: (seconds > 0.0).then_some(seconds),
             },
         };
-        let progress = Progress::from_text(&checkpoint.text("progress")?);
+        let progress = ron::from_str(&checkpoint.text("progress")?);
         checkpoint.progress = progress.map_err(|it| checkpoint.malformed("progress", it))?;
         Ok(checkpoint)
     }
@@ -177,7 +177,7 @@ impl Checkpoint {
             progress: self.progress.clone(),
             bodies: bodies.collect::<Result<_, _>>()?,
             shares: loads.collect::<Result<_, _>>()?,
-            secant: StoredSecant {
+            predictor: StoredPredictor {
                 nodes: self.numbers(&path, "node", "path/node", 1, (0, layout.nodes))?,
                 increment: self.numbers(&path, "increment", "path/increment", 1, (0, components))?,
             },
@@ -315,7 +315,7 @@ impl Checkpoint {
 /// Writes the whole file at `part`, check sum and all.
 fn fill(part: &Path, path: &Path, head: &CheckpointHead, state: &State) -> Result<(), String> {
     hdf5::silence_errors(true);
-    let progress = state.progress.to_text()?;
+    let progress = ron::to_string(&state.progress).map_err(|error| error.to_string())?;
     let file = File::with_options()
         .with_fapl(|access| access.libver_v110())
         .with_fcpl(|create| create.userblock(BLOCK as u64).obj_track_times(false))
@@ -384,9 +384,9 @@ fn write_all(
         write_numbers(&group, "point", 1, &points)?;
         write_numbers(&group, "share", 1, &shares.iter().map(|&(_, share)| share).collect::<Vec<f64>>())?;
     }
-    let secant = file.create_group("path")?;
-    write_numbers(&secant, "node", 1, &state.secant.nodes)?;
-    write_numbers(&secant, "increment", 1, &state.secant.increment)?;
+    let predictor = file.create_group("path")?;
+    write_numbers(&predictor, "node", 1, &state.predictor.nodes)?;
+    write_numbers(&predictor, "increment", 1, &state.predictor.increment)?;
     let order = file.create_group("order")?;
     let fingerprint = state.order.as_ref().map_or(0, |order| order.fingerprint);
     write_numbers(&order, "fingerprint", 1, &[fingerprint])?;

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval, Results, ResultsWriter};
+use mpm_scene::Scene;
+use mpm_scene::{Compiled, compile};
+use mpm_solver::State;
 use mpm_solver::observe::{LoadStep, Moment, Observer, ObserverError, Outcome};
-use mpm_solver::scene::Scene;
-use mpm_solver::{Compiled, State, compile};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
@@ -36,7 +37,7 @@ impl Observer for Kept {
         Ok(())
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         if at == Moment::Step(self.0) {
             self.1 = Some(state());
         }

@@ -7,9 +7,9 @@ use mpm_assembly::AdvanceError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The scene cannot be run as it is.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
+    /// The first load step cannot begin: the mesh cannot be placed, or does not cover the points.
+    #[error("the first load step cannot begin: {0}")]
+    Start(StepFailure),
     /// A load step could not be solved, however short.
     #[error("load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}")]
     Step {
@@ -64,23 +64,6 @@ pub enum Error {
     /// An observer (the results file, say) could not go on.
     #[error("the run's record could not be written: {0}")]
     Observer(ObserverError),
-}
-
-/// Something in a scene that only the whole scene can show to be wrong.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{path}: {reason}")]
-pub struct SceneError {
-    /// Where in the scene, for example `supports[1].region`; see [`crate::scene::position_of`].
-    pub path: String,
-    /// What was found and what was expected.
-    pub reason: String,
-}
-
-impl SceneError {
-    /// An error at `path`.
-    pub fn new(path: impl Into<String>, reason: impl ToString) -> Self {
-        Self { path: path.into(), reason: reason.to_string() }
-    }
 }
 
 /// Why one load step failed.

@@ -2,49 +2,40 @@
 //!
 //! # In more detail
 //!
-//! Scenes, load steps and Newton iterations of the implicit Material Point Method.
+//! Load steps and Newton iterations of the implicit Material Point Method.
 //!
-//! A [`scene::Scene`] is read from RON and [`compile`]d into a [`Model`], in which nothing is left to
-//! look up; [`run`] takes it through its load steps and shows each converged one to an
-//! [`observe::Observer`]. Start reading at `load_step.rs`.
+//! In a [`Model`] nothing is left to look up; [`run`] takes it through its load steps and shows each converged one to
+//! an [`observe::Observer`]. Start reading at `load_step.rs`, then `run.rs`.
 
+mod cancellation;
 mod clock;
-mod compile;
-mod course;
-mod domains;
-mod energy;
+mod connection;
+mod domain_control;
+mod equilibrium;
 mod error;
 mod estimate;
-pub mod files;
-mod fill;
-mod limits;
 mod load_step;
+mod loading;
 mod model;
-mod newton;
 pub mod observe;
-mod path;
-mod probe;
+mod predictor;
+mod progress;
 mod record;
-mod rehearsal;
-pub mod scene;
-mod schedule;
-mod secant;
+mod run;
+mod skipped;
 mod state;
+mod steps;
 mod timing;
-pub mod vortex;
 
-pub use compile::{Compiled, compile, compile_with, compile_within};
-pub use domains::DomainLimit;
-pub use error::{Error, PathFailure, SceneError, StepFailure};
-pub use estimate::{BodyVolume, Estimate, Memory};
-pub use load_step::{resume, run};
+pub use error::{Error, PathFailure, StepFailure};
+pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
 pub use model::{
-    Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, Predictor, Prescribed, Probe, Schedule,
-    Support, Tolerance, Turn,
+    BodyForce, DomainLimit, Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, PredictorKind,
+    Prescribed, Probe, Schedule, Support, Tolerance, Turn,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
-pub use record::Summary;
-pub use rehearsal::Seconds;
-pub use schedule::{Pace, Step};
-pub use state::{BodyLayout, ControlProgress, Progress, State, StateError, StateLayout, StoredSecant};
+pub use progress::{Progress, StepsProgress};
+pub use record::summary::Summary;
+pub use run::{resume, run};
+pub use state::{BodyLayout, State, StateError, StateLayout, StoredPredictor};

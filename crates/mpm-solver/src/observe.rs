@@ -3,10 +3,11 @@
 //! The solver decides which columns a history has ([`Column`]); an observer that stores or prints
 //! them needs no knowledge of physics. Fields of points are computed when asked for, or never.
 
+pub use crate::cancellation::Cancellation;
+pub use crate::timing::Timing;
+
 use crate::state::State;
 use std::error::Error;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What one entry of a history column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,19 +38,8 @@ pub enum Entry {
     Real(Vec<f64>),
 }
 
-/// A quantity of the material points that a scene can ask for.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-)]
+/// A quantity of the material points that can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Field {
     /// Displacement since the start, three components `[L]`.
@@ -189,17 +179,6 @@ pub struct LoadStep<'a> {
     pub fields: &'a dyn Fields,
 }
 
-/// Time spent in one phase of the run so far.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timing {
-    /// Name of the phase: connect, stress, assemble, analyse, factorise, solve, advance, output, …
-    pub phase: &'static str,
-    /// Wall seconds.
-    pub seconds: f64,
-    /// Times the phase was entered.
-    pub count: u64,
-}
-
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
@@ -231,22 +210,6 @@ pub enum Moment {
     End,
 }
 
-/// A flag that asks a run to stop, looked at before every Newton iteration. Copies share the flag.
-#[derive(Clone, Debug, Default)]
-pub struct Cancellation(Arc<AtomicBool>);
-
-impl Cancellation {
-    /// Asks the run to stop.
-    pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether the run is to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
 /// Looks at a run: called before it, after every converged load step, and at its end.
 pub trait Observer {
     /// Called once, before the initial state is shown.
@@ -276,7 +239,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// Whatever keeps the observer from working; the run stops.
-    fn keep(&mut self, _at: Moment, _state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, _at: Moment, _state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         Ok(())
     }
 

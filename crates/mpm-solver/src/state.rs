@@ -1,16 +1,11 @@
 //! The state of a run between two load steps, from which it goes on bit for bit: plain data, nothing of
 //! files.
 
-use crate::error::Error;
-use crate::load_step::stencils;
 use crate::model::Model;
-use crate::record::{Record, Totals};
-use crate::timing::{Spent, Timings};
+use crate::progress::{Progress, StepsProgress};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
-use mpm_grid::LoadFraction;
-use mpm_linear::{LinearSolver, StoredOrder};
-use serde::{Deserialize, Serialize};
+use mpm_linear::StoredOrder;
 
 /// Everything that the rest of a run depends on, besides its scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,80 +16,15 @@ pub struct State {
     pub bodies: Vec<StoredPoints>,
     /// Of every load on points: the points and the part that each carries.
     pub shares: Vec<Vec<(usize, f64)>>,
-    /// Displacement of the last step, where the next one is guessed from it.
-    pub secant: StoredSecant,
+    /// Displacement of the last step, where the next one is predicted from it.
+    pub predictor: StoredPredictor,
     /// The order of elimination that was at hand, if any.
     pub order: Option<StoredOrder>,
 }
 
-/// How far a run has come.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Progress {
-    pub(crate) rows: u64,
-    pub(crate) control: ControlProgress,
-    pub(crate) displacement: Vec<Vec<f64>>,
-    pub(crate) cuts_before: u64,
-    pub(crate) totals: Totals,
-    pub(crate) spent: Spent,
-}
-
-/// How far the choice of load steps has come.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum ControlProgress {
-    /// Equal load steps.
-    Load {
-        /// Nominal steps completed.
-        done: u32,
-        /// Position inside the present one, in its smallest parts.
-        position: u64,
-        /// Times that it is halved.
-        level: u8,
-        /// Halvings so far.
-        cuts: u64,
-        /// Change of the load fraction in the last step, where the next one is guessed from it.
-        last: Option<f64>,
-    },
-    /// Steps along the path.
-    Path {
-        /// Load fraction reached.
-        at: f64,
-        /// Change of the load fraction of the next load step.
-        span: f64,
-        /// Length of the next step along the path.
-        aim: Option<f64>,
-        /// Whether the next step is one along the path.
-        along: bool,
-        /// Whether the end lies within the next step.
-        landing: bool,
-        /// Times that the next step is halved.
-        level: u8,
-        /// Halvings so far.
-        cuts: u64,
-        /// Change of the load fraction in the last step, and its length.
-        secant: Option<(f64, f64)>,
-    },
-}
-
-impl ControlProgress {
-    /// Halvings so far.
-    pub(crate) fn cuts(&self) -> u64 {
-        match *self {
-            Self::Load { cuts, .. } | Self::Path { cuts, .. } => cuts,
-        }
-    }
-}
-
-impl Default for ControlProgress {
-    fn default() -> Self {
-        Self::Load { done: 0, position: 0, level: 0, cuts: 0, last: None }
-    }
-}
-
 /// Displacement of the last step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct StoredSecant {
+pub struct StoredPredictor {
     /// Numbers of the nodes, ascending.
     pub nodes: Vec<u64>,
     /// One component after the other `[L]`.
@@ -142,32 +72,9 @@ pub struct BodyLayout {
     pub most: usize,
 }
 
-impl Progress {
-    /// Rows of the history that were shown: the initial state and the load steps taken.
-    pub fn rows(&self) -> usize {
-        self.rows as usize
-    }
-
-    /// As text, from which [`Self::from_text`] gets every bit back.
-    ///
-    /// # Errors
-    /// Says why it cannot be written.
-    pub fn to_text(&self) -> Result<String, String> {
-        ron::to_string(self).map_err(|error| error.to_string())
-    }
-
-    /// From text.
-    ///
-    /// # Errors
-    /// Says what is wrong with the text.
-    pub fn from_text(text: &str) -> Result<Self, String> {
-        ron::from_str(text).map_err(|error| error.to_string())
-    }
-}
-
 impl StateLayout {
     /// The layout of the states of a model that has not begun to run.
-    pub(crate) fn of<const D: usize>(model: &Model<D>) -> Self {
+    pub fn of<const D: usize>(model: &Model<D>) -> Self {
         let points = |k: usize| model.bodies[k].body.n_points();
         let all: usize = (0..model.bodies.len()).map(points).sum();
         let split = model.domain_limit.filter(|limit| matches!(limit.control, DomainControl::Split { .. }));
@@ -187,21 +94,19 @@ impl StateLayout {
 }
 
 impl State {
+    /// The points of the model, with how far its load steps have come. What the record and the clock add to the
+    /// progress is added by them.
     pub(crate) fn of<const D: usize>(
         model: &Model<D>,
-        record: &Record,
-        (control, secant): (ControlProgress, StoredSecant),
-        linear: &LinearSolver<D>,
-        timings: &Timings,
+        (control, predictor): (StepsProgress, StoredPredictor),
+        order: Option<StoredOrder>,
     ) -> Self {
-        let mut progress = Progress { control, spent: timings.store(), ..Progress::default() };
-        record.store(&mut progress);
         Self {
-            progress,
+            progress: Progress { control, ..Progress::default() },
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
             shares: model.loads.point_loads.iter().map(|load| load.shares.clone()).collect(),
-            secant,
-            order: linear.store(),
+            predictor,
+            order,
         }
     }
 
@@ -209,7 +114,7 @@ impl State {
     ///
     /// # Errors
     /// What is none of the model; the model may then hold a part of the state.
-    pub(crate) fn recall<const D: usize>(&self, model: &mut Model<D>) -> Result<(), StateError> {
+    pub(crate) fn restore<const D: usize>(&self, model: &mut Model<D>) -> Result<(), StateError> {
         let layout = StateLayout::of(model);
         let count = |item: &str, found: usize, expected: usize| {
             if found == expected {
@@ -255,11 +160,4 @@ impl State {
         }
         Ok(())
     }
-}
-
-/// Refuses points that the mesh at a load fraction does not cover.
-pub(crate) fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(), Error> {
-    let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| StateError::new("the mesh", it))?;
-    stencils(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
-    Ok(())
 }

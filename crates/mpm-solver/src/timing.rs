@@ -1,10 +1,21 @@
-//! Where the time of a run goes, and what it did not have to do.
+//! Where the time of a run goes.
 
-use crate::load_step::Kept;
-use crate::observe::Timing;
-use crate::record::MOST_COUNTED;
-use mpm_assembly::Body;
+use crate::skipped::Skipped;
 use std::time::Instant;
+
+/// Time spent in one phase of the run so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timing {
+    /// Name of the phase: connect, stress, assemble, analyse, factorise, solve, advance, output, …
+    pub phase: &'static str,
+    /// Wall seconds.
+    pub seconds: f64,
+    /// Times the phase was entered.
+    pub count: u64,
+}
+
+/// Counts of a state beyond this are none of a run.
+pub(crate) const MOST_COUNTED: u64 = 1 << 53;
 
 /// The phases of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,78 +46,6 @@ const NAMES: [&str; 8] =
 pub(crate) struct Timings {
     phases: [Timing; 8],
     pub skipped: Skipped,
-}
-
-/// What a run could do without.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Skipped {
-    /// Grid nodes without material in the last load step.
-    pub nodes: u64,
-    /// Grid cells without a material point at the end.
-    pub cells: u64,
-    /// Entries of the tangent above its diagonal in the last load step.
-    pub upper_triangle: u64,
-    /// Columns of the points that no body stores.
-    pub columns: u64,
-    /// Load steps in a mesh that does not move.
-    pub mesh_moves: u64,
-    /// Load steps that were cut and began again with the connectivity at hand.
-    pub connections: u64,
-    /// Load steps that began with the pattern of the one before, as no point had changed its nodes.
-    pub patterns: u64,
-    /// Orders and symbolic analyses kept from the step before.
-    pub analyses: u64,
-    /// Linear solutions with a factorisation that was kept.
-    pub factorisations: u64,
-    /// Passes in which no tangent was summed because convergence was foreseen.
-    pub tangents: u64,
-    /// Evaluations of laws that cannot yield.
-    pub yield_checks: u64,
-    /// Evaluations of laws in plane strain: spectral decompositions in the plane instead of in space.
-    pub out_of_plane: u64,
-    /// Points that were carried through a load step without a domain.
-    pub domains: u64,
-}
-
-impl Skipped {
-    pub(crate) fn count_connection(&mut self, kept: Kept) {
-        match kept {
-            Kept::Memory => {}
-            Kept::Pattern => self.patterns += 1,
-            Kept::All => self.connections += 1,
-        }
-    }
-
-    /// One pass over the points of a body.
-    pub(crate) fn count_pass<const D: usize>(&mut self, body: &dyn Body<D>) {
-        let points = body.n_points() as u64;
-        if !body.can_yield() {
-            self.yield_checks += points;
-        }
-        if D == 2 {
-            self.out_of_plane += points;
-        }
-    }
-
-    /// Name and number of everything, also of what was not skipped.
-    pub(crate) fn list(&self) -> [(&'static str, u64); 13] {
-        [
-            ("skipped: grid nodes", self.nodes),
-            ("skipped: grid cells", self.cells),
-            ("skipped: upper triangle", self.upper_triangle),
-            ("skipped: columns of points", self.columns),
-            ("skipped: mesh moves", self.mesh_moves),
-            ("skipped: connections", self.connections),
-            ("skipped: patterns", self.patterns),
-            ("skipped: orders and analyses", self.analyses),
-            ("skipped: factorisations", self.factorisations),
-            ("skipped: tangents", self.tangents),
-            ("skipped: yield checks", self.yield_checks),
-            ("skipped: out-of-plane spectra", self.out_of_plane),
-            ("skipped: domains", self.domains),
-        ]
-    }
 }
 
 /// Time and work of a run so far, as a file keeps it.
@@ -141,7 +80,7 @@ impl Timings {
     }
 
     /// Seconds and count of every phase, and the counters of what was skipped.
-    pub(crate) fn store(&self) -> Spent {
+    pub(crate) fn save(&self) -> Spent {
         let phases = self.phases.iter().map(|timing| (timing.seconds, timing.count)).collect();
         Spent { phases, skipped: self.skipped.clone() }
     }
@@ -150,7 +89,7 @@ impl Timings {
     ///
     /// # Errors
     /// Another number of phases.
-    pub(crate) fn recall(spent: &Spent) -> Result<Self, String> {
+    pub(crate) fn restore(spent: &Spent) -> Result<Self, String> {
         let mut timings = Self::new();
         if spent.phases.len() != timings.phases.len() {
             return Err(format!(

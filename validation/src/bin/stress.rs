@@ -15,7 +15,7 @@ part of each. Where an error counts exceptions, the tolerance is zero. Tables re
 
 A second program tries hostile input. `cargo run --release -p mpm-validation --bin fuzz -- --cases 1000000` changes words, numbers, and groups
 of the scenes of this repository, corners of surfaces, and bytes of tables of points, checkpoints, and results files. It feeds them to
-processes with bounded memory and time. Every fault that it found is now a test in `crates/mpm-solver/tests/hostile.rs`. Its last run, all on one
+processes with bounded memory and time. Every fault that it found is now a test in `crates/mpm-scene/tests/hostile.rs`. Its last run, all on one
 state of the code and with checked arithmetic: 650,000 scenes, 250,000 surfaces and tables of points, 250,000 checkpoints, and 100,000 results
 files; no panic, no hang, no memory beyond the bound. HDF5 1.10.8 itself crashed on 25 of the damaged files and looped on 8. `mpm` therefore reads
 such files in a child process, and reports its end as an error.";

@@ -5,7 +5,7 @@ use super::view::view;
 use crate::picture::{Panel, Picture};
 use crate::scenes::compiled;
 use crate::{Broken, Case, Check, Extent, Findings};
-use mpm_solver::scene::SolidBasis;
+use mpm_scene::language::SolidBasis;
 
 pub(super) const CASE: Case = Case {
     name: "bar of STL shape",

@@ -7,8 +7,8 @@ use crate::probe;
 use crate::scenes::{Run, load, run};
 use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, plane, refined, with_points};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_scene::language::{Positive, Scene, StabilisationInput};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{Positive, Scene, StabilisationInput};
 
 pub(super) const CASE: Case = Case {
     name: "cantilever",

@@ -5,8 +5,8 @@ use crate::picture::{Panel, Picture, Shapes};
 use crate::scenes::{Run, load, run};
 use crate::variants::{PlaneScene, plane, refined, with_points};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_scene::Scene;
 use mpm_solver::observe::Field;
-use mpm_solver::scene::Scene;
 
 pub(super) const CASE: Case = Case {
     name: "collapse",

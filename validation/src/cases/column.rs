@@ -7,7 +7,7 @@ use crate::problems::column::{HEIGHT, Load, column, narrow, stress_error};
 use crate::scenes::{Run, load, run};
 use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, SMPM};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::{MeshInput, RegionInput, Scene, ShapeInput, SolidBasis};
+use mpm_scene::language::{MeshInput, RegionInput, Scene, ShapeInput, SolidBasis};
 
 pub(super) const CASE: Case = Case {
     name: "self-weight column",

@@ -8,8 +8,8 @@ use crate::variants::{
     ALL, BACKSLASH, CPDI1, CPDI2Q, CROSS, GENERAL, GIMP, Method, SLASH, SMPM, in_steps, plane, with_points,
 };
 use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_scene::Scene;
 use mpm_solver::Error;
-use mpm_solver::scene::Scene;
 
 pub(super) const KITE: Case = Case {
     name: "corner stretch, kite",

@@ -3,8 +3,8 @@
 use crate::history::{History, Row};
 use crate::scenes::{load_own, run};
 use crate::{Broken, Case, Check, Extent, Findings};
+use mpm_scene::language::{AxisInput, Count, MeshInput, Positive, Scene};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{AxisInput, Count, MeshInput, Positive, Scene};
 
 pub(super) const CASE: Case = Case {
     name: "determinism",

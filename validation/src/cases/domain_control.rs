@@ -7,7 +7,7 @@ use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::scenes::{load, run};
 use crate::variants::{CPDI1, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::{ControlInput, Count, Finite, MeanDilatationInput, MotionInput, Positive, Scene};
+use mpm_scene::language::{ControlInput, Count, Finite, MeanDilatationInput, MotionInput, Positive, Scene};
 use std::f64::consts::{PI, SQRT_2};
 
 pub(super) const CASE: Case = Case {

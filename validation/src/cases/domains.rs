@@ -9,8 +9,8 @@ use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_assembly::AdvanceError;
 use mpm_basis::ConvectionError;
 use mpm_grid::{NodeId, Ramp, Vector};
+use mpm_scene::language::{Count, FieldInput, Finite, GimpUpdateInput, MotionInput, Scene};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{Count, Finite, GimpUpdateInput, MotionInput, Scene};
 use mpm_solver::{Error, Prescribed, StepFailure, Support};
 
 pub(super) const HEALTH: Case = Case {
@@ -47,12 +47,12 @@ fn health(_: Extent) -> Result<Findings, Broken> {
         let mut scene = method.of(plane(load("corner_stretch_kite")?)?);
         scene.output.domain_history = true;
         scene.output.fields = vec![
-            Field::DomainMeasure,
-            Field::SmallestCornerWeight,
-            Field::SingleCornerNodes,
-            Field::CornersOutside,
-            Field::FallenBack,
-            Field::VolumeRatio,
+            FieldInput::DomainMeasure,
+            FieldInput::SmallestCornerWeight,
+            FieldInput::SingleCornerNodes,
+            FieldInput::CornersOutside,
+            FieldInput::FallenBack,
+            FieldInput::VolumeRatio,
         ];
         let history = run(&Scene::PlaneStrain(scene))?.completed()?;
         let missing =

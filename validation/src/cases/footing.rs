@@ -5,7 +5,7 @@ use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::scenes::{load, run};
 use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::{AxisInput, Finite, MeanDilatationInput, MeshInput, Scene};
+use mpm_scene::language::{AxisInput, Finite, MeanDilatationInput, MeshInput, Scene};
 use std::f64::consts::{PI, SQRT_2};
 
 pub(super) const CASE: Case = Case {

@@ -28,7 +28,7 @@ use crate::picture::{Panel, Shapes};
 use crate::probe::plane;
 use crate::{Broken, Case};
 use mpm_grid::LoadFraction;
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 
 /// All cases.

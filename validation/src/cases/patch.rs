@@ -6,8 +6,8 @@ use crate::probe::{plane, solid};
 use crate::scenes::load_own;
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_grid::{Block, NodeId, Ramp, Vector};
+use mpm_scene::language::{MaterialInput, MeanDilatationInput, Scene, SolidBasis};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{MaterialInput, MeanDilatationInput, Scene, SolidBasis};
 use mpm_solver::{Model, Prescribed, Support};
 
 pub(super) const CASE: Case = Case {

@@ -6,7 +6,7 @@ use crate::reference::Reference;
 use crate::scenes::{Run, load, run};
 use crate::variants::{CPDI2Q, Method, SMPM, plane, refined};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 
 pub(super) const SNAP_THROUGH: Case = Case {
     name: "snap-through of an arch",
@@ -170,8 +170,8 @@ fn doughnut(extent: Extent) -> Result<Findings, Broken> {
     let back = path[top..].iter().take(15).map(|it| it.0).fold(f64::INFINITY, f64::min);
 
     let mut driven = plane(scene)?;
-    driven.schedule.control = mpm_solver::scene::StepControlInput::default();
-    driven.schedule.steps = mpm_solver::scene::Count(90);
+    driven.schedule.control = mpm_scene::language::StepControlInput::default();
+    driven.schedule.steps = mpm_scene::language::Count(90);
     let (driven_run, by_angle) = twist(&Scene::PlaneStrain(driven), 90.0)?;
 
     let elastic = Reference::read("doughnut_elastic_torque")?;

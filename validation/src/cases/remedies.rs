@@ -7,7 +7,7 @@ use crate::variants::{
     CPDI1, CPDI2Q, CROSS, Method, PlaneScene, SLASH, SMPM, falling_back, frozen, plane, with_points,
 };
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 
 pub(super) const CASE: Case = Case {
     name: "remedies for distorted domains",

@@ -4,8 +4,8 @@ use super::{fixed, largest, scientific, sweep};
 use crate::history::{History, Row};
 use crate::scenes::{Run, compiled, load, run};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_scene::language::{Coordinates, Count, DomainsInput, Scene, ShapeInput, SolidBasis};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{Coordinates, Count, DomainsInput, Scene, ShapeInput, SolidBasis};
 use std::f64::consts::PI;
 
 pub(super) const CASE: Case = Case {

@@ -7,9 +7,9 @@ use crate::reference::Reference;
 use crate::scenes::{in_steps, load, run, run_compiled, text};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_io::{Options, Results, ResultsWriter};
-use mpm_solver::compile;
+use mpm_scene::Scene;
+use mpm_scene::compile;
 use mpm_solver::observe::Field;
-use mpm_solver::scene::Scene;
 
 pub(super) const FREE: Case = Case {
     name: "simple stretch, sides free",
@@ -151,7 +151,7 @@ fn differing_in_file(scene: &Scene) -> Result<usize, Broken> {
     let path = directory.path().join("run.h5");
     let options = Options {
         scene: text("simple_stretch_rollers")?,
-        fields: scene.output().fields.clone(),
+        fields: scene.output().fields(),
         ..Options::default()
     };
     let mut writer = ResultsWriter::create(&path, options)?;
@@ -175,7 +175,7 @@ fn differing_in_file(scene: &Scene) -> Result<usize, Broken> {
     for (k, row) in run.rows().iter().enumerate() {
         compare(&results.residuals(k)?, &row.residuals);
         compare(results.points(k)?.values(), &row.positions);
-        for (field, values) in scene.output().fields.iter().zip(&row.fields) {
+        for (field, values) in scene.output().fields().iter().zip(&row.fields) {
             compare(results.field(field.name(), k)?.values(), values);
         }
     }

@@ -7,11 +7,11 @@ use crate::picture::{Panel, Picture};
 use crate::scenes::{Run, load, run};
 use crate::variants::{PlaneScene, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::observe::Field;
-use mpm_solver::scene::{
+use mpm_scene::language::{
     AxisInput, Coordinates, Count, Direction, Finite, LoadInput, MeshInput, Positive, RegionInput, Scene,
     SceneIn, ShapeInput, SolidBasis, StabilisationInput, SupportInput,
 };
+use mpm_solver::observe::Field;
 
 type SolidScene = SceneIn<3, SolidBasis>;
 

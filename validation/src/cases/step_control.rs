@@ -6,9 +6,10 @@ use crate::scenes::{Run, load, load_own, own_text, run, run_compiled, with_cuts}
 use crate::variants::{CPDI2Q, plane, with_points};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_io::{Options, Results, ResultsWriter};
+use mpm_scene::language::{Count, Finite, Scene};
+use mpm_scene::{Compiled, compile};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{Count, Finite, Scene};
-use mpm_solver::{Compiled, Error, StepFailure, compile};
+use mpm_solver::{Error, StepFailure};
 
 pub(super) const FAILURE: Case = Case {
     name: "a load step that cannot be solved",
@@ -101,8 +102,7 @@ fn moved(compiled: &Compiled, history: &History) -> usize {
 fn departures_in_file(scene: &Scene, history: &History) -> Result<usize, Broken> {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("crush.h5");
-    let options =
-        Options { scene: own_text("crush")?, fields: scene.output().fields.clone(), ..Options::default() };
+    let options = Options { scene: own_text("crush")?, fields: scene.output().fields(), ..Options::default() };
     let mut writer = ResultsWriter::create(&path, options)?;
     let ended = compile(scene)?.run(&mut writer);
     drop(writer);

@@ -5,7 +5,7 @@ use crate::problems::vortex::{Errors, errors, exact};
 use crate::scenes::run;
 use crate::variants::{ALL, CPDI1, CPDI2Q, Method};
 use crate::{Broken, Case, Check, Extent, Findings, Table, problems};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 
 pub(super) const CASE: Case = Case {
     name: "generalised vortex",

@@ -5,8 +5,8 @@ use super::random::Random;
 use super::targets::{one_step, tamed};
 use super::text::{Corpus, EXTREMES};
 use mpm_io::FolderFiles;
-use mpm_solver::files::SceneFiles;
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
+use mpm_scene::SceneFiles;
 use std::fs;
 use std::path::{Path, PathBuf};
 

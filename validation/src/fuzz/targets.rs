@@ -7,10 +7,11 @@ use super::random::Random;
 use super::text::Corpus;
 use crate::Broken;
 use mpm_io::{Checkpoint, CheckpointHead, CheckpointInterval, FolderFiles, Options, Results, ResultsWriter};
-use mpm_solver::files::{NoFiles, SceneFiles};
+use mpm_scene::language::{Scene, position_of};
+use mpm_scene::{Compiled, compile, compile_within};
+use mpm_scene::{NoFiles, SceneFiles};
+use mpm_solver::State;
 use mpm_solver::observe::{LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing};
-use mpm_solver::scene::{Scene, position_of};
-use mpm_solver::{Compiled, State, compile, compile_within};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -333,7 +334,7 @@ impl Observer for Kept {
         self.writer.load_step(step)
     }
 
-    fn keep(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
         if at == Moment::Step(1) {
             self.state = Some(state());
         }

@@ -4,10 +4,10 @@ use crate::Broken;
 use crate::history::History;
 use crate::scenes::load;
 use crate::variants::{Method, PlaneScene, in_steps, plane};
-use mpm_solver::observe::Field;
-use mpm_solver::scene::{
+use mpm_scene::language::{
     AxisInput, Finite, MaterialInput, MeshInput, Positive, RegionInput, Scene, ShapeInput,
 };
+use mpm_solver::observe::Field;
 
 /// Weight of the column over its base, ρ0 g H `[F/L²]`.
 const PRESSURE: f64 = 80.0 * 10.0 * HEIGHT;

@@ -5,9 +5,9 @@ use crate::history::History;
 use crate::scenes::load;
 use crate::variants::{Method, PlaneScene, plane, refined};
 use mpm_grid::{LoadFraction, Ramp, Vector};
+use mpm_scene::Vortex;
+use mpm_scene::language::{LoadInput, MaterialInput, SceneIn};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{LoadInput, MaterialInput, SceneIn};
-use mpm_solver::vortex::Vortex;
 
 /// The vortex on `24·factor` × `24·factor` cells.
 ///

@@ -7,8 +7,8 @@ use crate::scenes::load;
 use crate::variants::{self, ALL, CPDI1, GIMP, Method, PlaneScene, SMPM, refined};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_grid::Vector;
+use mpm_scene::Scene;
 use mpm_solver::observe::Field;
-use mpm_solver::scene::Scene;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 pub(super) const CONDITION: Case = Case {
@@ -163,7 +163,7 @@ fn problems(extent: Extent) -> Vec<Problem> {
     let mild = || {
         let mut scene = variants::plane(load("column")?)?;
         for law in scene.materials.values_mut() {
-            if let mpm_solver::scene::MaterialInput::Hencky { young, .. } = law {
+            if let mpm_scene::language::MaterialInput::Hencky { young, .. } = law {
                 young.0 = 1e6;
             }
         }

@@ -9,8 +9,8 @@ use crate::variants::{
     ALL, CPDI1, CPDI2Q, GIMP, Method, PlaneScene, SMPM, in_steps, plane, refined, with_points,
 };
 use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_scene::language::{FieldInput, MaterialInput, Scene};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{MaterialInput, Scene};
 
 pub(super) const STEPS: Case = Case {
     name: "sizes of load steps",
@@ -142,7 +142,7 @@ fn elastic(mut scene: PlaneScene) -> PlaneScene {
             *material = MaterialInput::Hencky { young, poisson, density };
         }
     }
-    scene.output.fields.retain(|field| !matches!(field, Field::Plastic | Field::Rho));
+    scene.output.fields.retain(|field| !matches!(field, FieldInput::Plastic | FieldInput::Rho));
     scene
 }
 

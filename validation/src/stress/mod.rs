@@ -9,7 +9,7 @@ use crate::history::History;
 use crate::scenes::{Run, run};
 use crate::variants::{Method, PlaneScene, plane};
 use crate::{Broken, Case};
-use mpm_solver::scene::{Positive, Scene, StabilisationInput};
+use mpm_scene::language::{Positive, Scene, StabilisationInput};
 
 /// All stress tests.
 pub const STRESS: &[Case] = &[

@@ -6,9 +6,10 @@ use crate::inspect::number;
 use mpm_grid::LoadFraction;
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
+use mpm_scene::Scene;
+use mpm_scene::{Compiled, compile};
+use mpm_solver::Model;
 use mpm_solver::observe::Field;
-use mpm_solver::scene::Scene;
-use mpm_solver::{Compiled, Model, compile};
 use std::ops::Range;
 
 /// Margin round the body, relative to its size.

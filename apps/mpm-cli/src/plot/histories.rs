@@ -5,7 +5,7 @@ use crate::complaint::Complaint;
 use mpm_grid::{LoadFraction, Ramp};
 use mpm_io::Table;
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
-use mpm_solver::scene::{MotionInput, RampInput, Scene};
+use mpm_scene::language::{MotionInput, RampInput, Scene};
 
 /// Most curves of Newton's method in a panel.
 const MOST_STEPS: usize = 8;

@@ -4,7 +4,7 @@ mod points;
 mod stl;
 
 use mpm_geometry::Surface;
-use mpm_solver::files::{PointTable, SceneFiles};
+use mpm_scene::{PointTable, SceneFiles};
 use std::fs;
 use std::path::{Path, PathBuf};
 

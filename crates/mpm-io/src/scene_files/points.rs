@@ -4,7 +4,7 @@ use crate::calls::Call;
 use crate::error::reason;
 use hdf5::File;
 use hdf5::types::{FloatSize, TypeDescriptor};
-use mpm_solver::files::PointTable;
+use mpm_scene::PointTable;
 use std::path::Path;
 
 /// Columns of positions.

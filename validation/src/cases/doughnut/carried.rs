@@ -5,8 +5,8 @@ use crate::history::History;
 use crate::scenes::{load, load_own, run};
 use crate::variants::{CPDI1, CPDI2Q, CROSS, GENERAL, Method, PlaneScene, SLASH, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
+use mpm_scene::language::{MaterialInput, MotionInput, ReindexingInput, Scene};
 use mpm_solver::observe::Field;
-use mpm_solver::scene::{MaterialInput, MotionInput, ReindexingInput, Scene};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 pub(in super::super) const CASE: Case = Case {

@@ -8,7 +8,7 @@ use crate::reference::Reference;
 use crate::scenes::{Run, run};
 use crate::variants::{CPDI1, CPDI2Q, GENERAL, Method, SMPM};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 
 pub(in super::super) const CASE: Case = Case {
     name: "doughnut twist, elastic",

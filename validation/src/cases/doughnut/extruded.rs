@@ -5,11 +5,11 @@ use super::torque;
 use crate::scenes::{load, run};
 use crate::variants::{CPDI1, CPDI2Q, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings};
-use mpm_solver::scene::{
+use mpm_scene::language::{
     AxisInput, Count, MaterialInput, MeshInput, PlaneBasis, Positive, ReindexingInput, Scene, SceneIn,
     SolidBasis,
 };
-use mpm_solver::scene::{Finite, MotionInput};
+use mpm_scene::language::{Finite, MotionInput};
 
 pub(in super::super) const CASE: Case = Case {
     name: "doughnut twist in space",
@@ -48,7 +48,7 @@ impl Job {
     fn shared<const D: usize, B>(&self, mut scene: SceneIn<D, B>) -> SceneIn<D, B> {
         let degrees = if self.yields { 40 } else { 20 };
         for material in scene.materials.values_mut() {
-            let (young, poisson, density) = (Positive(1e6), mpm_solver::scene::Poisson(0.0), None);
+            let (young, poisson, density) = (Positive(1e6), mpm_scene::language::Poisson(0.0), None);
             *material = if self.yields {
                 MaterialInput::VonMises { young, poisson, yield_radius: Positive(1e6), density }
             } else {

@@ -5,7 +5,7 @@ use super::torque;
 use crate::scenes::{load, run};
 use crate::variants::{CPDI1, Method, SMPM, plane, refined};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::{Count, Finite, MotionInput, Scene};
+use mpm_scene::language::{Count, Finite, MotionInput, Scene};
 use std::f64::consts::{PI, SQRT_2};
 
 pub(in super::super) const CASE: Case = Case {

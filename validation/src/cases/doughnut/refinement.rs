@@ -7,7 +7,7 @@ use crate::reference::Reference;
 use crate::scenes::run;
 use crate::variants::{CPDI1, CPDI2Q, GENERAL, Method, SMPM, in_steps, with_points};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 
 pub(in super::super) const CASE: Case = Case {
     name: "doughnut twist, error by cause",

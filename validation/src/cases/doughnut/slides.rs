@@ -8,7 +8,7 @@ use crate::reference::Reference;
 use crate::scenes::{Run, load, run};
 use crate::variants::{CPDI1, CPDI2Q, CROSS, Method, SLASH, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings};
-use mpm_solver::scene::Scene;
+use mpm_scene::Scene;
 
 pub(in super::super) const CASE: Case = Case {
     name: "doughnut twist, the slides'",

@@ -9,8 +9,8 @@ use crate::variants::{
     BACKSLASH, CPDI1, CPDI2Q, CROSS, Method, PlaneScene, SLASH, SMPM, falling_back, with_control,
 };
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_solver::compile;
-use mpm_solver::scene::{ControlInput, Count, Positive, Scene};
+use mpm_scene::compile;
+use mpm_scene::language::{ControlInput, Count, Positive, Scene};
 use mpm_solver::{Error, StepFailure};
 
 pub(in super::super) const CASE: Case = Case {

@@ -1,0 +1,154 @@
+//! Bodies: what their points fill.
+
+use super::basis::FillBody;
+use super::mesh::component;
+use super::overlap::overlap;
+use super::shapes::{WithSurface, cut_out, shape};
+use crate::error::SceneError;
+use crate::files::SceneFiles;
+use crate::fill::{Plan, Shape};
+use crate::language::{
+    BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput,
+};
+use mpm_assembly::MeanDilatation;
+use mpm_geometry::{Face, MemoryLimit};
+use mpm_grid::{Layout, Mesh};
+use mpm_solver::NamedBody;
+
+type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f64)>>>);
+
+/// The bodies, and for each of them the points next to the faces of its tractions, in the order of
+/// the loads.
+pub(super) fn bodies<const D: usize, B: FillBody<D>>(
+    scene: &SceneIn<D, B>,
+    layout: &Layout<D>,
+    start: &Mesh<D>,
+    files: &dyn SceneFiles,
+    memory: MemoryLimit,
+) -> Result<BodiesAndFaces<D>, SceneError> {
+    let mesh = &Mesh::at_rest(layout);
+    if scene.bodies.is_empty() {
+        return Err(SceneError::new("bodies", "expected at least one body"));
+    }
+    if let Some(k) =
+        scene.output.fields.iter().position(|field| *field == FieldInput::Outline).filter(|_| D != 2)
+    {
+        return Err(SceneError::new(
+            format!("output.fields[{k}]"),
+            format!("`Outline` is recorded in the plane only, and the scene has {D} dimensions"),
+        ));
+    }
+    let (mut bodies, mut all_faces): BodiesAndFaces<D> = (Vec::new(), Vec::new());
+    let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
+    for (b, input) in scene.bodies.iter().enumerate() {
+        let path = format!("bodies[{b}]");
+        if scene.bodies[..b].iter().any(|other| other.name == input.name) {
+            return Err(SceneError::new(
+                format!("{path}.name"),
+                format!("a second body named `{}`", input.name),
+            ));
+        }
+        let refuse = |it| SceneError::new(format!("{path}.shape"), it);
+        shapes.push(WithSurface::of(&input.shape, files).map_err(refuse)?);
+        let Some((own, before)) = shapes.split_last() else { continue };
+        let others = &scene.bodies[..b];
+        let cut = cut_out(input, others, before).map_err(refuse)?;
+        let overlapped = others.iter().zip(before).find(|&other| overlap(other, (input, own)));
+        if let Some((other, _)) = overlapped {
+            let way_out = way_out(input, other);
+            return Err(refuse(format!("body `{}` overlaps body `{}`{way_out}", input.name, other.name)));
+        }
+        let (law, density) = law(scene, input, &path)?;
+        let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
+        let plan = Plan {
+            start,
+            points_per_cell: points_per_cell(input, &shape, &path)?,
+            shape,
+            shape_mesh: &shape_mesh,
+            density,
+            keep_reference_positions: scene.output.fields.contains(&FieldInput::Displacement)
+                || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
+            faces: faces(scene, input)?,
+            memory,
+            mean_dilatation: input.mean_dilatation.map(|mean| match mean {
+                MeanDilatationInput::Points => MeanDilatation::Points,
+                MeanDilatationInput::Cell => MeanDilatation::Cell,
+            }),
+        };
+        let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(refuse)?;
+        bodies.push(NamedBody {
+            name: input.name.clone(),
+            body: filled.body,
+            shape_volume: filled.shape_volume,
+        });
+        all_faces.push(filled.faces);
+    }
+    Ok((bodies, all_faces))
+}
+
+/// The law of a body, and its mass per volume where a body force acts `[M/L^D]`.
+fn law<'a, const D: usize, B>(
+    scene: &'a SceneIn<D, B>,
+    input: &BodyInput<D>,
+    path: &str,
+) -> Result<(&'a MaterialInput, Option<f64>), SceneError> {
+    let law = scene.materials.get(&input.material).ok_or_else(|| {
+        let known: Vec<&str> = scene.materials.keys().map(String::as_str).collect();
+        SceneError::new(
+            format!("{path}.material"),
+            format!("no material named `{}`; the scene has: {}", input.material, known.join(", ")),
+        )
+    })?;
+    if !scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. })) {
+        return Ok((law, None));
+    }
+    match law.density() {
+        Some(density) => Ok((law, Some(density.0))),
+        None => Err(SceneError::new(
+            format!("materials.{}", input.material),
+            "a body force acts, so a `density` is needed",
+        )),
+    }
+}
+
+/// The faces of a body that carry tractions, in the order of the loads.
+fn faces<const D: usize, B>(scene: &SceneIn<D, B>, input: &BodyInput<D>) -> Result<Vec<Face<D>>, SceneError> {
+    let faces = scene.loads.iter().enumerate().filter_map(|(k, load)| match load {
+        LoadInput::Traction { body, axis, at, within, .. } if *body == input.name => {
+            let axis = component::<D>(*axis, &format!("loads[{k}].axis"));
+            Some(axis.map(|axis| Face {
+                axis,
+                at: at.0,
+                within: within.as_ref().map(|bounds| (bounds.from.0, bounds.to.0)),
+            }))
+        }
+        _ => None,
+    });
+    faces.collect()
+}
+
+fn points_per_cell<const D: usize>(
+    input: &BodyInput<D>,
+    shape: &Shape<'_, D>,
+    path: &str,
+) -> Result<u32, SceneError> {
+    match (&input.points_per_cell, shape) {
+        (None, Shape::Parts(_)) => Ok(1),
+        (Some(_), Shape::Parts(_)) => {
+            let reason = "points that are given have no number per cell";
+            Err(SceneError::new(format!("{path}.points_per_cell"), reason))
+        }
+        (Some(count), _) => Ok(count.0),
+        (None, _) => Err(SceneError::new(path, "expected `points_per_cell`")),
+    }
+}
+
+/// What can be done about bodies that overlap.
+fn way_out<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> &'static str {
+    let [a, b] = [a, b].map(|body| matches!(body.shape, ShapeInput::Box { .. }));
+    if a == b {
+        ""
+    } else {
+        "; a box can leave out a `Cylinder`, `Tube` or `Surface` that stands before it: `without`"
+    }
+}

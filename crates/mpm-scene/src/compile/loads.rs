@@ -1,0 +1,140 @@
+//! Loads and probes: which points of which body.
+
+use super::mesh::ramp;
+use super::names::{A_NAME, is_name};
+use crate::error::SceneError;
+use crate::language::{ControlInput, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
+use crate::vortex::Vortex;
+use mpm_grid::Vector;
+use mpm_solver::{Loads, NamedBody, PointLoad, Probe};
+use std::sync::Arc;
+
+pub(super) fn loads<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    bodies: &[NamedBody<D>],
+    faces: Vec<Vec<Vec<(usize, f64)>>>,
+) -> Result<Loads<D>, SceneError> {
+    let mut loads = Loads::default();
+    let mut faces: Vec<_> = faces.into_iter().map(Vec::into_iter).collect();
+    for (k, input) in scene.loads.iter().enumerate() {
+        let path = format!("loads[{k}]");
+        let find = |name: &str| {
+            bodies.iter().position(|named| named.name == name).ok_or_else(|| {
+                let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
+                SceneError::new(
+                    format!("{path}.body"),
+                    format!("no body named `{name}`; the scene has: {}", known.join(", ")),
+                )
+            })
+        };
+        let ramp_path = format!("{path}.ramp");
+        match input {
+            LoadInput::BodyForce { acceleration, ramp: input } => {
+                loads.body_forces.push((Vector::from(acceleration.0), ramp(input, 1.0, &ramp_path)?));
+            }
+            LoadInput::Vortex { body: name, angle, ramp: input } => {
+                let body = find(name)?;
+                let material = scene.bodies[body].material.as_str();
+                let Some(MaterialInput::Hencky { young, poisson, .. }) = scene.materials.get(material) else {
+                    return Err(SceneError::new(path, "a vortex needs a body of `Hencky` elasticity"));
+                };
+                if D != 2 {
+                    return Err(SceneError::new(path, "a vortex needs a scene in the plane"));
+                }
+                let shear = young.0 / (2.0 * (1.0 + poisson.0));
+                let angle = ramp(input, angle.0.to_radians(), &ramp_path)?;
+                loads.fields.push((body, Arc::new(Vortex::new(shear, angle))));
+            }
+            LoadInput::PointForce { body: name, near, points, force, ramp: input } => {
+                let body = find(name)?;
+                let shares = nearest(&*bodies[body].body, &Vector::from(near.0), points.0 as usize)
+                    .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                let force = Vector::from(force.0);
+                loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
+            }
+            LoadInput::Traction { body: name, at, resultant, ramp: input, .. } => {
+                let body = find(name)?;
+                let areas = faces[body].next().expect("one list of points per traction");
+                let whole: f64 = areas.iter().map(|(_, area)| area).sum();
+                if areas.is_empty() {
+                    return Err(SceneError::new(
+                        path,
+                        format!("body `{name}` has no boundary on the loaded part of the plane at {}", at.0),
+                    ));
+                }
+                let shares = areas.into_iter().map(|(point, area)| (point, area / whole)).collect();
+                let force = Vector::from(resultant.0);
+                loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
+            }
+        }
+    }
+    Ok(loads)
+}
+
+pub(super) fn probes<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    bodies: &[NamedBody<D>],
+) -> Result<Vec<Probe<D>>, SceneError> {
+    let mut probes: Vec<Probe<D>> = Vec::new();
+    for (k, input) in scene.probes.iter().enumerate() {
+        let path = format!("probes[{k}]");
+        let name = &input.name;
+        let is_taken = probes.iter().any(|other| other.name == *name);
+        if !is_name(name) || is_taken {
+            let reason = format!("expected {A_NAME}, got {name:?}");
+            return Err(SceneError::new(format!("{path}.name"), reason));
+        }
+        if let Some(ControlInput::Split { .. }) = scene.domains.control {
+            let reason = "points are split by `domains.control`, and a probe cannot follow their parts";
+            return Err(SceneError::new(path, reason));
+        }
+        let Some(body) = bodies.iter().position(|named| named.name == input.body) else {
+            let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
+            let reason = format!("no body named `{}`; the scene has: {}", input.body, known.join(", "));
+            return Err(SceneError::new(format!("{path}.body"), reason));
+        };
+        let points = &*bodies[body].body;
+        let positions = || (0..points.n_points()).map(|point| points.point(point).position);
+        let chosen: Vec<usize> = match &input.points {
+            ProbePointsInput::All => (0..points.n_points()).collect(),
+            ProbePointsInput::Near(at) => {
+                let found = nearest(points, &Vector::from(at.0), 1);
+                let found = found.map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                found.into_iter().map(|(point, _)| point).collect()
+            }
+            ProbePointsInput::Within { from, to } => {
+                let inside = |x: &Vector<D>| (0..D).all(|d| (from.0[d]..=to.0[d]).contains(&x[d]));
+                positions().enumerate().filter(|(_, x)| inside(x)).map(|(point, _)| point).collect()
+            }
+        };
+        if chosen.is_empty() {
+            let reason = format!("holds no material point of body `{}`", input.body);
+            return Err(SceneError::new(format!("{path}.points"), reason));
+        }
+        probes.push(Probe::new(name, body, chosen, bodies));
+    }
+    Ok(probes)
+}
+
+/// The `count` points nearest to `x`, with equal shares.
+fn nearest<const D: usize>(
+    body: &dyn mpm_assembly::Body<D>,
+    x: &Vector<D>,
+    count: usize,
+) -> Result<Vec<(usize, f64)>, String> {
+    if count > body.n_points() {
+        return Err(format!("the body has only {} material points", body.n_points()));
+    }
+    // Distances that differ by rounding alone count as equal, and then the order of points decides.
+    let mut distances: Vec<(f64, usize)> =
+        (0..body.n_points()).map(|p| ((body.point(p).position - x).norm(), p)).collect();
+    let scale = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
+    for (distance, _) in &mut distances {
+        *distance = (*distance / scale.max(f64::MIN_POSITIVE) * 1e9).round();
+    }
+    distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut shares: Vec<(usize, f64)> =
+        distances[..count].iter().map(|&(_, point)| (point, 1.0 / count as f64)).collect();
+    shares.sort_by_key(|&(point, _)| point);
+    Ok(shares)
+}

@@ -1,0 +1,168 @@
+//! The mesh and how it moves.
+
+use crate::error::SceneError;
+use crate::language::{AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput};
+use mpm_geometry::MemoryLimit;
+use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};
+
+pub(super) fn layout<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
+    let axes = match mesh {
+        MeshInput::Box { axes } => axes,
+        MeshInput::Ring { centre, radii, sectors, angles, height } => {
+            let radii = axis(radii, memory).map_err(|it| SceneError::new("mesh.radii", it))?;
+            let height = height.as_ref().map(|it| axis(it, memory)).transpose();
+            let height = height.map_err(|it| SceneError::new("mesh.height", it))?;
+            let span = angles.map_or(Span::Full, |(from, to)| Span::Sector {
+                from: from.0.to_radians(),
+                to: to.0.to_radians(),
+            });
+            check_ring(&radii, sectors.0, memory).map_err(|it| SceneError::new("mesh", it))?;
+            let ring = Layout::ring(plane_point(centre), radii, sectors.0, span, height);
+            return ring.map_err(|it| match it {
+                LayoutError::Lattice(LatticeError::TooFewCells { direction: 0, cells, least }) => {
+                    let reason = format!("expected at least {least} cells around a full ring, got {cells}");
+                    SceneError::new("mesh.sectors", reason)
+                }
+                it => SceneError::new("mesh", it),
+            });
+        }
+    };
+    let made: Vec<Axis> = axes
+        .iter()
+        .enumerate()
+        .map(|(d, input)| axis(input, memory).map_err(|it| SceneError::new(format!("mesh.axes[{d}]"), it)))
+        .collect::<Result<_, _>>()?;
+    let made: [Axis; D] = made.try_into().map_err(|made: Vec<Axis>| {
+        SceneError::new("mesh.axes", format!("expected {D} axes, one per dimension, got {}", made.len()))
+    })?;
+    Layout::on_axes(made).map_err(|it| SceneError::new("mesh", it))
+}
+
+fn axis(input: &AxisInput, memory: MemoryLimit) -> Result<Axis, String> {
+    match input {
+        AxisInput::Uniform { from, to, cells } => Axis::uniform(from.0, to.0, cells.0),
+        AxisInput::Graded { from, to, cells, ratio } => {
+            memory.check("the axis", f64::from(cells.0) + 1.0, size_of::<f64>())?;
+            Axis::geometric(from.0, to.0, cells.0, ratio.0)
+        }
+        AxisInput::Nodes(nodes) => Axis::graded(nodes.iter().map(|x| x.0).collect()),
+    }
+    .map_err(|it| it.to_string())
+}
+
+/// A ring mesh has tables of its angles.
+pub(super) fn check_ring(radii: &Axis, sectors: u32, memory: MemoryLimit) -> Result<(), String> {
+    memory.check("the ring", f64::from(sectors) + f64::from(radii.cells()), 3 * size_of::<f64>())
+}
+
+pub(super) fn plane_point(point: &PlanePoint) -> [f64; 2] {
+    let PlanePoint((x, y)) = point;
+    [x.0, y.0]
+}
+
+pub(super) fn ramp(input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
+    let knots = input.0.iter().map(|(fraction, factor)| (fraction.0, factor.0 * scale)).collect();
+    Ramp::new(knots).map_err(|it| SceneError::new(path, it))
+}
+
+pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, SceneError> {
+    let index = direction.index();
+    if index < D {
+        return Ok(index);
+    }
+    Err(SceneError::new(path, format!("{direction:?} is not a direction of a scene in {D} dimensions")))
+}
+
+/// An even axis that is stretched in part is one no more: its nodes are listed.
+fn check_stretch<const D: usize>(
+    layout: &Layout<D>,
+    axis: usize,
+    (anchor, driven): (f64, f64),
+    memory: MemoryLimit,
+) -> Result<(), String> {
+    let Layout::Box { axes, .. } = layout else { return Ok(()) };
+    let axis = &axes[axis];
+    if anchor.min(driven) <= axis.first() && anchor.max(driven) >= axis.last() {
+        return Ok(());
+    }
+    memory.check("the axis that is stretched in part", f64::from(axis.cells()) + 1.0, size_of::<f64>())
+}
+
+pub(super) fn motion<const D: usize>(
+    input: &MotionInput<D>,
+    layout: &Layout<D>,
+    memory: MemoryLimit,
+) -> Result<MeshMotion<D>, SceneError> {
+    match input {
+        MotionInput::Fixed => Ok(MeshMotion::Fixed),
+        MotionInput::Stretch(stretches) => {
+            let mut planes = [const { None }; D];
+            for (k, stretch) in stretches.iter().enumerate() {
+                let path = format!("motion[{k}]");
+                let axis = component::<D>(stretch.axis, &format!("{path}.axis"))?;
+                if planes[axis].is_some() {
+                    return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
+                }
+                check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), memory)
+                    .map_err(|it| SceneError::new(&path, it))?;
+                planes[axis] = Some(DrivenPlane {
+                    anchor: stretch.anchor.0,
+                    driven: stretch.driven.0,
+                    displacement: ramp(&stretch.ramp, stretch.displacement.0, &format!("{path}.ramp"))?,
+                });
+            }
+            MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
+        }
+        MotionInput::Corners(moved) => {
+            let mut path: Vec<[Ramp; D]> = vec![std::array::from_fn(|_| Ramp::constant(0.0)); 1 << D];
+            let mut given = vec![false; 1 << D];
+            for (k, input) in moved.iter().enumerate() {
+                let at = format!("motion[{k}]");
+                let corner = box_corner(layout, &input.corner.0)
+                    .map_err(|reason| SceneError::new(format!("{at}.corner"), reason))?;
+                if std::mem::replace(&mut given[corner], true) {
+                    return Err(SceneError::new(at, "this corner is moved twice"));
+                }
+                for (ramp_of, displacement) in path[corner].iter_mut().zip(input.displacement.0) {
+                    *ramp_of = ramp(&input.ramp, displacement, &format!("{at}.ramp"))?;
+                }
+            }
+            MeshMotion::corners(path).map_err(|it| SceneError::new("motion", it))
+        }
+        MotionInput::Rotate { centre, angle, ramp: input } => {
+            let angle = ramp(input, angle.0.to_radians(), "motion.ramp")?;
+            MeshMotion::rotate(plane_point(centre), angle).map_err(|it| SceneError::new("motion", it))
+        }
+        MotionInput::Twist { inner, outer, ramp: input, outer_ramp, reindexing } => {
+            let Layout::Ring { centre, radii, .. } = layout else {
+                return Err(SceneError::new("motion", "a twist needs a ring mesh"));
+            };
+            let inner = ramp(input, inner.0.to_radians(), "motion.ramp")?;
+            let outer = match outer_ramp {
+                None => ramp(input, outer.0.to_radians(), "motion.ramp")?,
+                Some(input) => ramp(input, outer.0.to_radians(), "motion.outer_ramp")?,
+            };
+            let reindexing = match reindexing {
+                ReindexingInput::WholeCells => Reindexing::WholeCells,
+                ReindexingInput::Off => Reindexing::Off,
+            };
+            let (inner, outer) = ((radii.first(), inner), (radii.last(), outer));
+            MeshMotion::twist(*centre, inner, outer, reindexing).map_err(|it| SceneError::new("motion", it))
+        }
+    }
+}
+
+/// Number of the corner of a box layout that stands at `x`.
+fn box_corner<const D: usize>(layout: &Layout<D>, x: &[f64; D]) -> Result<usize, String> {
+    let Layout::Box { axes, .. } = layout else { return Err("only a box has corners".into()) };
+    let mut corner = 0;
+    for (d, axis) in axes.iter().enumerate() {
+        let near = 1e-9 * (axis.last() - axis.first());
+        if (x[d] - axis.last()).abs() <= near {
+            corner |= 1 << d;
+        } else if (x[d] - axis.first()).abs() > near {
+            return Err(format!("expected a corner of the mesh's box at rest, got {x:?}"));
+        }
+    }
+    Ok(corner)
+}

@@ -1,0 +1,165 @@
+//! A scene becomes a model: the only place that asks what kind of thing something is.
+
+mod basis;
+mod bodies;
+mod loads;
+mod mesh;
+mod names;
+mod overlap;
+mod shapes;
+mod supports;
+
+use crate::compiled::Compiled;
+use crate::error::SceneError;
+use crate::files::{NoFiles, SceneFiles};
+use crate::language::{
+    PathMeasureInput, PredictorInput, Scene, SceneIn, SolverInput, StabilisationInput, StepControlInput,
+    ToleranceInput,
+};
+use crate::limits::memory_left;
+use basis::{FillBody, check_domains, domain_limit};
+use bodies::bodies;
+use loads::{loads, probes};
+use mesh::{layout, motion};
+use mpm_basis::{ActiveNodes, Stencils};
+use mpm_geometry::MemoryLimit;
+use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Choice;
+use mpm_solver::{
+    Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, StepFailure, Tolerance,
+};
+use supports::supports;
+
+/// Makes a model of a scene that names no files, see [`compile_with`].
+///
+/// # Errors
+/// As [`compile_with`].
+pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
+    compile_with(scene, &NoFiles)
+}
+
+/// Makes a model of a scene and checks all that can be checked before the first load step.
+///
+/// What would not fit into the memory that this machine has left is refused before any of it is asked for.
+///
+/// # Errors
+/// The first thing that is wrong with the scene, or with a file that it names, with its path.
+pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
+    made(scene, files, memory_left())
+}
+
+/// As [`compile_with`], with so many bytes of memory in place of the machine's.
+///
+/// # Errors
+/// As [`compile_with`].
+pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Result<Compiled, SceneError> {
+    made(scene, files, MemoryLimit { bytes })
+}
+
+fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {
+    Ok(match scene {
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files, memory)?),
+        Scene::Solid(scene) => Compiled::Solid(model(scene, files, memory)?),
+    })
+}
+
+fn model<const D: usize, B: FillBody<D>>(
+    scene: &SceneIn<D, B>,
+    files: &dyn SceneFiles,
+    memory: MemoryLimit,
+) -> Result<Model<D>, SceneError> {
+    check_domains(&scene.basis, &scene.domains)?;
+    if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
+        return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
+    }
+    let layout = layout(&scene.mesh, memory)?;
+    let motion = motion(&scene.motion, &layout, memory)?;
+    let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
+    motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
+
+    let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
+    let probes = probes(scene, &bodies)?;
+    let mut model = Model::new(layout);
+    model.motion = motion;
+    model.supports = supports(scene, &model.layout)?;
+    model.loads = loads(scene, &bodies, faces)?;
+    model.domain_limit = domain_limit(&scene.domains, &bodies);
+    model.bodies = bodies;
+    model.schedule = schedule(scene)?;
+    model.path = path_control(&scene.schedule.control);
+    model.ghost = scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0);
+    model.domain_history = scene.output.domain_history;
+    model.energies = scene.output.energies;
+    model.probes = probes;
+    model.condition_history = scene.output.condition;
+    model.solver = match scene.solver {
+        SolverInput::Auto => Choice::Auto,
+        SolverInput::Direct => Choice::Direct,
+        SolverInput::Iterative => Choice::Iterative,
+    };
+    model.tolerance = tolerance(&scene.tolerance)?;
+    check_start(&model, &mesh, memory)?;
+    Ok(model)
+}
+
+fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneError> {
+    let cuts = scene.schedule.cuts;
+    if cuts > Schedule::MOST_CUTS {
+        let reason = format!("expected at most {} halvings, got {cuts}", Schedule::MOST_CUTS);
+        return Err(SceneError::new("schedule.cuts", reason));
+    }
+    let predictor = match scene.schedule.predictor {
+        PredictorInput::LastStep => PredictorKind::LastStep,
+        PredictorInput::Rest => PredictorKind::Rest,
+    };
+    Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
+}
+
+fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
+    let keep_factor_below = input.keep_factor_below.map(|part| part.0);
+    if let Some(part) = keep_factor_below.filter(|part| *part >= 1.0) {
+        return Err(SceneError::new("tolerance.keep_factor_below", format!("is {part}, expected less than 1")));
+    }
+    Ok(Tolerance { residual: input.residual.0, iterations: input.iterations.0, keep_factor_below })
+}
+
+fn path_control(control: &StepControlInput) -> Option<PathControl> {
+    let StepControlInput::Path { first, longest, iterations, measure } = control else { return None };
+    let measure = match measure {
+        PathMeasureInput::Dissipation { most } => PathMeasure::Dissipation { most: most.map(|it| it.0) },
+        PathMeasureInput::ArcLength { most } => PathMeasure::ArcLength { most: most.map(|it| it.0) },
+    };
+    let longest = longest.as_ref().map_or(first.0, |it| it.0);
+    Some(PathControl { measure, first: first.0, longest, iterations: iterations.0 })
+}
+
+/// The start of the first load step: the mesh covers every point, and what is driven carries material.
+fn check_start<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    memory: MemoryLimit,
+) -> Result<(), SceneError> {
+    let stencils: Vec<Stencils<D>> =
+        model.bodies.iter().map(|body| stencils(body, mesh)).collect::<Result<_, _>>()?;
+    let around = ActiveNodes::nodes_around(mesh.lattice(), &stencils);
+    let room_for = memory.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
+    room_for.map_err(|it| SceneError::new("bodies", it))?;
+    let active = ActiveNodes::of(mesh.lattice(), &stencils);
+    for (k, support) in model.supports.iter().enumerate() {
+        let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
+        if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {
+            return Err(SceneError::new(
+                format!("supports[{k}].region"),
+                format!("support `{}` drives nodes, but none of them carries material", support.name),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn stencils<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Result<Stencils<D>, SceneError> {
+    named.body.stencils(mesh).map_err(|it| {
+        let (body, basis, reason) = (named.name.clone(), named.body.basis(), it.to_string());
+        SceneError::new("bodies", StepFailure::Outside { body, basis, reason })
+    })
+}

@@ -1,0 +1,186 @@
+//! Shapes of bodies: what is to be filled, and by the cells of which mesh.
+
+use super::mesh::{check_ring, plane_point};
+use crate::files::SceneFiles;
+use crate::fill::Shape;
+use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput};
+use mpm_geometry::{MemoryLimit, Round, Solid, Surface};
+use mpm_grid::{Axis, Layout, Mesh, Span};
+
+/// Why a shape has no place in a ring mesh.
+const NEEDS_BOX: &str =
+    "such a body can only be filled in a box mesh; a ring mesh takes `Ring`, `Tube` and `Points`";
+
+/// A shape with the surface that it names, if it names one.
+pub(super) struct WithSurface<'a, const D: usize> {
+    pub shape: &'a ShapeInput<D>,
+    pub surface: Option<Surface>,
+}
+
+impl<'a, const D: usize> WithSurface<'a, D> {
+    pub(super) fn of(shape: &'a ShapeInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
+        let ShapeInput::Surface { file, scale, shift } = shape else {
+            return Ok(Self { shape, surface: None });
+        };
+        let &[x, y, z] = &shift.0[..] else {
+            return Err("a surface encloses a body in three dimensions only".into());
+        };
+        Ok(Self { shape, surface: Some(files.surface(file)?.placed(scale.0, &[x, y, z])) })
+    }
+
+    /// What it encloses in a box mesh.
+    fn solid(&self, layout: &Layout<D>) -> Result<Solid<'_>, String> {
+        match (self.shape, &self.surface) {
+            (_, Some(surface)) => Ok(Solid::Surface(surface)),
+            (ShapeInput::Cylinder { axis, centre, radius, extent }, _) => {
+                round(layout, *axis, centre, (0.0, radius.0), *extent).map(Solid::Round)
+            }
+            (ShapeInput::Tube { axis, centre, inner, outer, extent }, _) => {
+                round(layout, *axis, centre, (inner.0, outer.0), *extent).map(Solid::Round)
+            }
+            _ => Err("`without`: expected bodies whose shapes are `Cylinder`, `Tube` or `Surface`".into()),
+        }
+    }
+}
+
+/// The shapes that are cut out of a body.
+pub(super) fn cut_out<'a, const D: usize>(
+    body: &BodyInput<D>,
+    before: &[BodyInput<D>],
+    shapes: &'a [WithSurface<'a, D>],
+) -> Result<Vec<&'a WithSurface<'a, D>>, String> {
+    let ShapeInput::Box { without, .. } = &body.shape else { return Ok(Vec::new()) };
+    let of = |name: &String| {
+        let other = before.iter().zip(shapes).find(|other| other.0.name == *name);
+        let (other, shape) =
+            other.ok_or_else(|| format!("`without`: no body named `{name}` stands before this one"))?;
+        if other.points_per_cell != body.points_per_cell {
+            return Err(format!("`without`: body `{name}` has another number of points per cell"));
+        }
+        Ok(shape)
+    };
+    without.iter().map(of).collect()
+}
+
+/// What is to be filled, and the mesh whose cells it is filled by.
+pub(super) fn shape<'a, const D: usize>(
+    own: &'a WithSurface<'a, D>,
+    cut: &[&'a WithSurface<'a, D>],
+    layout: &Layout<D>,
+    mesh: &Mesh<D>,
+    files: &dyn SceneFiles,
+    memory: MemoryLimit,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let in_box = |shape| match layout {
+        Layout::Box { .. } => Ok((shape, mesh.clone())),
+        Layout::Ring { .. } => Err(NEEDS_BOX.into()),
+    };
+    match own.shape {
+        ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
+        ShapeInput::Box { from, to, .. } => {
+            let without = cut.iter().map(|it| it.solid(layout)).collect::<Result<_, _>>()?;
+            in_box(Shape::Rest { from: from.0, to: to.0, without })
+        }
+        ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
+        ShapeInput::Cylinder { .. } | ShapeInput::Surface { .. } => in_box(Shape::Solid(own.solid(layout)?)),
+        ShapeInput::Ring { inner, outer, .. } if inner.0 <= 0.0 || inner.0 >= outer.0 => {
+            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
+        }
+        ShapeInput::Tube { inner, outer, .. } if inner.0 >= outer.0 => {
+            Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
+        }
+        ShapeInput::Ring { inner, outer, centre } => match layout {
+            Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
+            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), memory),
+        },
+        ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
+            Layout::Box { .. } => in_box(Shape::Solid(own.solid(layout)?)),
+            Layout::Ring { .. } if *axis != Direction::Z => {
+                Err("a tube in a ring mesh has its axis along `Z`".into())
+            }
+            Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), *extent),
+        },
+    }
+}
+
+/// The cells of a ring mesh between two of its rings of nodes, and between two heights.
+fn ring_cells<'a, const D: usize>(
+    layout: &Layout<D>,
+    mesh: &Mesh<D>,
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    extent: Option<(Finite, Finite)>,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let Layout::Ring { radii, centre: mesh_centre, height, .. } = layout else {
+        return Err("expected a ring mesh".into());
+    };
+    if plane_point(centre) != *mesh_centre {
+        let [found, expected] = [plane_point(centre), *mesh_centre];
+        return Err(format!("a ring in a ring mesh has the mesh's centre {expected:?}, got {found:?}"));
+    }
+    let ring = |radius: f64| {
+        radii.line_at(radius).ok_or_else(|| format!("the mesh has no ring of nodes at radius {radius}"))
+    };
+    let (mut low, mut high) = ([0; D], layout.lattice().cells());
+    (low[1], high[1]) = (ring(inner)?, ring(outer)?);
+    if let Some((from, to)) = extent {
+        let axis = height.as_ref().ok_or("`extent` is for three dimensions")?;
+        let layer =
+            |z: f64| axis.line_at(z).ok_or_else(|| format!("the mesh has no layer of nodes at height {z}"));
+        (low[D - 1], high[D - 1]) = (layer(from.0)?, layer(to.0)?);
+        if from.0 >= to.0 {
+            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
+        }
+    }
+    Ok((Shape::Cells { low, high }, mesh.clone()))
+}
+
+/// A ring of pieces about as large as the cells of a box mesh.
+fn ring_of_its_own<'a, const D: usize>(
+    axes: &[Axis; D],
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    memory: MemoryLimit,
+) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
+    let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
+        pieces if pieces < f64::from(u32::MAX) => Ok(pieces as u32),
+        pieces => Err(format!("the ring would have {pieces:e} cells along one direction")),
+    };
+    let radii = Axis::uniform(inner, outer, pieces(outer - inner)?).map_err(|it| it.to_string())?;
+    let sectors = pieces(std::f64::consts::PI * (inner + outer))?.max(8);
+    check_ring(&radii, sectors, memory)?;
+    let height = axes.get(2).cloned();
+    let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
+    let ring = ring.map_err(|it| it.to_string())?;
+    let cells = ring.lattice().cells();
+    Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+}
+
+/// A cylinder or tube; in the plane of thickness 1.
+fn round<const D: usize>(
+    layout: &Layout<D>,
+    axis: Direction,
+    centre: &PlanePoint,
+    (inner, outer): (f64, f64),
+    extent: Option<(Finite, Finite)>,
+) -> Result<Round, String> {
+    let Layout::Box { axes, .. } = layout else {
+        return Err(NEEDS_BOX.into());
+    };
+    let ends = match (D, extent) {
+        (2, _) if axis != Direction::Z => return Err("a disc of the plane has its axis along `Z`".into()),
+        (2, Some(_)) => return Err("`extent` is for three dimensions".into()),
+        (2, None) => (0.0, 1.0),
+        (_, Some((from, to))) if from.0 >= to.0 => {
+            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
+        }
+        (_, Some((from, to))) => (from.0, to.0),
+        (_, None) => (axes[axis.index()].first(), axes[axis.index()].last()),
+    };
+    Ok(Round { axis: axis.index(), centre: plane_point(centre), inner, outer, ends })
+}
+
+fn mean_cell(axis: &Axis) -> f64 {
+    (axis.last() - axis.first()) / f64::from(axis.cells())
+}

@@ -1,0 +1,154 @@
+//! Supports: which nodes, and what is prescribed of them.
+
+use super::mesh::{component, plane_point, ramp};
+use super::names::{A_NAME, is_name};
+use crate::error::SceneError;
+use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
+use crate::limits::check_search;
+use mpm_grid::{Layout, NodeId, Region, Vector};
+use mpm_solver::{Prescribed, Support, Turn};
+
+fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
+    Ok(match input {
+        RegionInput::Plane { axis, at } => {
+            Region::Plane { axis: component::<D>(*axis, &format!("{path}.axis"))?, at: at.0 }
+        }
+        RegionInput::Box { from, to } => Region::Box { from: Vector::from(from.0), to: Vector::from(to.0) },
+        RegionInput::Point(x) => Region::Point(Vector::from(x.0)),
+        RegionInput::Circle { centre, radius } => {
+            Region::Circle { centre: plane_point(centre), radius: radius.0 }
+        }
+        RegionInput::Annulus { centre, inner, outer } => {
+            Region::Annulus { centre: plane_point(centre), inner: inner.0, outer: outer.0 }
+        }
+        RegionInput::Ray { centre, angle } => {
+            let (sine, cosine) = angle.0.to_radians().sin_cos();
+            // At right angles exactly along the axes.
+            let along = [cosine, sine].map(|x| if x.abs() < 1e-15 { 0.0 } else { x });
+            Region::Ray { centre: plane_point(centre), along }
+        }
+        RegionInput::Everywhere => Region::Everywhere,
+        RegionInput::All(regions) => Region::All(
+            regions
+                .iter()
+                .enumerate()
+                .map(|(k, input)| region(input, &format!("{path}[{k}]")))
+                .collect::<Result<_, _>>()?,
+        ),
+    })
+}
+
+pub(super) fn supports<const D: usize, B>(
+    scene: &SceneIn<D, B>,
+    layout: &Layout<D>,
+) -> Result<Vec<Support<D>>, SceneError> {
+    let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
+    let mut sought = 0.0;
+    for (k, input) in scene.supports.iter().enumerate() {
+        let path = format!("supports[{k}]");
+        let name = &input.name;
+        if !is_name(name) || supports.iter().any(|it| it.name == *name) {
+            let reason = format!("expected {A_NAME}, got {name:?}");
+            return Err(SceneError::new(format!("{path}.name"), reason));
+        }
+        let region = region(&input.region, &format!("{path}.region"))?;
+        sought += region.candidates(layout);
+        check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
+        let nodes = region.nodes(layout);
+        if nodes.is_empty() {
+            return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout)));
+        }
+        supports.push(Support {
+            name: input.name.clone(),
+            nodes,
+            components: components(input, &path)?,
+            moment_about: input.moment_about.as_ref().map(plane_point),
+        });
+    }
+    refuse_contradictions(&supports)?;
+    Ok(supports)
+}
+
+/// Why a region holds no node: where nodes stand instead, if that can be said.
+fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
+    let missed = "the region holds no node of the mesh";
+    match (region, layout) {
+        (Region::Plane { axis, at }, Layout::Box { axes, .. }) => {
+            let axis = &axes[*axis];
+            let (cell, _) = axis.locate(at.clamp(axis.first(), axis.last()));
+            format!("{missed}: it is at {at}, nodes are at {} and {}", axis.node(cell), axis.node(cell + 1))
+        }
+        _ => missed.into(),
+    }
+}
+
+fn components<const D: usize>(
+    input: &SupportInput<D>,
+    path: &str,
+) -> Result<[Option<Prescribed>; D], SceneError> {
+    let held = input.fix.iter().map(|axis| Ok((*axis, Prescribed::Held)));
+    let following = input.follow_mesh.iter().map(|axis| Ok((*axis, Prescribed::FollowMesh)));
+    let driven = input.displace.iter().enumerate().map(|(k, displace)| {
+        let ramp = ramp(&displace.ramp, displace.by.0, &format!("{path}.displace[{k}].ramp"))?;
+        Ok((displace.axis, Prescribed::Driven(ramp)))
+    });
+    let turned = input.turn.as_ref().map(|it| turn::<D>(it, &format!("{path}.turn"))).transpose()?;
+    let turned = turned.iter().flat_map(|turn| {
+        let directions = [Direction::X, Direction::Y, Direction::Z];
+        turn.across().map(|axis| Ok((directions[axis], Prescribed::Turned(turn.clone()))))
+    });
+    let mut components = [const { None }; D];
+    for entry in held.chain(following).chain(driven).chain(turned) {
+        let (axis, prescribed) = entry?;
+        let component = component::<D>(axis, path)?;
+        if components[component].is_some() {
+            return Err(SceneError::new(path, format!("component {axis:?} is prescribed twice")));
+        }
+        components[component] = Some(prescribed);
+    }
+    if components.iter().all(Option::is_none) {
+        return Err(SceneError::new(
+            path,
+            "expected `fix`, `displace` or `follow_mesh` with at least one direction, or `turn`",
+        ));
+    }
+    Ok(components)
+}
+
+fn turn<const D: usize>(input: &TurnInput, path: &str) -> Result<Turn, SceneError> {
+    if D == 2 && input.axis != Direction::Z {
+        return Err(SceneError::new(format!("{path}.axis"), "in the plane nodes turn about `Z`"));
+    }
+    let angle = ramp(&input.ramp, input.angle.0.to_radians(), &format!("{path}.ramp"))?;
+    Ok(Turn { axis: input.axis.index(), centre: plane_point(&input.centre), angle })
+}
+
+/// Two supports may share nodes only where they prescribe the same.
+fn refuse_contradictions<const D: usize>(supports: &[Support<D>]) -> Result<(), SceneError> {
+    for component in 0..D {
+        let mut claims: Vec<(NodeId, usize)> = supports
+            .iter()
+            .enumerate()
+            .filter(|(_, support)| support.components[component].is_some())
+            .flat_map(|(k, support)| support.nodes.iter().map(move |&node| (node, k)))
+            .collect();
+        claims.sort_unstable();
+        for pair in claims.windows(2) {
+            let [(node, first), (other, second)] = [pair[0], pair[1]];
+            let (a, b) = (&supports[first], &supports[second]);
+            if node == other && a.components[component] != b.components[component] {
+                return Err(SceneError::new(
+                    format!("supports[{second}]"),
+                    format!(
+                        "supports `{}` and `{}` prescribe different displacements of component {} of node {}",
+                        a.name,
+                        b.name,
+                        ["X", "Y", "Z"][component],
+                        node.index()
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}

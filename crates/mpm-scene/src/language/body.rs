@@ -1,0 +1,160 @@
+//! Laws, bodies, and what they fill.
+
+use super::direction::Direction;
+use super::number::{Coordinates, Count, Finite, PlanePoint, Poisson, Positive, one};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A law. Stress is work-conjugate to elastic logarithmic strain: `τ = λ tr(ε_e) I + 2G ε_e`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum MaterialInput {
+    /// Hencky elasticity.
+    Hencky {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Hencky elasticity with von Mises perfect plasticity.
+    VonMises {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress `[F/L²]`.
+        yield_radius: Positive,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+}
+
+impl MaterialInput {
+    /// Mass per reference volume, if it is given `[M/L³]`.
+    pub fn density(&self) -> Option<Positive> {
+        match self {
+            Self::Hencky { density, .. } | Self::VonMises { density, .. } => *density,
+        }
+    }
+}
+
+/// A body of material points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyInput<const D: usize> {
+    /// Its name.
+    pub name: String,
+    /// Name of its law.
+    pub material: String,
+    /// What it fills at rest.
+    pub shape: ShapeInput<D>,
+    /// Material points per cell and direction, evenly spaced; needed by every shape but `Points`, which has its own.
+    #[serde(default)]
+    pub points_per_cell: Option<Count>,
+    /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
+    /// volume change of their cell in place of their own; left alone if left out.
+    #[serde(default)]
+    pub mean_dilatation: Option<MeanDilatationInput>,
+}
+
+/// What the volume change of a cell is. Points take it in each load step from the cell that holds them at its
+/// start. `VolumeRatio` and `Volume` are then those of the cells, and domains that follow F follow them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum MeanDilatationInput {
+    /// The mean over the points in the cell: for bodies whose surface moves through cells.
+    Points,
+    /// That of the cell itself, wherever its points stand: the more accurate one in cells that stay full of
+    /// material; cells filled in part may turn unstable.
+    Cell,
+}
+
+/// What a body fills at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ShapeInput<const D: usize> {
+    /// A box along the axes. Along a direction in which both its ends lie on mesh lines, points are
+    /// spaced evenly in each cell; along any other, evenly over the whole box and at least as densely.
+    Box {
+        /// Corner with the lowest coordinates `[L]`.
+        from: Coordinates<D>,
+        /// Corner with the highest coordinates `[L]`.
+        to: Coordinates<D>,
+        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube` or `Surface`, that are cut out of the
+        /// box, as far as they reach into it. The box then has its ends on mesh lines, and all have equally many
+        /// points per cell.
+        #[serde(default)]
+        without: Vec<String>,
+    },
+    /// A ring. In a ring mesh: all cells between two of its rings of nodes, exactly the polygon's volume. In a box
+    /// mesh: a polygon of its own, cut into pieces about as large as the mesh's cells.
+    Ring {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Inner radius, above 0 `[L]`.
+        inner: Finite,
+        /// Outer radius `[L]`.
+        outer: Finite,
+    },
+    /// A cylinder along an axis; in the plane, a disc. Box meshes only. Cells that are filled in part have points
+    /// whose volume, centre and extent are those of what fills them.
+    Cylinder {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Radius `[L]`.
+        radius: Positive,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
+    /// A tube; in the plane, an annulus. In a box mesh as `Cylinder`, in a ring mesh along `Z` all cells between two
+    /// of its rings of nodes.
+    Tube {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, as for `Cylinder` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Inner radius `[L]`.
+        inner: Positive,
+        /// Outer radius `[L]`.
+        outer: Positive,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
+    /// What a closed surface encloses; three dimensions and box meshes only. Cells that are filled in part have
+    /// points whose volume, centre and extent are those of what fills them, so that the body's volume is the
+    /// surface's. A surface that is open, crosses itself, or whose facets face different ways is refused.
+    Surface {
+        /// An STL file, binary or text, beside the scene.
+        file: String,
+        /// How many times as large the body is as the file says, about the origin.
+        #[serde(default = "one")]
+        scale: Positive,
+        /// How far it is then moved; not at all if left out `[L]`.
+        #[serde(default)]
+        shift: Coordinates<D>,
+    },
+    /// Material points that are given, one row each. A CSV file has a line of names first: `x`, `y`, in three
+    /// dimensions `z`, `volume`, and, if points have domains, `r1x`, `r1y`, … `r3z`: vectors from the point to the middles of
+    /// its domain's sides, right-handed. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
+    /// points have domains, `domain` (rows by dimensions by dimensions, one vector after the other). Without
+    /// domains they are cubes of the points' volumes. Points are kept in the order of the file, unless most of them stand
+    /// far from the one before: then in the order of the cells that hold them, row by row.
+    Points {
+        /// The file, beside the scene: HDF5 if it ends in `.h5` or `.hdf5`, else CSV.
+        file: String,
+    },
+}

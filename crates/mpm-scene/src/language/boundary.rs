@@ -1,0 +1,216 @@
+//! Where bodies are held, what pulls at them, and where they are watched.
+
+use super::direction::Direction;
+use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, RampInput, zero};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Nodes of the mesh, chosen by where they stand at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum RegionInput<const D: usize> {
+    /// Nodes on a plane (in the plane: a line) across an axis.
+    Plane {
+        /// The axis.
+        axis: Direction,
+        /// Its coordinate `[L]`.
+        at: Finite,
+    },
+    /// Nodes inside a box or on its faces.
+    Box {
+        /// Corner with the lowest coordinates `[L]`.
+        from: Coordinates<D>,
+        /// Corner with the highest coordinates `[L]`.
+        to: Coordinates<D>,
+    },
+    /// The node at a position `[L]`.
+    Point(Coordinates<D>),
+    /// Nodes at a distance from a centre (in three dimensions, from an axis along z).
+    Circle {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Distance `[L]`.
+        radius: Positive,
+    },
+    /// Nodes between two distances from a centre, both included (in three dimensions, from an axis along z).
+    Annulus {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Smallest distance; 0 if left out `[L]`.
+        #[serde(default = "zero")]
+        inner: Finite,
+        /// Largest distance `[L]`.
+        outer: Positive,
+    },
+    /// Nodes on a half line from a centre, such as a straight end of a sector of a ring (in three dimensions,
+    /// on a half plane that ends in a line along z).
+    Ray {
+        /// Centre (x, y) `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Its angle from the x axis towards the y axis `[degrees]`.
+        angle: Finite,
+    },
+    /// Every node.
+    Everywhere,
+    /// Nodes that lie in every one of these regions.
+    All(Vec<RegionInput<D>>),
+}
+
+/// Prescribed displacements of the nodes of a region. Components that are not named are free.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SupportInput<const D: usize> {
+    /// Its name in the results: `/history/reaction/<name>`, `/history/displacement/<name>`.
+    pub name: String,
+    /// Its nodes.
+    pub region: RegionInput<D>,
+    /// Components held at zero.
+    #[serde(default)]
+    pub fix: Vec<Direction>,
+    /// Components displaced by a given amount.
+    #[serde(default)]
+    pub displace: Vec<DisplaceInput>,
+    /// Components that move as the mesh does.
+    #[serde(default)]
+    pub follow_mesh: Vec<Direction>,
+    /// The nodes are turned about an axis, which prescribes both components across it.
+    #[serde(default)]
+    pub turn: Option<TurnInput>,
+    /// Point (x, y) about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`;
+    /// not recorded if left out `[L]`.
+    #[serde(default)]
+    pub moment_about: Option<PlanePoint>,
+}
+
+/// Prescribed displacement of one component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DisplaceInput {
+    /// The component.
+    pub axis: Direction,
+    /// Displacement in all `[L]`.
+    pub by: Finite,
+    /// Part of it against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A prescribed rotation of nodes. In each load step a node's displacement is that of what stands where the node
+/// does at its start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TurnInput {
+    /// Direction of the axis; `Z` if left out, and in the plane.
+    #[serde(default = "Direction::z")]
+    pub axis: Direction,
+    /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+    #[serde(default)]
+    pub centre: PlanePoint,
+    /// Angle in all, right-handed about the axis `[degrees]`.
+    pub angle: Finite,
+    /// Part of the angle against the load fraction; linear if left out.
+    #[serde(default)]
+    pub ramp: RampInput,
+}
+
+/// A force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum LoadInput<const D: usize> {
+    /// A force on the mass of every body.
+    BodyForce {
+        /// Force per mass `[L/T²]`.
+        acceleration: Coordinates<D>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// The body force of the generalised vortex (Brannon, Kamojjala & Sadeghirad 2011), a manufactured solution for a
+    /// ring of radii 0.75 and 1.25 around the origin in `Hencky` elasticity, in the plane: every circle of radius R
+    /// turns by the angle times 1 - 32 (R - 1)² + 256 (R - 1)⁴.
+    Vortex {
+        /// Name of the body.
+        body: String,
+        /// Angle by which the middle circle turns in all `[degrees]`.
+        angle: Finite,
+        /// Part of the angle against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// A force shared equally by the material points nearest to a position at rest.
+    PointForce {
+        /// Name of the body.
+        body: String,
+        /// The position `[L]`.
+        near: Coordinates<D>,
+        /// How many points share the force; points at equal distance count in their order.
+        #[serde(default = "Count::one")]
+        points: Count,
+        /// The whole force (in the plane: per unit thickness) `[F]`.
+        force: Coordinates<D>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+    /// A dead traction on the part of a body's boundary that lies on a plane across an axis at rest,
+    /// carried by the material points next to it in proportion to their share of the boundary.
+    Traction {
+        /// Name of the body.
+        body: String,
+        /// The axis that the plane cuts.
+        axis: Direction,
+        /// Coordinate of the plane at rest `[L]`.
+        at: Finite,
+        /// Bounds of the loaded part of the plane; all of it if left out.
+        #[serde(default)]
+        within: Option<BoundsInput<D>>,
+        /// The whole force (in the plane: per unit thickness) `[F]`.
+        resultant: Coordinates<D>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
+}
+
+/// Material points of a body whose mean is recorded after every load step: `/history/probe/<name>/position`,
+/// `…/displacement` and `…/cauchy_stress` (nine components row by row, the mean over their present volume).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeInput<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Name of the body.
+    pub body: String,
+    /// Which of the body's points.
+    pub points: ProbePointsInput<D>,
+}
+
+/// Which points of a body a probe follows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ProbePointsInput<const D: usize> {
+    /// The one nearest to a position at rest; the first of several `[L]`.
+    Near(Coordinates<D>),
+    /// Those that lie in a box at rest, or on its faces.
+    Within {
+        /// Corner with the lowest coordinates `[L]`.
+        from: Coordinates<D>,
+        /// Corner with the highest coordinates `[L]`.
+        to: Coordinates<D>,
+    },
+    /// All of them.
+    All,
+}
+
+/// A box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoundsInput<const D: usize> {
+    /// Corner with the lowest coordinates `[L]`.
+    pub from: Coordinates<D>,
+    /// Corner with the highest coordinates `[L]`.
+    pub to: Coordinates<D>,
+}

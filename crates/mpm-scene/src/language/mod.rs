@@ -1,0 +1,39 @@
+//! The input language: what a scene file may say.
+//!
+//! A scene is a RON file that opens with the space it lives in, `PlaneStrain( … )` or `Solid( … )`.
+//! Units are any consistent set; the documentation of each field gives its dimension in length `[L]`,
+//! force `[F]`, mass `[M]` and time `[T]`. Numbers are checked as they are read, so that a wrong one is
+//! reported with its line; what only the whole scene can tell (a region without nodes, say) is
+//! checked when the scene is compiled.
+
+mod basis;
+mod body;
+mod boundary;
+mod direction;
+mod edit;
+mod mesh;
+mod number;
+mod position;
+mod read;
+mod run;
+mod scene;
+
+pub use basis::{
+    ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
+    StabilisationInput, TrianglesInput,
+};
+pub use body::{BodyInput, MaterialInput, MeanDilatationInput, ShapeInput};
+pub use boundary::{
+    BoundsInput, DisplaceInput, LoadInput, ProbeInput, ProbePointsInput, RegionInput, SupportInput, TurnInput,
+};
+pub use direction::Direction;
+pub use edit::{EditError, Edited, set_value};
+pub use mesh::{AxisInput, CornerInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
+pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive, RampInput};
+pub use position::{Position, position_of};
+pub use read::ReadError;
+pub use run::{
+    CheckpointInput, FieldInput, OutputInput, PathMeasureInput, PredictorInput, ScheduleInput, SolverInput,
+    StepControlInput, ToleranceInput,
+};
+pub use scene::{Scene, SceneIn};

@@ -1,0 +1,252 @@
+//! Load steps, how each is solved, and what is recorded.
+
+use super::number::{self, Count, Positive};
+use mpm_solver::observe::Field;
+use mpm_solver::{Schedule, Tolerance};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Load steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScheduleInput {
+    /// Number of equal load steps.
+    pub steps: Count,
+    /// How often a step that does not converge may be halved before the run ends; steps grow again
+    /// by doubling, and every one of the equal steps ends where it would have.
+    #[serde(default = "default_cuts", deserialize_with = "number::halvings")]
+    #[schemars(range(min = 0, max = Schedule::MOST_CUTS))]
+    pub cuts: u8,
+    /// Where the iteration of a load step begins.
+    #[serde(default)]
+    pub predictor: PredictorInput,
+    /// What sets the load fraction of a load step.
+    #[serde(default)]
+    pub control: StepControlInput,
+}
+
+/// Where the iteration of a load step begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum PredictorInput {
+    /// At the displacement of the step before, in proportion to the change of the load fraction, and on to a
+    /// hundredth of the tolerance. Where that does not converge at once, the step begins again at rest.
+    #[default]
+    LastStep,
+    /// At rest, as other codes do. Path control has a guess of its own.
+    Rest,
+}
+
+/// What sets the load fraction of a load step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum StepControlInput {
+    /// It is given: `steps` equal steps.
+    #[default]
+    Load,
+    /// It is found: each step has a given length along the path of equilibria, so that a run passes points
+    /// where the load fraction has to decrease (snap-through, snap-back). `steps` is then the largest
+    /// number of load steps; the run ends when the load fraction reaches 1. `cuts` limits how often in a
+    /// row a step that cannot be solved is halved.
+    Path {
+        /// Change of the load fraction in the first step.
+        first: Positive,
+        /// Largest change of the load fraction in a step; as `first` if left out.
+        #[serde(default)]
+        longest: Option<Positive>,
+        /// Newton iterations that a step should need: with fewer the next is longer, with more shorter.
+        #[serde(default = "default_path_iterations")]
+        iterations: Count,
+        /// What the length of a step is.
+        #[serde(default)]
+        measure: PathMeasureInput,
+    },
+}
+
+/// What the length of a step along the path is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum PathMeasureInput {
+    /// Energy dissipated by yielding; load steps while nothing yields. For limit points caused by
+    /// yielding and localisation: it cannot turn back, because a body that unloads dissipates nothing.
+    Dissipation {
+        /// Longest step `[F L]` (in the plane: per unit thickness); if left out, as the iterations allow.
+        #[serde(default)]
+        most: Option<Positive>,
+    },
+    /// Root mean square of the free displacements, each node weighted by its share of the stiffness. For
+    /// limit points of elastic bodies (arches, shells).
+    ArcLength {
+        /// Longest step `[L]`; if left out, as the iterations allow.
+        #[serde(default)]
+        most: Option<Positive>,
+    },
+}
+
+impl Default for PathMeasureInput {
+    fn default() -> Self {
+        Self::Dissipation { most: None }
+    }
+}
+
+fn default_path_iterations() -> Count {
+    Count(6)
+}
+
+fn default_cuts() -> u8 {
+    Schedule::equal(1).cuts
+}
+
+/// How linear systems are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SolverInput {
+    /// By the solver that is predicted to be quicker: up to some ten thousand equations the direct one, beyond
+    /// the iterative one, which leaves to the other what takes it more iterations than a factorisation is worth.
+    /// `mpm check` tells both costs.
+    #[default]
+    Auto,
+    /// By sparse factorisation.
+    Direct,
+    /// By conjugate gradients with geometric multigrid, as accurately as each Newton iteration needs it; what
+    /// they cannot solve is factorised.
+    Iterative,
+}
+
+/// When a load step counts as solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ToleranceInput {
+    /// Out-of-balance force over external plus reaction force `[-]`.
+    pub residual: Positive,
+    /// Newton iterations per load step before it is cut.
+    pub iterations: Count,
+    /// A factorised tangent is kept for further iterations while each of them leaves at most this part of the
+    /// out-of-balance force, below 1; if left out every iteration has its own. Iterations become more and cheaper:
+    /// worth it where factorising takes most of the time and the response is nearly linear `[-]`.
+    pub keep_factor_below: Option<Positive>,
+}
+
+impl Default for ToleranceInput {
+    fn default() -> Self {
+        let Tolerance { residual, iterations, keep_factor_below } = Tolerance::default();
+        Self {
+            residual: Positive(residual),
+            iterations: Count(iterations),
+            keep_factor_below: keep_factor_below.map(Positive),
+        }
+    }
+}
+
+/// A quantity of the material points that is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FieldInput {
+    /// Displacement since the start, three components `[L]`.
+    Displacement,
+    /// Deformation gradient F, nine components row by row `[-]`.
+    DeformationGradient,
+    /// Cauchy stress σ = τ/J, nine components row by row `[F/L²]`.
+    CauchyStress,
+    /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row `[-]`.
+    ElasticStrain,
+    /// Current volume J V⁰ (plane strain: per unit thickness) `[L^D]`.
+    Volume,
+    /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress `[F/L²]`.
+    Rho,
+    /// 1 where the last load step was plastic, else 0.
+    Plastic,
+    /// `J = det F` `[-]`.
+    VolumeRatio,
+    /// Signed volume of the point's domain over that at rest; 1 for points without one `[-]`.
+    DomainMeasure,
+    /// Smallest weight of a corner of the domain; 1 for points without one `[-]`.
+    SmallestCornerWeight,
+    /// Number of nodes that receive the point through a single corner of its domain.
+    SingleCornerNodes,
+    /// Number of the domain's corners outside the mesh; all of them where one lies too far outside.
+    CornersOutside,
+    /// 1 where a fallback has replaced the domain, else 0.
+    FallenBack,
+    /// Number of the body (in the order of the scene) that the point belongs to.
+    Body,
+    /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
+    /// the position, four times, for points without one. Plane strain only `[L]`.
+    Outline,
+}
+
+impl FieldInput {
+    /// The solver's name for it.
+    pub fn field(self) -> Field {
+        match self {
+            Self::Displacement => Field::Displacement,
+            Self::DeformationGradient => Field::DeformationGradient,
+            Self::CauchyStress => Field::CauchyStress,
+            Self::ElasticStrain => Field::ElasticStrain,
+            Self::Volume => Field::Volume,
+            Self::Rho => Field::Rho,
+            Self::Plastic => Field::Plastic,
+            Self::VolumeRatio => Field::VolumeRatio,
+            Self::DomainMeasure => Field::DomainMeasure,
+            Self::SmallestCornerWeight => Field::SmallestCornerWeight,
+            Self::SingleCornerNodes => Field::SingleCornerNodes,
+            Self::CornersOutside => Field::CornersOutside,
+            Self::FallenBack => Field::FallenBack,
+            Self::Body => Field::Body,
+            Self::Outline => Field::Outline,
+        }
+    }
+}
+
+/// What the results file holds besides the history.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputInput {
+    /// Fields of the material points.
+    pub fields: Vec<FieldInput>,
+    /// Points are recorded every so many load steps, and always at the start and the end.
+    pub every: Count,
+    /// Whether the health of the points' domains is worked out after every load step, as columns
+    /// `/history/domain_…`.
+    pub domain_history: bool,
+    /// Whether energies are recorded `[F L]`: `/history/energy/elastic`, `…/dissipated` by yielding,
+    /// `…/external_work` of loads and supports, and `…/unbalanced`, what is left of the work. That vanishes with the
+    /// square of the load step, but for forces that a reset mesh lets go of, and for `stabilisation`, whose penalty
+    /// is in none of them. Costs a pass over the points per load step.
+    pub energies: bool,
+    /// Whether the condition number of every load step's last tangent is estimated (`/history/condition`), by ten
+    /// linear solutions more: 10 to 30 % more time in the plane, up to 80 % in space with the direct solver. Without it
+    /// the summary has a lower bound, from the pivots, which is free.
+    pub condition: bool,
+    /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
+    pub checkpoint: Option<CheckpointInput>,
+}
+
+/// When the state of the run is kept in a file beside the results; at least one of the two is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CheckpointInput {
+    /// After every so many load steps.
+    #[serde(default)]
+    pub every: Option<Count>,
+    /// After the first load step that ends so long after the last checkpoint `[s]`.
+    #[serde(default)]
+    pub seconds: Option<Positive>,
+}
+
+impl OutputInput {
+    /// The fields of the material points that are recorded.
+    pub fn fields(&self) -> Vec<Field> {
+        self.fields.iter().map(|field| field.field()).collect()
+    }
+}
+
+impl Default for OutputInput {
+    fn default() -> Self {
+        Self {
+            fields: vec![FieldInput::CauchyStress, FieldInput::Displacement],
+            every: Count(1),
+            domain_history: false,
+            energies: false,
+            condition: false,
+            checkpoint: None,
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! A whole scene.
+
+use super::basis::{DomainsInput, PlaneBasis, SolidBasis, StabilisationInput};
+use super::body::{BodyInput, MaterialInput, ShapeInput};
+use super::boundary::{LoadInput, ProbeInput, SupportInput};
+use super::mesh::{MeshInput, MotionInput};
+use super::number;
+use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Scene {
+    /// The plane: nothing moves or varies in the third direction; forces and volumes are per unit thickness.
+    PlaneStrain(SceneIn<2, PlaneBasis>),
+    /// Three dimensions.
+    Solid(SceneIn<3, SolidBasis>),
+}
+
+/// A scene in a space of two or three dimensions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneIn<const D: usize, B> {
+    /// What the scene shows, for people.
+    #[serde(default)]
+    pub title: String,
+    /// The background mesh at rest.
+    pub mesh: MeshInput,
+    /// How the mesh moves with the load fraction.
+    #[serde(default)]
+    pub motion: MotionInput<D>,
+    /// How material points influence the nodes of the mesh.
+    pub basis: B,
+    /// How the points' domains are made and how they deform.
+    #[serde(default)]
+    pub domains: DomainsInput,
+    /// What is done about cells that bodies barely reach into; nothing if left out.
+    #[serde(default)]
+    pub stabilisation: Option<StabilisationInput>,
+    /// Laws by name.
+    #[serde(deserialize_with = "number::unique_keys")]
+    pub materials: BTreeMap<String, MaterialInput>,
+    /// What is made of material points.
+    pub bodies: Vec<BodyInput<D>>,
+    /// Where displacements of the mesh's nodes are prescribed.
+    #[serde(default)]
+    pub supports: Vec<SupportInput<D>>,
+    /// Forces.
+    #[serde(default)]
+    pub loads: Vec<LoadInput<D>>,
+    /// Material points that the history follows.
+    #[serde(default)]
+    pub probes: Vec<ProbeInput<D>>,
+    /// How the load fraction goes from 0 to 1.
+    pub schedule: ScheduleInput,
+    /// When a load step counts as solved.
+    #[serde(default)]
+    pub tolerance: ToleranceInput,
+    /// How linear systems are solved.
+    #[serde(default)]
+    pub solver: SolverInput,
+    /// What the results file holds.
+    #[serde(default)]
+    pub output: OutputInput,
+}
+
+impl<const D: usize, B> SceneIn<D, B> {
+    fn files(&self) -> impl Iterator<Item = &str> {
+        self.bodies.iter().filter_map(|body| match &body.shape {
+            ShapeInput::Surface { file, .. } | ShapeInput::Points { file } => Some(file.as_str()),
+            _ => None,
+        })
+    }
+}
+
+impl Scene {
+    /// Files that it names.
+    pub fn files(&self) -> Vec<&str> {
+        match self {
+            Scene::PlaneStrain(scene) => scene.files().collect(),
+            Scene::Solid(scene) => scene.files().collect(),
+        }
+    }
+
+    /// What the scene wants recorded.
+    pub fn output(&self) -> &OutputInput {
+        match self {
+            Scene::PlaneStrain(scene) => &scene.output,
+            Scene::Solid(scene) => &scene.output,
+        }
+    }
+
+    /// What the scene shows.
+    pub fn title(&self) -> &str {
+        match self {
+            Scene::PlaneStrain(scene) => &scene.title,
+            Scene::Solid(scene) => &scene.title,
+        }
+    }
+}

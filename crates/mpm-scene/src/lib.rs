@@ -1,0 +1,23 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # In more detail
+//!
+//! A [`Scene`] is read from RON ([`language`]) and [`compile`]d into a model of `mpm-solver`, in which nothing is left
+//! to look up. Bodies are filled with material points on the way. Formats of files stay outside: [`SceneFiles`] turns
+//! the names that a scene holds into triangles and tables of points.
+
+mod compile;
+mod compiled;
+mod error;
+mod files;
+mod fill;
+pub mod language;
+mod limits;
+mod vortex;
+
+pub use compile::{compile, compile_with, compile_within};
+pub use compiled::Compiled;
+pub use error::SceneError;
+pub use files::{NoFiles, PointTable, SceneFiles};
+pub use language::Scene;
+pub use vortex::Vortex;

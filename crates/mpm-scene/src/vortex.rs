@@ -1,0 +1,162 @@
+//! The generalised vortex: a manufactured solution with large rotation and shear, regular everywhere.
+//!
+//! A ring of radii 0.75 and 1.25 around the origin; every circle of radius R turns by
+//! `α(R) = A g(R)`, `g = 1 − 32 (R − 1)² + 256 (R − 1)⁴`, which vanishes with its slope at both edges
+//! (Brannon, Kamojjala & Sadeghirad 2011; Kamojjala et al. 2015). In polar coordinates that is a
+//! simple shear `γ = R α'(R)` turned by α, so J = 1 and, for the Hencky law with `h = asinh(γ/2)`,
+//! `s = √(1 + γ²/4)`:
+//!
+//! ```text
+//! τ_rr = −G h γ / s,   τ_θθ = +G h γ / s,   τ_rθ = 2 G h / s
+//! ```
+//!
+//! Static equilibrium in the turned frame gives the body force per volume
+//! `b_r = −dτ_rr/dR − (τ_rr − τ_θθ)/R`, `b_θ = −dτ_rθ/dR − 2 τ_rθ/R`.
+
+use mpm_grid::{LoadFraction, Ramp, Vector};
+use mpm_solver::BodyForce;
+
+/// The vortex of one body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vortex {
+    shear: f64,
+    angle: Ramp,
+}
+
+/// State of the exact solution on one circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Circle {
+    /// `α`, `γ` and `dγ/dR`.
+    angle: f64,
+    gamma: f64,
+    slope: f64,
+}
+
+impl Vortex {
+    /// In a material of shear modulus G `[F/L²]`, turning by `angle` `[rad]` in the middle.
+    pub fn new(shear: f64, angle: Ramp) -> Self {
+        Self { shear, angle }
+    }
+
+    fn circle(&self, radius: f64, at: LoadFraction) -> Circle {
+        let amplitude = self.angle.value(at);
+        let x = radius - 1.0;
+        let g = 1.0 - 32.0 * x * x + 256.0 * x.powi(4);
+        let first = -64.0 * x + 1024.0 * x.powi(3);
+        let second = -64.0 + 3072.0 * x * x;
+        Circle {
+            angle: amplitude * g,
+            gamma: amplitude * radius * first,
+            slope: amplitude * (first + radius * second),
+        }
+    }
+
+    /// Where the exact motion takes the point at `rest` `[L]`.
+    pub fn position<const D: usize>(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D> {
+        let Circle { angle, .. } = self.circle(rest[0].hypot(rest[1]), at);
+        let (sin, cos) = angle.sin_cos();
+        let mut x = *rest;
+        (x[0], x[1]) = (cos * rest[0] - sin * rest[1], sin * rest[0] + cos * rest[1]);
+        x
+    }
+
+    /// Exact stress, Kirchhoff and Cauchy alike: xx, yy, xy of the point that was at `rest` `[F/L²]`.
+    pub fn stress<const D: usize>(&self, rest: &Vector<D>, at: LoadFraction) -> [f64; 3] {
+        let radius = rest[0].hypot(rest[1]);
+        let Circle { gamma, .. } = self.circle(radius, at);
+        let (h, s) = ((0.5 * gamma).asinh(), (1.0 + 0.25 * gamma * gamma).sqrt());
+        let (radial, shear) = (-self.shear * h * gamma / s, 2.0 * self.shear * h / s);
+        let x = self.position(rest, at);
+        let (cos, sin) = (x[0] / radius, x[1] / radius);
+        // [e_r e_θ] diag-like [[radial, shear], [shear, -radial]] [e_r e_θ]ᵀ
+        let xx = radial * (cos * cos - sin * sin) - 2.0 * shear * sin * cos;
+        let xy = 2.0 * radial * sin * cos + shear * (cos * cos - sin * sin);
+        [xx, -xx, xy]
+    }
+}
+
+impl<const D: usize> BodyForce<D> for Vortex {
+    fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D> {
+        let radius = rest[0].hypot(rest[1]);
+        let Circle { gamma, slope, .. } = self.circle(radius, at);
+        let (h, s) = ((0.5 * gamma).asinh(), (1.0 + 0.25 * gamma * gamma).sqrt());
+        // d(h/s)/dγ with dh/dγ = 1/(2s) and ds/dγ = γ/(4s).
+        let quotient = 0.5 / (s * s) - 0.25 * h * gamma / s.powi(3);
+        let radial = self.shear * (slope * (h / s + gamma * quotient) + 2.0 * h * gamma / (s * radius));
+        let hoop = -2.0 * self.shear * (slope * quotient + 2.0 * h / (s * radius));
+        let x = self.position(rest, at);
+        let (cos, sin) = (x[0] / radius, x[1] / radius);
+        let mut force = Vector::zeros();
+        (force[0], force[1]) = (radial * cos - hoop * sin, radial * sin + hoop * cos);
+        force
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mpm_material::{Elasticity, Hencky, SymmetricTensor, respond};
+    use nalgebra::{Matrix2, Matrix3};
+
+    const E: f64 = 1e3;
+    const NU: f64 = 0.3;
+
+    fn vortex() -> Vortex {
+        Vortex::new(E / (2.0 * (1.0 + NU)), Ramp::linear(1.0))
+    }
+
+    /// F of the exact motion by central differences.
+    fn gradient(rest: &Vector<2>, at: LoadFraction) -> Matrix2<f64> {
+        let step = 1e-6;
+        let mut f = Matrix2::zeros();
+        for j in 0..2 {
+            let mut d = Vector::<2>::zeros();
+            d[j] = step;
+            let column =
+                (vortex().position(&(rest + d), at) - vortex().position(&(rest - d), at)) / (2.0 * step);
+            f.set_column(j, &column);
+        }
+        f
+    }
+
+    #[test]
+    fn the_stress_is_that_of_the_law_on_the_exact_motion() {
+        let at = LoadFraction::new(0.7).unwrap();
+        let law = Hencky(Elasticity::from_young_poisson(E, NU).unwrap());
+        for rest in [Vector::<2>::new(0.8, 0.1), Vector::<2>::new(-0.5, 0.9), Vector::<2>::new(0.3, -1.15)] {
+            let f = gradient(&rest, at);
+            let b = f * f.transpose();
+            let mut excess = Matrix3::zeros();
+            excess.fixed_view_mut::<2, 2>(0, 0).copy_from(&(b - Matrix2::identity()));
+            let tau = respond(&law, &SymmetricTensor::from_matrix(&excess), &()).kirchhoff;
+            let [xx, yy, xy] = vortex().stress(&rest, at);
+            for (found, expected) in [(xx, tau.xx), (yy, tau.yy), (xy, tau.xy)] {
+                assert!((found - expected).abs() < 1e-6 * E, "{found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_body_force_balances_the_divergence_of_the_stress() {
+        // b = -div σ in current coordinates: the exact motion is undone to find the stress at x.
+        let at = LoadFraction::new(0.9).unwrap();
+        let stress_at = |x: &Vector<2>| {
+            let radius = x.norm();
+            let Circle { angle, .. } = vortex().circle(radius, at);
+            let (sin, cos) = (-angle).sin_cos();
+            vortex().stress(&Vector::<2>::new(cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]), at)
+        };
+        for rest in [Vector::<2>::new(0.85, 0.2), Vector::<2>::new(-0.6, 0.8), Vector::<2>::new(0.1, -1.2)] {
+            let x = vortex().position(&rest, at);
+            let step = 1e-5;
+            let d = |j: usize, k: usize| {
+                let mut dx = Vector::<2>::zeros();
+                dx[j] = step;
+                (stress_at(&(x + dx))[k] - stress_at(&(x - dx))[k]) / (2.0 * step)
+            };
+            let expected = Vector::<2>::new(-(d(0, 0) + d(1, 2)), -(d(0, 2) + d(1, 1)));
+            let found = vortex().force(&rest, at);
+            assert!((found - expected).norm() < 1e-5 * expected.norm(), "{found} {expected}");
+        }
+    }
+}

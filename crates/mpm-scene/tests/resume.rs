@@ -1,0 +1,268 @@
+//! A run that goes on from a state ends as the run that was never interrupted, bit for bit.
+
+use mpm_scene::Scene;
+use mpm_scene::{Compiled, compile};
+use mpm_solver::observe::{
+    Cancellation, Entry, Field, LoadStep, Moment, Observer, ObserverError, Resumed, RunStart,
+};
+use mpm_solver::{Error, State, StateError, Summary};
+
+/// Bits of every row (without its wall seconds), of its residuals and of the points there.
+type Rows = Vec<Vec<u64>>;
+
+#[derive(Default)]
+struct Seen {
+    wall: usize,
+    /// Row of the first entry of `rows`.
+    first: usize,
+    rows: Rows,
+    states: Vec<State>,
+    at_end: Option<State>,
+    /// Load step after which the run is asked to stop.
+    cancel_after: Option<usize>,
+    cancellation: Cancellation,
+}
+
+impl Observer for Seen {
+    fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
+        self.wall = run.columns.iter().position(|it| it.name == "wall_seconds").ok_or("no such column")?;
+        Ok(())
+    }
+
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+        self.first = so_far.rows;
+        assert!(so_far.fields.n_points() > 0);
+        self.start(run)
+    }
+
+    fn cancellation(&self) -> Cancellation {
+        self.cancellation.clone()
+    }
+
+    fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        assert_eq!(step.index, self.first + self.rows.len());
+        let mut bits: Vec<u64> = Vec::new();
+        for (_, entry) in step.row.iter().enumerate().filter(|(k, _)| *k != self.wall) {
+            match entry {
+                Entry::Count(values) => bits.extend(values),
+                Entry::Real(values) => bits.extend(values.iter().map(|x| x.to_bits())),
+            }
+        }
+        let stress = step.fields.field(Field::CauchyStress);
+        let fields = [step.fields.positions(), stress, step.fields.field(Field::Displacement)];
+        bits.extend(step.residuals.iter().chain(fields.iter().flatten()).map(|x| x.to_bits()));
+        self.rows.push(bits);
+        if self.cancel_after == Some(step.index) {
+            self.cancellation.cancel();
+        }
+        Ok(())
+    }
+
+    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
+        match at {
+            Moment::Step(step) => {
+                assert_eq!(step, self.first + self.rows.len() - 1);
+                self.states.push(state());
+            }
+            Moment::End => self.at_end = Some(state()),
+        }
+        Ok(())
+    }
+}
+
+fn compiled(text: &str) -> Compiled {
+    compile(&Scene::from_ron(text).unwrap()).unwrap()
+}
+
+/// Counters that do not depend on the clock.
+fn counters(summary: &Summary) -> impl PartialEq + std::fmt::Debug {
+    let Summary { steps, iterations, cuts, shortened, indefinite_steps, points, .. } = *summary;
+    let counts: Vec<u64> = summary.timings.iter().map(|it| it.count).collect();
+    let split = (summary.domains_capped, summary.domains_split);
+    (steps, iterations, cuts, shortened, indefinite_steps, points, split, summary.smallest_determinant, counts)
+}
+
+/// Resumes after a few of the load steps, and after being stopped in the next one.
+#[track_caller]
+fn goes_on_bit_for_bit(case: &str, text: &str) -> Seen {
+    let mut whole = Seen::default();
+    let expected = compiled(text).run(&mut whole).unwrap_or_else(|error| panic!("{case}: {error}"));
+    let last = whole.rows.len() - 1;
+    assert!(last >= 4 && whole.states.len() == last, "{case}: {last} load steps");
+    for after in [1, last / 3, last / 2, last - 1] {
+        let mut stopped = Seen { cancel_after: Some(after), ..Seen::default() };
+        let error = compiled(text).run(&mut stopped).expect_err("it was asked to stop");
+        assert!(matches!(error, Error::Cancelled { steps, .. } if steps == after), "{case}: {error}");
+        let at_end = stopped.at_end.take().expect("it was offered");
+        for (how, state) in [("kept", &whole.states[after - 1]), ("stopped", &at_end)] {
+            // As a file keeps it.
+            let text_of_it = ron::to_string(&state.progress).unwrap();
+            let state = State { progress: ron::from_str(&text_of_it).unwrap(), ..state.clone() };
+            let mut rest = Seen::default();
+            let summary = compiled(text).resume(&state, &mut rest).unwrap();
+            assert_eq!(rest.first, after + 1, "{case}");
+            for (k, row) in rest.rows.iter().enumerate() {
+                let k = k + after + 1;
+                assert!(row == &whole.rows[k], "{case}: {how} after {after}: load step {k} differs");
+            }
+            assert_eq!(rest.rows.len(), last - after, "{case}: {how} after {after}");
+            if how == "kept" {
+                assert_eq!(counters(&summary), counters(&expected), "{case}: after {after}");
+            }
+        }
+    }
+    whole
+}
+
+fn shipped(name: &str, changes: &[(&str, &str)]) -> String {
+    let path = format!("{}/../../scenes/{name}.ron", env!("CARGO_MANIFEST_DIR"));
+    let mut text = std::fs::read_to_string(path).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// A plastic block under its weight, a traction and a point force, pushed across the cells of its grid.
+const PLANE: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 8, cells: 8), Uniform(from: 0, to: 5, cells: 5)]),
+    basis: BASIS,
+    materials: {
+        "clay": VonMises(young: 1e3, poisson: 0.3, yield_radius: 4, density: 2),
+        "rubber": Hencky(young: 1e3, poisson: 0.2, density: 1),
+    },
+    bodies: [
+        (name: "block", material: "clay", shape: Box(from: (0, 0), to: (3, 3)), points_per_cell: 2),
+        (name: "cap", material: "rubber", shape: Box(from: (0, 3), to: (3, 4)), points_per_cell: 2),
+    ],
+    supports: [
+        (name: "base", region: Plane(axis: Y, at: 0), fix: [Y], displace: [(axis: X, by: 2.2)]),
+    ],
+    loads: [
+        BodyForce(acceleration: (0, -1)),
+        Traction(body: "cap", axis: Y, at: 4, resultant: (0, -3)),
+        PointForce(body: "cap", near: (3, 4), points: 3, force: (0.3, 0)),
+    ],
+    schedule: (steps: 9),
+    output: (fields: [CauchyStress, Displacement]),
+)"#;
+
+const SOLID: &str = r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 3, cells: 3), Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: BASIS,
+    materials: { "clay": VonMises(young: 1e3, poisson: 0.3, yield_radius: 4, density: 2) },
+    bodies: [(name: "block", material: "clay", shape: Box(from: (0, 0, 0), to: (2, 1, 2)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
+    loads: [BodyForce(acceleration: (0.4, 0, -1))],
+    schedule: (steps: 4),
+    output: (fields: [CauchyStress, Displacement]),
+)"#;
+
+#[test]
+fn under_every_basis() {
+    for basis in [
+        "Smpm",
+        "Gimp",
+        "Cpdi1",
+        "Cpdi2q",
+        "Cpdi2t",
+        "Cpdi2q, domains: (fallback_beyond: 0.0001)",
+        "Cpdi1, domains: (control: Cap(cells: 0.6))",
+    ] {
+        goes_on_bit_for_bit(basis, &PLANE.replace("BASIS", basis));
+    }
+    for basis in ["Smpm", "Gimp", "Cpdi1", "Cpdi2Hexahedron", "Cpdi2Tetrahedron"] {
+        goes_on_bit_for_bit(basis, &SOLID.replace("BASIS", basis));
+    }
+    let gently = SOLID.replace("(0.4, 0, -1)", "(0.1, 0, -0.3)");
+    goes_on_bit_for_bit("multigrid", &SOLID.replace("BASIS", "Cpdi1, solver: Iterative"));
+    let basis = "Cpdi2Hexahedron, domains: (fallback_beyond: 0.001)";
+    goes_on_bit_for_bit(basis, &gently.replace("BASIS", basis));
+}
+
+#[test]
+fn while_steps_are_halved_and_grow_again() {
+    let text = r#"PlaneStrain(
+        mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 1, cells: 1)]),
+        basis: Smpm,
+        materials: {"rubber": Hencky(young: 1e3, poisson: 0.3)},
+        bodies: [(name: "slab", material: "rubber", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2)],
+        supports: [
+            (name: "sides", region: Everywhere, fix: [X]),
+            (name: "base", region: Plane(axis: Y, at: 0), fix: [Y]),
+            (name: "top", region: Plane(axis: Y, at: 1), displace: [(axis: Y, by: -2.7, ramp: [(0, 0), (0.75, 0.1111111111111111), (1, 1)])]),
+        ],
+        schedule: (steps: 4, cuts: 10),
+    )"#;
+    let seen = goes_on_bit_for_bit("cuts", text);
+    assert!(seen.rows.len() > 5, "{} rows", seen.rows.len());
+}
+
+#[test]
+fn where_domains_are_split_and_loads_with_them() {
+    let text = PLANE.replace("BASIS", "Cpdi1, domains: (control: Split(cells: 0.55, growth: 9))");
+    let seen = goes_on_bit_for_bit("split", &text);
+    assert!(seen.rows[9].len() > seen.rows[1].len(), "points are split");
+}
+
+#[test]
+fn on_a_moving_mesh_with_a_vortex() {
+    goes_on_bit_for_bit("stretch", &shipped("simple_stretch", &[]));
+    goes_on_bit_for_bit("twist", &shipped("doughnut", &[("inner: 90", "inner: 8"), ("steps: 90", "steps: 8")]));
+    goes_on_bit_for_bit("vortex", &shipped("vortex", &[("cells: 24", "cells: 12"), ("steps: 20", "steps: 5")]));
+}
+
+#[test]
+fn along_the_path() {
+    goes_on_bit_for_bit("arch", &shipped("path_arch", &[("force: (0, -250)", "force: (0, -60)")]));
+    let turn = [("inner: 90", "inner: 31"), ("first: 0.011111", "first: 0.03226")];
+    goes_on_bit_for_bit("dissipation", &shipped("path_doughnut", &turn));
+}
+
+/// The state after the fourth step, changed, and what is said of it.
+fn refused(change: impl FnOnce(&mut State)) -> StateError {
+    let text = PLANE.replace("BASIS", "Gimp");
+    let mut seen = Seen::default();
+    compiled(&text).run(&mut seen).unwrap();
+    let mut state = seen.states[3].clone();
+    change(&mut state);
+    match compiled(&text).resume(&state, &mut Seen::default()) {
+        Err(Error::State(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn states_of_other_scenes_are_refused_by_name() {
+    type Change = fn(&mut State);
+    let cases: &[(Change, &str, &str)] = &[
+        (|state| state.bodies.truncate(1), "bodies", "there are 1, expected 2"),
+        (|state| state.bodies[1].points = 7, "bodies/1", "has 7 points, expected 12 to 12"),
+        (|state| state.bodies[0].columns[0].values[3] = f64::NAN, "bodies/0/position", "is NaN at point 1"),
+        (|state| state.bodies[0].columns[0].width = 3, "bodies/0/position", "expected 2 numbers per point"),
+        (|state| state.bodies[0].columns[3].values.truncate(35), "bodies/0/mass", "holds 35 numbers"),
+        (|state| state.bodies[0].columns[2].values[2] = -1.0, "bodies/0/reference_volume", "is -1 at point 2"),
+        (|state| state.shares[1].clear(), "loads/1/point", "expected points that ascend below 12"),
+        (|state| state.shares[0][0].1 = 2.0, "loads/0/share", "is 2, expected 0 to 1"),
+        (|state| state.order.as_mut().unwrap().order[0] = 1, "order", "is no order"),
+        (|state| state.bodies[0].columns[0].values[1] = 77.0, "bodies", "outside"),
+    ];
+    for (change, item, reason) in cases {
+        let error = refused(change);
+        assert!(error.item.starts_with(item) && error.reason.contains(reason), "{item}: {error}");
+    }
+    let error = refused(|state| {
+        let text = ron::to_string(&state.progress).unwrap().replace("last:Some(0.1", "last:Some(-0.1");
+        state.progress = ron::from_str(&text).unwrap();
+    });
+    assert!(error.reason.contains("a last step over -0.1"), "{error}");
+    let error = refused(|state| state.predictor.increment[0] = f64::NAN);
+    assert!(error.reason.contains("a last step that is not finite"), "{error}");
+    let path = shipped("path_arch", &[("steps: 100", "steps: 3")]);
+    let mut seen = Seen::default();
+    assert!(matches!(compiled(&path).run(&mut seen), Err(Error::StepLimit { steps: 3, .. })));
+    let arch = seen.at_end.expect("kept at the limit");
+    let error = compiled(&PLANE.replace("BASIS", "Gimp")).resume(&arch, &mut Seen::default());
+    assert!(matches!(error, Err(Error::State(_))), "{error:?}");
+}

@@ -1,0 +1,79 @@
+//! Between load steps: domains that have outgrown their cells, see [`mpm_basis::control`].
+
+use crate::error::Error;
+use crate::model::{Loads, Model};
+use crate::progress::DomainCounts;
+use mpm_grid::LoadFraction;
+
+/// Shortens or splits the domains that are too long in the mesh at a load fraction, and hands the loads
+/// of points that were split to their parts.
+///
+/// # Errors
+/// More points than the limit; the body that could not be split has not changed.
+pub(crate) fn control_domains<const D: usize>(
+    model: &mut Model<D>,
+    at: LoadFraction,
+    step: usize,
+) -> Result<DomainCounts, Error> {
+    let mut counts = DomainCounts::default();
+    let Some(limit) = model.domain_limit else { return Ok(counts) };
+    // A mesh that cannot be placed stops the next load step, with its reason.
+    let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return Ok(counts) };
+    let mut points: usize = model.bodies.iter().map(|named| named.body.n_points()).sum();
+    for (index, named) in model.bodies.iter_mut().enumerate() {
+        let others = points - named.body.n_points();
+        let room = limit.most_points.saturating_sub(others);
+        let controlled = named.body.control(&mesh, limit.control, room).map_err(|_| Error::TooManyPoints {
+            step,
+            body: named.name.clone(),
+            points,
+            most: limit.most_points,
+        })?;
+        points = others + named.body.n_points();
+        counts.capped += controlled.capped as u64;
+        counts.split += controlled.split as u64;
+        if !controlled.parts.is_empty() {
+            divide_shares(&mut model.loads, index, &controlled.parts);
+        }
+    }
+    Ok(counts)
+}
+
+/// Every part of a point carries its share of the point's.
+fn divide_shares<const D: usize>(loads: &mut Loads<D>, body: usize, parts: &[(usize, f64)]) {
+    for load in loads.point_loads.iter_mut().filter(|load| load.body == body) {
+        let shares = std::mem::take(&mut load.shares);
+        for (point, share) in shares {
+            let first = parts.partition_point(|&(parent, _)| parent < point);
+            let own = parts[first..].iter().take_while(|&&(parent, _)| parent == point);
+            load.shares.extend(own.enumerate().map(|(k, &(_, part))| (first + k, share * part)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::PointLoad;
+    use mpm_grid::{Ramp, Vector};
+
+    #[test]
+    fn shares_follow_the_parts_and_keep_their_sum() {
+        let load = |body, shares| PointLoad {
+            body,
+            shares,
+            force: Vector::<2>::new(1.0, 0.0),
+            ramp: Ramp::new(vec![(0.0, 0.0), (1.0, 1.0)]).unwrap(),
+        };
+        let mut loads = Loads {
+            body_forces: Vec::new(),
+            point_loads: vec![load(0, vec![(1, 0.25), (2, 0.75)]), load(1, vec![(1, 1.0)])],
+            fields: Vec::new(),
+        };
+        // Point 0 became two, point 1 stayed, point 2 became three.
+        divide_shares(&mut loads, 0, &[(0, 0.5), (0, 0.5), (1, 1.0), (2, 0.5), (2, 0.25), (2, 0.25)]);
+        assert_eq!(loads.point_loads[0].shares, [(2, 0.25), (3, 0.375), (4, 0.1875), (5, 0.1875)]);
+        assert_eq!(loads.point_loads[0].shares.iter().map(|it| it.1).sum::<f64>(), 1.0);
+        assert_eq!(loads.point_loads[1].shares, [(1, 1.0)]);
+    }
+}

@@ -1,0 +1,91 @@
+//! How much of a correction is taken.
+
+use super::problem::{Iterate, Problem, Wanted, dot};
+use super::system::Solver;
+use crate::error::StepFailure;
+use mpm_grid::Vector;
+
+/// A correction overshoots where the work at its end is minus this, or less, times that at its start.
+const OVERSHOT: f64 = 0.9;
+
+/// Evaluations in the search for a shorter correction at most.
+const SEARCHES: usize = 5;
+
+/// A correction of the displacement and what is known of it.
+pub(crate) struct Correction<'a, const D: usize> {
+    /// The increment before it `[L]`.
+    pub start: &'a [Vector<D>],
+    /// The correction, zero on prescribed components `[L]`.
+    pub free: &'a [Vector<D>],
+    /// Prescribed increments that it brings along, whole whatever part of it is taken; only the first
+    /// correction has them `[L]`.
+    pub lift: &'a [Vector<D>],
+    /// Work along it of the out-of-balance force that it answers `[F L]`.
+    pub work: f64,
+    /// Smallest part that is tried where it inverts a point.
+    pub least_part: f64,
+}
+
+impl<const D: usize> Correction<'_, D> {
+    fn apply(&self, part: f64, increment: &mut [Vector<D>]) {
+        for ((increment, start), free) in increment.iter_mut().zip(self.start).zip(self.free) {
+            *increment = start + free * part;
+        }
+        for (increment, lift) in increment.iter_mut().zip(self.lift) {
+            *increment += lift;
+        }
+    }
+
+    /// Adds the correction, or a part of it: a half, a quarter, … until no point is inverted, and where
+    /// the whole would overshoot (the work of the out-of-balance force along it changes sign and is not
+    /// smaller than at the start) about as much of it as makes that work vanish.
+    ///
+    /// # Errors
+    /// Even the smallest part inverts a point.
+    pub(crate) fn add_to(
+        &self,
+        problem: &Problem<'_, D>,
+        iterate: &mut Iterate<D>,
+        wanted: Wanted,
+        solver: &mut Solver<D>,
+    ) -> Result<(), StepFailure> {
+        let mut part = 1.0;
+        loop {
+            self.apply(part, &mut iterate.increment);
+            match solver.evaluate(problem, iterate, wanted, &mut []) {
+                Err(StepFailure::Inverted { .. }) if part > self.least_part => {
+                    part *= 0.5;
+                    iterate.effort.shortened += 1;
+                }
+                result => break result?,
+            }
+        }
+
+        let at_start = self.work;
+        let at_end = dot(self.free, &iterate.out_of_balance);
+        if part < 1.0 || at_start <= 0.0 || at_end > -OVERSHOT * at_start {
+            return Ok(());
+        }
+        // Illinois variant of the false position method, on the sign change between none and all of it.
+        let (mut low, mut low_work, mut high, mut high_work) = (0.0, at_start, 1.0, at_end);
+        for _ in 0..SEARCHES {
+            part = (low * high_work - high * low_work) / (high_work - low_work);
+            self.apply(part, &mut iterate.increment);
+            solver.evaluate(problem, iterate, Wanted::Force, &mut [])?;
+            let here = dot(self.free, &iterate.out_of_balance);
+            if here.abs() <= 0.5 * at_start {
+                break;
+            }
+            if here > 0.0 {
+                (low, low_work, high_work) = (part, here, 0.5 * high_work);
+            } else {
+                (high, high_work, low_work) = (part, here, 0.5 * low_work);
+            }
+        }
+        iterate.effort.shortened += 1;
+        if wanted == Wanted::ForceAndTangent {
+            solver.evaluate(problem, iterate, wanted, &mut [])?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,313 @@
+//! Linear systems with the tangent of a load step, also with a border of a few more unknowns.
+//!
+//! A border holds unknowns λ that are no displacements of nodes (the load fraction under path control, say), each with
+//! a column and a row:
+//!
+//! ```text
+//! K δu - B δλ = f          one column of B per border unknown
+//! C δu + E δλ = g          one row of C and E per border unknown
+//! ```
+//!
+//! One factorisation of K serves all right-hand sides, and the border unknowns follow from the small dense Schur
+//! complement: `(E + C K⁻¹B) δλ = g - C K⁻¹f`, then `δu = K⁻¹f + K⁻¹B δλ`.
+
+use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot};
+use crate::cancellation::Cancellation;
+use crate::error::StepFailure;
+use crate::timing::{Phase, Timings};
+use mpm_assembly::Pattern;
+use mpm_grid::Vector;
+use mpm_linear::{
+    Analysis, Cause, LinearSolver, Method, Pivot, Place, Singular, StoredOrder, SymmetricPattern,
+};
+
+/// Part of the right-hand side that the linear solutions of a bordered system leave.
+const LEFT_BESIDE_BORDER: f64 = 1e-9;
+
+/// What solves the systems of a run; it is kept from step to step.
+pub(crate) struct Solver<const D: usize> {
+    linear: LinearSolver<D>,
+    /// Entries of the tangent that was summed last.
+    values: Vec<f64>,
+    rhs: Vec<f64>,
+    /// The weakest pivot of the last factorisation, if it had pivots.
+    pub weakest_pivot: Option<Pivot>,
+    cancellation: Cancellation,
+    pub timings: Timings,
+}
+
+impl<const D: usize> Solver<D> {
+    pub(crate) fn new(linear: LinearSolver<D>, cancellation: Cancellation, timings: Timings) -> Self {
+        Self { linear, values: Vec::new(), rhs: Vec::new(), weakest_pivot: None, cancellation, timings }
+    }
+
+    /// Prepares the linear solver for tangents of this pattern.
+    ///
+    /// # Errors
+    /// The factor does not fit into memory.
+    pub(crate) fn analyse(&mut self, pattern: &Pattern<D>, place: Place<'_>) -> Result<Analysis, StepFailure> {
+        let analysis = self.timings.time(Phase::Analyse, || self.linear.analyse(columns(pattern), place));
+        let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
+        if analysis == Analysis::Reused {
+            self.timings.skipped.analyses += 1;
+        }
+        Ok(analysis)
+    }
+
+    /// The load steps that were solved so far are done: see [`LinearSolver::settle`].
+    pub(crate) fn end_step(&mut self) {
+        self.linear.settle();
+    }
+
+    /// The order of elimination that a resumed run needs, see [`LinearSolver::store`].
+    pub(crate) fn saved_order(&self) -> Option<StoredOrder> {
+        self.linear.store()
+    }
+
+    /// No node has moved.
+    pub(crate) fn at_rest(&self, problem: &Problem<'_, D>) -> Iterate<D> {
+        Iterate::at_rest(problem.n_nodes(), self.linear.first_method())
+    }
+
+    /// Estimate of the condition number of the last tangent, if it can be had.
+    pub(crate) fn condition(&mut self) -> Option<f64> {
+        self.linear.condition(&self.values)
+    }
+
+    /// # Errors
+    /// The run was asked to stop.
+    pub(crate) fn check_cancellation(&self) -> Result<(), StepFailure> {
+        if self.cancellation.is_cancelled() { Err(StepFailure::Cancelled) } else { Ok(()) }
+    }
+
+    /// Forces of the iterate, and the tangent, whose product with the prescribed increments goes to `lift` where that
+    /// is not empty.
+    ///
+    /// # Errors
+    /// As [`Problem::evaluate`].
+    pub(crate) fn evaluate(
+        &mut self,
+        problem: &Problem<'_, D>,
+        iterate: &mut Iterate<D>,
+        wanted: Wanted,
+        lift: &mut [Vector<D>],
+    ) -> Result<(), StepFailure> {
+        self.values.resize(problem.connected.pattern.n_entries(), 0.0);
+        let target = TangentTarget { values: &mut self.values, lift };
+        problem.evaluate(iterate, wanted, target, &mut self.timings)
+    }
+
+    /// Factorises the tangent that was summed last.
+    ///
+    /// # Errors
+    /// The tangent is singular or not finite, or the run was asked to stop.
+    pub(crate) fn factorise(
+        &mut self,
+        problem: &Problem<'_, D>,
+        effort: &mut Effort,
+    ) -> Result<(), StepFailure> {
+        self.check_cancellation()?;
+        let columns = columns(&problem.connected.pattern);
+        let report = self
+            .timings
+            .time(Phase::Factorise, || self.linear.factorise(columns, &self.values, effort.method))
+            .map_err(|error| linear_failure(problem, error))?;
+        effort.method = effort.method.max(report.method);
+        self.weakest_pivot = report.weakest;
+        if let Some(ratio) = report.pivot_ratio {
+            effort.pivot_spread = effort.pivot_spread.max(ratio.recip());
+        }
+        if let Some(pivot) = report.not_positive {
+            effort.unstable_node = Some(problem.connected.active.nodes()[pivot.equation / D]);
+        }
+        Ok(())
+    }
+
+    /// `K⁻¹ f` with the factorisation at hand, zero on prescribed components; conjugate gradients may leave
+    /// `accuracy · |f|`.
+    ///
+    /// # Errors
+    /// No solution is accurate, or the force is not finite.
+    pub(crate) fn substitute(
+        &mut self,
+        problem: &Problem<'_, D>,
+        force: &[Vector<D>],
+        accuracy: f64,
+        solution: &mut [Vector<D>],
+        effort: &mut Effort,
+    ) -> Result<(), StepFailure> {
+        let Self { linear, values, rhs, timings, .. } = self;
+        rhs.clear();
+        rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
+        let columns = columns(&problem.connected.pattern);
+        let report = timings
+            .time(Phase::Solve, || linear.solve(columns, values, rhs, accuracy))
+            .map_err(|error| linear_failure(problem, error))?;
+        effort.linear_iterations += u64::from(report.iterations);
+        effort.method = effort.method.max(report.method);
+        // What conjugate gradients leave is chosen, and no error.
+        if report.method != Method::ConjugateGradients {
+            effort.backward_error = effort.backward_error.max(report.backward_error);
+        }
+        effort.refinements += report.refinements as u32;
+        for (solution, x) in solution.iter_mut().zip(rhs.chunks_exact(D)) {
+            solution.copy_from_slice(x);
+        }
+        Ok(())
+    }
+
+    /// Factorises the tangent that was summed last, and solves for a force and for the columns of a border.
+    ///
+    /// # Errors
+    /// As [`Self::factorise`] and [`Self::substitute`].
+    pub(crate) fn solve_bordered(
+        &mut self,
+        problem: &Problem<'_, D>,
+        force: &[Vector<D>],
+        columns: &[&[Vector<D>]],
+        effort: &mut Effort,
+    ) -> Result<BorderedSolution<D>, StepFailure> {
+        self.factorise(problem, effort)?;
+        let mut solve = |force: &[Vector<D>]| {
+            let mut solution = vec![Vector::zeros(); force.len()];
+            self.substitute(problem, force, LEFT_BESIDE_BORDER, &mut solution, effort)?;
+            Ok(solution)
+        };
+        let of_force = solve(force)?;
+        let of_columns = columns.iter().map(|column| solve(column)).collect::<Result<_, _>>()?;
+        Ok(BorderedSolution { of_force, of_columns })
+    }
+}
+
+/// The parts of the solution of a bordered system.
+pub(crate) struct BorderedSolution<const D: usize> {
+    /// `K⁻¹ f` `[L]`.
+    pub of_force: Vec<Vector<D>>,
+    /// `K⁻¹ B`, column by column `[L]` per unit of the border unknown.
+    pub of_columns: Vec<Vec<Vector<D>>>,
+}
+
+/// The equation of a border unknown.
+pub(crate) struct BorderRow<'a, const D: usize> {
+    /// Its row of C: derivative with respect to nodal displacements.
+    pub gradient: &'a [Vector<D>],
+    /// Its row of E: derivatives with respect to the border unknowns.
+    pub border: Vec<f64>,
+    /// Its right-hand side g.
+    pub wanted: f64,
+}
+
+impl<const D: usize> BorderedSolution<D> {
+    /// The border unknowns δλ; none where the Schur complement is singular.
+    pub(crate) fn border_unknowns(&self, rows: &[BorderRow<'_, D>]) -> Option<Vec<f64>> {
+        let slopes = |row: &BorderRow<'_, D>| {
+            self.of_columns.iter().zip(&row.border).map(|(column, e)| dot(row.gradient, column) + e).collect()
+        };
+        let complement: Vec<Vec<f64>> = rows.iter().map(slopes).collect();
+        let rhs = rows.iter().map(|row| row.wanted - dot(row.gradient, &self.of_force)).collect();
+        solve_dense(complement, rhs)
+    }
+
+    /// `δu = K⁻¹f + K⁻¹B δλ` of a node.
+    pub(crate) fn displacement(&self, node: usize, border_unknowns: &[f64]) -> Vector<D> {
+        let columns = self.of_columns.iter().zip(border_unknowns);
+        columns.fold(self.of_force[node], |sum, (column, unknown)| sum + column[node] * *unknown)
+    }
+}
+
+/// Solution of a small dense system by elimination with partial pivoting; none where a pivot is zero.
+fn solve_dense(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
+    let n = rhs.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs()))?;
+        if rows[pivot][k] == 0.0 {
+            return None;
+        }
+        rows.swap(k, pivot);
+        rhs.swap(k, pivot);
+        for i in k + 1..n {
+            let (above, below) = rows.split_at_mut(i);
+            let (upper, lower) = (&above[k][k..], &mut below[0][k..]);
+            let factor = lower[0] / upper[0];
+            for (lower, upper) in lower.iter_mut().zip(upper) {
+                *lower -= factor * upper;
+            }
+            rhs[i] -= factor * rhs[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| rows[k][j] * rhs[j]).sum();
+        rhs[k] = (rhs[k] - known) / rows[k][k];
+    }
+    Some(rhs)
+}
+
+/// The tangent's pattern as the linear solver takes it.
+pub(crate) fn columns<const D: usize>(pattern: &Pattern<D>) -> SymmetricPattern<'_> {
+    SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() }
+}
+
+fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {
+    match error.cause {
+        Cause::EmptyRow | Cause::NoPivot | Cause::Inaccurate { .. } => {
+            singular(problem, error.equation, error.cause.to_string())
+        }
+        Cause::MatrixNotFinite | Cause::RightHandSideNotFinite | Cause::TooLargeToFactorise { .. } => {
+            StepFailure::Linear(error.to_string())
+        }
+    }
+}
+
+/// The failure of a tangent that is singular in one of its equations.
+pub(crate) fn singular<const D: usize>(
+    problem: &Problem<'_, D>,
+    equation: usize,
+    cause: String,
+) -> StepFailure {
+    let node = problem.connected.active.nodes()[equation / D];
+    StepFailure::Singular {
+        node: node.index(),
+        position: problem.mesh.position(node).iter().copied().collect(),
+        component: equation % D,
+        cause,
+        stabilised: problem.connected.ghost.is_some(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_border_of_two_unknowns_is_solved_as_the_whole_system() {
+        // K = diag(2, 4, 5, 10), which BorderedSolution has applied already.
+        let field = |x: [f64; 4]| vec![Vector::<2>::new(x[0], x[1]), Vector::<2>::new(x[2], x[3])];
+        let k = [2.0, 4.0, 5.0, 10.0];
+        let inverse = |x: [f64; 4]| field(std::array::from_fn(|i| x[i] / k[i]));
+        let (f, b) = ([1.0, 2.0, 3.0, 4.0], [[1.0, 0.0, 2.0, 0.0], [0.0, 3.0, 0.0, 1.0]]);
+        let (c, e, g) = ([[0.0, 2.0, 1.0, 0.0], [1.0, 0.0, 0.0, 4.0]], [[0.0, 3.0], [1.0, 0.0]], [5.0, 6.0]);
+        let solution = BorderedSolution { of_force: inverse(f), of_columns: b.map(inverse).to_vec() };
+        let gradients = c.map(field);
+        let row = |i: usize| BorderRow { gradient: &gradients[i], border: e[i].to_vec(), wanted: g[i] };
+        let lambda = solution.border_unknowns(&[row(0), row(1)]).unwrap();
+        let u: Vec<f64> = (0..2)
+            .flat_map(|node| solution.displacement(node, &lambda).iter().copied().collect::<Vec<_>>())
+            .collect();
+        for i in 0..4 {
+            let left = k[i] * u[i] - b[0][i] * lambda[0] - b[1][i] * lambda[1];
+            assert!((left - f[i]).abs() < 1e-13, "equation {i}");
+        }
+        for i in 0..2 {
+            let left: f64 =
+                (0..4).map(|j| c[i][j] * u[j]).sum::<f64>() + e[i][0] * lambda[0] + e[i][1] * lambda[1];
+            assert!((left - g[i]).abs() < 1e-13, "border {i}");
+        }
+    }
+
+    #[test]
+    fn a_singular_border_has_no_solution() {
+        assert_eq!(solve_dense(vec![vec![0.0]], vec![1.0]), None);
+        assert_eq!(solve_dense(vec![vec![1.0, 2.0], vec![2.0, 4.0]], vec![1.0, 1.0]), None);
+        assert_eq!(solve_dense(vec![vec![0.0, 2.0], vec![4.0, 0.0]], vec![6.0, 8.0]), Some(vec![2.0, 3.0]));
+    }
+}

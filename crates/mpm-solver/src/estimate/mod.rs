@@ -1,0 +1,231 @@
+//! What a run will have to do and to hold, found by connecting the points once.
+
+mod rehearsal;
+
+use crate::clock::processor_seconds;
+use crate::connection::{Connected, connect, lines, periods};
+use crate::equilibrium::system::columns;
+use crate::error::{Error, StepFailure};
+use crate::model::{Model, NamedBody};
+use mpm_assembly::Constraints;
+use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::{Place, Prediction, predict, predict_factor_entries};
+pub use rehearsal::Seconds;
+use rehearsal::{Stage, rehearse};
+
+/// Size of a model at the start of its first load step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Dimensions of space.
+    pub dimensions: usize,
+    /// Material points.
+    pub points: usize,
+    /// Cells of the mesh.
+    pub cells: usize,
+    /// Cells in which a material point lies.
+    pub cells_with_material: usize,
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Nodes that carry material.
+    pub active_nodes: usize,
+    /// Components of displacement to be found.
+    pub equations: usize,
+    /// Components of displacement of active nodes that supports prescribe.
+    pub prescribed: usize,
+    /// Stored entries of the tangent, its lower triangle.
+    pub tangent_entries: usize,
+    /// Stored entries of its triangular factor; about, where the solver is iterative.
+    pub factor_entries: usize,
+    /// Whether linear systems are solved by iteration.
+    pub is_iterative: bool,
+    /// What the two solvers would cost.
+    pub prediction: Prediction,
+    /// How long its parts take.
+    pub seconds: Seconds,
+    /// Nominal load steps.
+    pub steps: u32,
+    /// Bodies whose points' volume is found in another way than that of their shape.
+    pub volumes: Vec<BodyVolume>,
+    /// Columns of the points that are not stored for any body, because the scene needs them nowhere.
+    pub columns_not_stored: Vec<&'static str>,
+    /// Where the memory goes.
+    pub memory: Memory,
+}
+
+/// Volume of a body, told by its points and by its shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyVolume {
+    /// Name of the body.
+    pub body: String,
+    /// Sum of its points' volumes `[L^D]`.
+    pub points: f64,
+    /// Volume of the shape: of a surface, by the divergence theorem `[L^D]`.
+    pub shape: f64,
+}
+
+/// Bytes held at the peak of a load step, by owner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Material points: the committed state and the state being prepared.
+    pub points: usize,
+    /// Influences of points on nodes, and where their sums go.
+    pub connectivity: usize,
+    /// The tangent, its pattern, and the pattern that the factorisation keeps.
+    pub tangent: usize,
+    /// The factor and its structure, or the multigrid hierarchy.
+    pub solver: usize,
+    /// Vectors of the iteration, and the positions of the points as they are recorded.
+    pub work: usize,
+    /// The program with its libraries, whatever the scene.
+    pub program: usize,
+}
+
+/// What the smallest run takes, HDF5 and what it holds of an empty results file included: measured (x86-64, Linux)
+/// `[bytes]`.
+const PROGRAM: usize = 28 << 20;
+
+/// Vectors over all components of displacement that Newton's iteration holds: trial, correction, residual, reaction,
+/// external force, and those of the step before.
+const VECTORS: usize = 8;
+
+impl Memory {
+    /// Their sum.
+    pub fn total(&self) -> usize {
+        self.points + self.connectivity + self.tangent + self.solver + self.work + self.program
+    }
+}
+
+/// Connects the points of a model at the start and counts.
+///
+/// # Errors
+/// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
+/// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
+pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
+    let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
+    let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
+    let (connected, connect) = connected(model, &mesh)?;
+    let Connected { active, connections, pattern, .. } = &connected;
+
+    let mut constraints = Constraints::<D>::none(active.len());
+    for support in &model.supports {
+        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+            for component in (0..D).filter(|&i| support.components[i].is_some()) {
+                constraints.prescribe(number, component, 0.0);
+            }
+        }
+    }
+
+    let (columns, lattice, lines) = (columns(pattern), active.lattice_indices(), lines(&model.layout));
+    let place = Place { index: &lattice, lines: &lines, periodic: periods(&mesh) };
+    let prediction = predict::<D>(columns, place);
+    let stage = Stage {
+        model,
+        mesh: &mesh,
+        connected: &connected,
+        connect,
+        constraints: &constraints,
+        place,
+        prediction: &prediction,
+    };
+    let seconds = rehearse(&stage)?;
+    let is_iterative = model.linear_solver().is_iterative(&prediction);
+    let factor_entries = if is_iterative {
+        prediction.factor_entries as usize
+    } else {
+        predict_factor_entries(columns, &lattice, periods(&mesh), D)
+            .map_err(|it| Error::TooLarge(it.to_string()))?
+    };
+
+    let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
+    let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
+    let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
+    let real = size_of::<f64>();
+    let (entries, n) = (pattern.n_entries(), pattern.n_equations());
+    Ok(Estimate {
+        dimensions: D,
+        points: n_points,
+        cells: mesh.lattice().n_cells(),
+        cells_with_material: cells_with_material(model, &mesh),
+        nodes: mesh.lattice().n_nodes(),
+        active_nodes: active.len(),
+        equations: constraints.n_free(),
+        prescribed: n - constraints.n_free(),
+        tangent_entries: entries,
+        factor_entries,
+        seconds,
+        steps: model.schedule.steps,
+        volumes: model.bodies.iter().filter_map(volume).collect(),
+        columns_not_stored: columns_not_stored(&model.bodies),
+        memory: Memory {
+            points: 2 * stored,
+            connectivity: active.bytes() + connections.iter().map(|it| it.bytes()).sum::<usize>(),
+            tangent: if is_iterative {
+                entries * (real + size_of::<usize>()) + (n + 1) * size_of::<usize>()
+            } else {
+                entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>()
+            },
+            solver: if is_iterative {
+                prediction.iterative_bytes as usize
+            } else {
+                // Entries are permuted into the order of elimination before they are eliminated.
+                factor_entries * real + entries * (real + size_of::<usize>())
+            },
+            work: VECTORS * n * real + 2 * 3 * real * n_points,
+            program: PROGRAM,
+        },
+        is_iterative,
+        prediction,
+    })
+}
+
+/// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
+/// memory `[s]`.
+fn connected<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
+    let once = || {
+        let clock = processor_seconds();
+        let (connected, _) = connect(model, mesh, None).map_err(Error::Start)?;
+        Ok::<_, Error>((connected, processor_seconds() - clock))
+    };
+    let (first, cold) = once()?;
+    if cold > 0.05 {
+        return Ok((first, cold));
+    }
+    drop(first);
+    let (connected, warm) = once()?;
+    Ok((connected, warm.min(cold)))
+}
+
+fn volume<const D: usize>(named: &NamedBody<D>) -> Option<BodyVolume> {
+    let shape = named.shape_volume?;
+    let points = (0..named.body.n_points()).map(|point| named.body.point(point).reference_volume).sum();
+    Some(BodyVolume { body: named.name.clone(), points, shape })
+}
+
+/// Columns of the points that no body stores.
+pub(crate) fn columns_not_stored<const D: usize>(bodies: &[NamedBody<D>]) -> Vec<&'static str> {
+    let per_body: Vec<_> = bodies.iter().map(|named| named.body.columns()).collect();
+    per_body.first().map_or(Vec::new(), |columns| {
+        let absent = |k: &usize| per_body.iter().all(|columns| columns[*k].1 == 0);
+        (0..columns.len()).filter(absent).map(|k| columns[k].0).collect()
+    })
+}
+
+/// Cells of the mesh at a load fraction in which no material point lies; 0 where there is no mesh.
+pub(crate) fn cells_without_material<const D: usize>(model: &Model<D>, at: LoadFraction) -> u64 {
+    let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return 0 };
+    (mesh.lattice().n_cells() - cells_with_material(model, &mesh)) as u64
+}
+
+fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usize {
+    let positions = model
+        .bodies
+        .iter()
+        .flat_map(|named| (0..named.body.n_points()).map(move |point| named.body.point(point).position));
+    let mut cells: Vec<[u32; D]> =
+        positions.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| place.cell).collect();
+    // Points mostly stand in the order of their cells.
+    cells.dedup();
+    cells.sort_unstable();
+    cells.dedup();
+    cells.len()
+}

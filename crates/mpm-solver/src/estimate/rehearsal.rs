@@ -1,0 +1,194 @@
+//! How long a run will take, found by doing each of its parts once where that is quick.
+
+use crate::clock::processor_seconds;
+use crate::connection::Connected;
+use crate::equilibrium::problem::inverted;
+use crate::equilibrium::system::columns;
+use crate::error::{Error, StepFailure};
+use crate::model::Model;
+use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
+use mpm_grid::{Block, Mesh, Vector};
+use mpm_linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
+use std::hint::black_box;
+
+/// Newton iterations of a load step that are reckoned with: elastic bodies, and those that can yield.
+const ITERATIONS: (f64, f64) = (3.5, 5.0);
+
+/// Passes over the points beside those of the iterations: the forces in the end, and what advances the points.
+const PASSES_BESIDE: f64 = 1.0;
+
+/// Strain under which the points are summed: most of what can yield does.
+const STRAIN: f64 = 0.02;
+
+/// Operations of a factorisation that is tried.
+const MOST_OPERATIONS: f64 = 3e8;
+
+/// Bytes that an iterative solution moves that is tried `[bytes]`.
+const MOST_TRAFFIC: f64 = 1e9;
+
+/// Part of its first residual that an inexact linear solution leaves, as most of Newton's do.
+const LEFT: f64 = 1e-5;
+
+/// Time of an operation of a factorisation, in that of an operation of a small dense one.
+const SPARSE_SHARE: f64 = 1.6;
+
+/// The same of a byte that an iterative solution is said to move.
+const BYTE_SHARE: f64 = 1.75;
+
+/// The same of an entry of the factor, to find its structure.
+const ENTRY_SHARE: f64 = 100.0;
+
+/// A part that is quicker is done again, as often as there is time: the first one meets cold memory `[s]`.
+const QUICK: f64 = 0.02;
+
+/// What the program takes to begin and to end, and each record of a load step besides its fields `[s]`.
+const BESIDE: (f64, f64) = (0.03, 6e-4);
+
+/// Seconds of processors that the parts of a run take on this machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seconds {
+    /// Connecting points to nodes, once per load step `[s]`.
+    pub connect: f64,
+    /// Preparing the linear solver, once per load step `[s]`.
+    pub analyse: f64,
+    /// A pass over the points that sums force and tangent `[s]`.
+    pub pass: f64,
+    /// Solving a linear system `[s]`.
+    pub solve: f64,
+    /// Looking at all points, for each field that is recorded `[s]`.
+    pub look: f64,
+    /// Whether solving was tried; else it is counted and multiplied by what the machine does in small.
+    pub is_tried: bool,
+    /// Newton iterations of a load step that are reckoned with.
+    pub iterations: f64,
+    /// Nominal load steps.
+    pub steps: f64,
+}
+
+impl Seconds {
+    /// Of a load step, without the record `[s]`.
+    pub fn per_step(&self) -> f64 {
+        self.connect + self.analyse + self.iterations * (self.pass + self.solve) + PASSES_BESIDE * self.pass
+    }
+
+    /// Of the run, with `fields` columns of the points (their positions are one) recorded every so many steps `[s]`.
+    pub fn total(&self, fields: usize, every: u32) -> f64 {
+        let records = 1.0 + self.steps / f64::from(every.max(1));
+        BESIDE.0 + self.steps * self.per_step() + records * (BESIDE.1 + fields as f64 * self.look)
+    }
+}
+
+/// What is at hand for a rehearsal.
+pub(crate) struct Stage<'a, const D: usize> {
+    pub model: &'a Model<D>,
+    pub mesh: &'a Mesh<D>,
+    pub connected: &'a Connected<D>,
+    /// What connecting took `[s]`.
+    pub connect: f64,
+    pub constraints: &'a Constraints<D>,
+    pub place: Place<'a>,
+    pub prediction: &'a Prediction,
+}
+
+/// Does the parts of a Newton iteration.
+///
+/// # Errors
+/// The bodies cannot be assembled.
+pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, Error> {
+    let Stage { model, connected, constraints, .. } = *stage;
+    let pattern = &connected.pattern;
+    let mut values = vec![0.0; pattern.n_entries()];
+    let mut internal = vec![Vector::zeros(); pattern.n_equations() / D];
+    // At rest laws have less to do: nothing yields, and no direction is a principal one.
+    let strain = Block::<D>::from_fn(|i, j| if i == j { STRAIN / (1.0 + i as f64) } else { STRAIN });
+    let strained = stage.connected.active.nodes().iter().map(|&node| strain * stage.mesh.position(node));
+    let strained: Vec<Vector<D>> = strained.collect();
+    let rest = vec![Vector::zeros(); internal.len()];
+    let mut assemble = |increment: &[Vector<D>], values: &mut [f64]| {
+        values.fill(0.0);
+        for (named, connection) in model.bodies.iter().zip(&connected.connections) {
+            let tangent = Some(TangentSums { values: &mut *values, lift: None });
+            let input = PassInput { pattern, constraints, increment };
+            let summed = named.body.assemble(connection, input, Sums { internal: &mut internal, tangent });
+            summed.map_err(|it| inverted(named, it))?;
+        }
+        Ok::<_, StepFailure>(())
+    };
+    let pass = shortest(|| assemble(&strained, &mut values)).map_err(Error::Start)?;
+    assemble(&rest, &mut values).map_err(Error::Start)?;
+    finish_tangent(pattern, constraints, &mut values);
+    let tried = try_solution(stage, &values);
+    let is_tried = tried.is_some();
+    let (analyse, solve) = tried.unwrap_or_else(|| counted(stage));
+
+    let look = shortest(|| {
+        for view in model.bodies.iter().flat_map(|named| views(&*named.body)) {
+            black_box(view);
+        }
+        Ok::<_, Error>(())
+    })?;
+    let yields = model
+        .bodies
+        .iter()
+        .any(|named| named.body.columns().iter().any(|(name, bytes)| *name == "plastic state" && *bytes > 0));
+    Ok(Seconds {
+        connect: stage.connect,
+        analyse,
+        pass,
+        solve,
+        look,
+        is_tried,
+        iterations: if yields { ITERATIONS.1 } else { ITERATIONS.0 },
+        steps: f64::from(model.schedule.steps),
+    })
+}
+
+/// Seconds of preparing for a pattern and of a solution, where they are few and the matrix can be solved at all.
+fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<(f64, f64)> {
+    let Prediction { factor_operations, iterative_traffic, .. } = *stage.prediction;
+    let choice: Choice = stage.model.linear_solver();
+    let is_quick = match choice.is_iterative(stage.prediction) {
+        true => iterative_traffic <= MOST_TRAFFIC,
+        false => factor_operations <= MOST_OPERATIONS,
+    };
+    if !is_quick {
+        return None;
+    }
+    let pattern: SymmetricPattern<'_> = columns(&stage.connected.pattern);
+    let mut linear = LinearSolver::<D>::new(choice);
+    let clock = processor_seconds();
+    linear.analyse(pattern, stage.place).ok()?;
+    let analyse = processor_seconds() - clock;
+    let solve = shortest(|| {
+        let mut rhs = vec![1.0; stage.connected.pattern.n_equations()];
+        linear.factorise(pattern, values, linear.first_method())?;
+        linear.solve(pattern, values, &mut rhs, LEFT)
+    });
+    let solve = solve.ok()?;
+    Some((analyse, solve))
+}
+
+/// The same from operations and bytes, and from what the machine does with small ones.
+fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
+    let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
+    let operation = dense_operation(processor_seconds);
+    if stage.model.linear_solver().is_iterative(stage.prediction) {
+        let solve = BYTE_SHARE * iterative_traffic * operation;
+        return (solve, solve);
+    }
+    (ENTRY_SHARE * factor_entries * operation, SPARSE_SHARE * factor_operations * operation)
+}
+
+/// Seconds that some work takes, the shortest of a few times if it is quick.
+fn shortest<T, E>(mut work: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
+    let (mut shortest, start) = (f64::INFINITY, processor_seconds());
+    loop {
+        let clock = processor_seconds();
+        work()?;
+        let now = processor_seconds();
+        shortest = shortest.min(now - clock);
+        if now - start > QUICK {
+            return Ok(shortest);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Loading of a load step: prescribed displacements and external forces at a load fraction.
+
+use crate::connection::Connected;
+use crate::error::{PathFailure, StepFailure};
+use crate::model::{Model, Prescribed};
+use mpm_assembly::{BodyLoads, Constraints};
+use mpm_grid::{LoadFraction, Mesh, Vector};
+
+/// Half the difference of load fractions over which loading is differentiated.
+const HALF_DIFFERENCE: f64 = 1e-5;
+
+/// What loads a connected model in a load step.
+#[derive(Clone, Copy)]
+pub(crate) struct StepLoading<'a, const D: usize> {
+    pub model: &'a Model<D>,
+    pub mesh: &'a Mesh<D>,
+    pub connected: &'a Connected<D>,
+    /// Load fraction at the start of the step.
+    pub start: LoadFraction,
+}
+
+/// Loading at a load fraction t and its derivative.
+pub(crate) struct LoadingAt<const D: usize> {
+    /// `ū` over the step `[L]`.
+    pub prescribed: Vec<Vector<D>>,
+    /// `∂ū/∂t` `[L]`, as the increments of constraints.
+    pub rates: Constraints<D>,
+    /// `f_ext` `[F]`.
+    pub external: Vec<Vector<D>>,
+    /// `∂f_ext/∂t` `[F]`.
+    pub external_rate: Vec<Vector<D>>,
+}
+
+impl<const D: usize> StepLoading<'_, D> {
+    /// What the supports prescribe on the active nodes from the start of the step to `end`.
+    ///
+    /// # Errors
+    /// The mesh cannot be placed at `end`, and a support follows it.
+    pub(crate) fn constraints(&self, end: LoadFraction) -> Result<Constraints<D>, StepFailure> {
+        let Self { model, mesh, connected, start } = *self;
+        let mut constraints = Constraints::none(connected.active.len());
+        for support in &model.supports {
+            for &node in &support.nodes {
+                let Some(number) = connected.active.number(node) else { continue };
+                for (component, prescribed) in support.components.iter().enumerate() {
+                    let increment = match prescribed {
+                        None => continue,
+                        Some(Prescribed::Held) => 0.0,
+                        Some(Prescribed::Driven(ramp)) => ramp.value(end) - ramp.value(start),
+                        Some(Prescribed::Turned(turn)) => {
+                            turn.displacement(&mesh.position(node), start, end)[component]
+                        }
+                        Some(Prescribed::FollowMesh) => model
+                            .motion
+                            .displacement(&model.layout, node, mesh, start, end)
+                            .map_err(|it| StepFailure::Mesh(it.to_string()))?[component],
+                    };
+                    constraints.prescribe(number, component, increment);
+                }
+            }
+        }
+        Ok(constraints)
+    }
+
+    /// `f_ext` of every active node at a load fraction `[F]`.
+    pub(crate) fn external_force(&self, at: LoadFraction) -> Vec<Vector<D>> {
+        let Self { model, connected, .. } = *self;
+        let mut external = vec![Vector::zeros(); connected.active.len()];
+        let acceleration = model.loads.acceleration(at);
+        for (index, (named, connection)) in model.bodies.iter().zip(&connected.connections).enumerate() {
+            let point_forces = model.loads.point_forces(index, &*named.body, at);
+            let loads = BodyLoads { acceleration, point_forces: &point_forces };
+            named.body.external_force(connection.links(), &loads, &mut external);
+        }
+        external
+    }
+
+    /// Out-of-balance force that rounding alone can cause: a few units in the last place of strain in
+    /// every point `[F]`.
+    pub(crate) fn round_off(&self) -> f64 {
+        let mut scale = vec![0.0; self.connected.active.len()];
+        for (named, connection) in self.model.bodies.iter().zip(&self.connected.connections) {
+            named.body.stiffness_force(connection.links(), &mut scale);
+        }
+        2.0 * f64::EPSILON * scale.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+
+    /// Loading at a load fraction and its derivative by central differences; beyond 0 and 1 the loading goes on in a
+    /// straight line.
+    ///
+    /// # Errors
+    /// The load fraction is not finite, or as [`Self::constraints`].
+    pub(crate) fn linearised(&self, at: f64) -> Result<LoadingAt<D>, StepFailure> {
+        if !at.is_finite() {
+            return Err(StepFailure::Path(PathFailure::Leaves { fraction: at }));
+        }
+        let here = LoadFraction::clamped(at);
+        let before = LoadFraction::clamped(here.get() - HALF_DIFFERENCE);
+        let after = LoadFraction::clamped(here.get() + HALF_DIFFERENCE);
+        let (constraints, mut external) = (self.constraints(here)?, self.external_force(here));
+        let (low, low_force) = (self.constraints(before)?, self.external_force(before));
+        let (high, high_force) = (self.constraints(after)?, self.external_force(after));
+        let (span, beyond) = (after.get() - before.get(), at - here.get());
+
+        let mut prescribed = constraints.increment().to_vec();
+        let mut rates = Constraints::none(constraints.n_nodes());
+        for (v, prescribed) in prescribed.iter_mut().enumerate() {
+            for i in (0..D).filter(|&i| constraints.is_prescribed(v, i)) {
+                let rate = (high.increment()[v][i] - low.increment()[v][i]) / span;
+                rates.prescribe(v, i, rate);
+                prescribed[i] += rate * beyond;
+            }
+        }
+        let external_rate: Vec<Vector<D>> =
+            low_force.iter().zip(&high_force).map(|(low, high)| (high - low) / span).collect();
+        for (force, rate) in external.iter_mut().zip(&external_rate) {
+            *force += rate * beyond;
+        }
+        Ok(LoadingAt { prescribed, rates, external, external_rate })
+    }
+}
+
+/// Sets the components that `constraints` prescribes to `prescribed` `[L]`.
+pub(crate) fn impose<const D: usize>(
+    constraints: &Constraints<D>,
+    prescribed: &[Vector<D>],
+    increment: &mut [Vector<D>],
+) {
+    constraints.free_part(increment);
+    for (increment, prescribed) in increment.iter_mut().zip(prescribed) {
+        *increment += prescribed;
+    }
+}

@@ -1,0 +1,66 @@
+//! Forces on the bodies.
+
+use mpm_assembly::{Body, views};
+use mpm_grid::{LoadFraction, Ramp, Vector};
+use std::fmt;
+use std::sync::Arc;
+
+/// A force per volume on the points of a body, for example that of a manufactured solution.
+///
+/// It must be a pure function, so that a load step that is cut, or a run that is resumed, meets the same force.
+pub trait BodyForce<const D: usize>: fmt::Debug + Send + Sync {
+    /// Force per volume at rest on the point that was at `rest` `[L]`, at a load fraction `[F/L^D]`.
+    fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D>;
+}
+
+/// Forces on the bodies.
+#[derive(Clone, Debug, Default)]
+pub struct Loads<const D: usize> {
+    /// Body forces: force per mass at full load `[L/T²]` and its ramp.
+    pub body_forces: Vec<(Vector<D>, Ramp)>,
+    /// Forces on single points.
+    pub point_loads: Vec<PointLoad<D>>,
+    /// Forces per volume on single bodies: the body's index, and the force. The body keeps positions at rest.
+    pub fields: Vec<(usize, Arc<dyn BodyForce<D>>)>,
+}
+
+/// One load carried by points of one body.
+#[derive(Clone, Debug)]
+pub struct PointLoad<const D: usize> {
+    /// Index of the body.
+    pub body: usize,
+    /// Points and the part of the force that each carries, ascending in point; the parts sum to 1.
+    pub shares: Vec<(usize, f64)>,
+    /// The whole force at full load `[F]`.
+    pub force: Vector<D>,
+    /// Part of it against the load fraction.
+    pub ramp: Ramp,
+}
+
+impl<const D: usize> Loads<D> {
+    /// Body force per mass at a load fraction, if any acts at all `[L/T²]`.
+    pub fn acceleration(&self, at: LoadFraction) -> Option<Vector<D>> {
+        if self.body_forces.is_empty() {
+            return None;
+        }
+        Some(self.body_forces.iter().fold(Vector::zeros(), |sum, (force, ramp)| sum + force * ramp.value(at)))
+    }
+
+    /// Forces on the points of one body at a load fraction, ascending in point `[F]`.
+    pub fn point_forces(&self, body: usize, points: &dyn Body<D>, at: LoadFraction) -> Vec<(usize, Vector<D>)> {
+        let mut forces: Vec<(usize, Vector<D>)> = Vec::new();
+        for load in self.point_loads.iter().filter(|load| load.body == body) {
+            let force = load.force * load.ramp.value(at);
+            forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
+        }
+        for (_, field) in self.fields.iter().filter(|(index, _)| *index == body) {
+            forces.extend(views(points).enumerate().map(|(point, view)| {
+                let rest =
+                    view.reference_position.expect("a body under a force per volume keeps positions at rest");
+                (point, field.force(&rest, at) * view.reference_volume)
+            }));
+        }
+        forces.sort_by_key(|&(point, _)| point);
+        forces
+    }
+}

@@ -1,0 +1,99 @@
+//! Displacements that are prescribed on nodes of the mesh.
+
+use mpm_grid::{LoadFraction, NodeId, Ramp, Vector};
+
+/// Prescribed displacements of a set of nodes.
+#[derive(Clone, Debug)]
+pub struct Support<const D: usize> {
+    /// Its name in the results.
+    pub name: String,
+    /// Its nodes, ascending; those that carry no material are ignored.
+    pub nodes: Vec<NodeId>,
+    /// What is prescribed of each component, if anything.
+    pub components: [Option<Prescribed>; D],
+    /// Point about which the moment of the reaction is recorded, if it is `[L]`.
+    pub moment_about: Option<[f64; 2]>,
+}
+
+/// How a component of displacement is prescribed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Prescribed {
+    /// Zero.
+    Held,
+    /// A displacement against the load fraction `[L]`.
+    Driven(Ramp),
+    /// The motion of the mesh.
+    FollowMesh,
+    /// A rotation, of which this is a component across the axis.
+    Turned(Turn),
+}
+
+/// A rotation about an axis along a direction of space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turn {
+    /// Direction of the axis, from 0; 2 in the plane.
+    pub axis: usize,
+    /// Where the axis passes, by the coordinates across it in their order `[L]`.
+    pub centre: [f64; 2],
+    /// Angle against the load fraction, right-handed about the axis `[rad]`.
+    pub angle: Ramp,
+}
+
+impl Turn {
+    /// The two directions across the axis, in their order.
+    pub fn across(&self) -> [usize; 2] {
+        match self.axis {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        }
+    }
+
+    /// `(R(Δα) - I)(x - c)` of what stands at `x` at the start of a load step `[L]`.
+    pub fn displacement<const D: usize>(
+        &self,
+        x: &Vector<D>,
+        start: LoadFraction,
+        end: LoadFraction,
+    ) -> Vector<D> {
+        let angle = self.angle.value(end) - self.angle.value(start);
+        // x, z, y is left-handed.
+        let sine = if self.axis == 1 { -angle.sin() } else { angle.sin() };
+        // cos - 1 without the difference.
+        let less = -2.0 * (0.5 * angle).sin().powi(2);
+        let [d, e] = self.across();
+        let (a, b) = (x[d] - self.centre[0], x[e] - self.centre[1]);
+        Vector::from_fn(|i, _| match i {
+            i if i == d => less * a - sine * b,
+            i if i == e => sine * a + less * b,
+            _ => 0.0,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_is_right_handed_about_its_axis() {
+        let quarter = |axis: usize, x: [f64; 3]| {
+            let angle = Ramp::linear(std::f64::consts::FRAC_PI_2);
+            let turn = Turn { axis, centre: [0.0, 0.0], angle };
+            let x = Vector::<3>::from(x);
+            x + turn.displacement(&x, LoadFraction::START, LoadFraction::END)
+        };
+        let near = |found: Vector<3>, expected: [f64; 3]| {
+            assert!((found - Vector::<3>::from(expected)).norm() < 1e-15)
+        };
+        near(quarter(2, [1.0, 0.0, 5.0]), [0.0, 1.0, 5.0]);
+        near(quarter(0, [5.0, 1.0, 0.0]), [5.0, 0.0, 1.0]);
+        near(quarter(1, [0.0, 5.0, 1.0]), [1.0, 5.0, 0.0]);
+        // About another centre, which stays; the distance from it is kept.
+        let turn = Turn { axis: 1, centre: [2.0, 3.0], angle: Ramp::linear(0.7) };
+        let at = |x: [f64; 3]| turn.displacement(&Vector::<3>::from(x), LoadFraction::START, LoadFraction::END);
+        assert_eq!(at([2.0, 9.0, 3.0]).norm(), 0.0);
+        let moved = Vector::<3>::new(1.5, 0.0, -0.5) + at([3.5, 9.0, 2.5]);
+        assert!((moved.norm() - 1.5_f64.hypot(0.5)).abs() < 1e-15);
+    }
+}

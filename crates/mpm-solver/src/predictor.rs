@@ -1,0 +1,115 @@
+//! The last load step, from which the solver predicts the next one.
+
+use crate::connection::Connected;
+use crate::loading::impose;
+use crate::state::StoredPredictor;
+use mpm_assembly::Constraints;
+use mpm_basis::ActiveNodes;
+use mpm_grid::{NodeId, Vector};
+
+/// The last load step, as a direction for the next.
+#[derive(Clone)]
+pub(crate) struct Predictor<const D: usize> {
+    /// Displacement of every node that was active `[L]`, ascending in the node.
+    pub increment: Vec<(NodeId, Vector<D>)>,
+    /// Change of the load fraction.
+    pub fraction: f64,
+    /// Its length along the path; 0 without path control.
+    pub length: f64,
+}
+
+impl<const D: usize> Predictor<D> {
+    /// A step that moved the active nodes by `increment` `[L]`.
+    pub(crate) fn of(
+        active: &ActiveNodes<D>,
+        increment: impl IntoIterator<Item = Vector<D>>,
+        fraction: f64,
+        length: f64,
+    ) -> Self {
+        Self { increment: active.nodes().iter().copied().zip(increment).collect(), fraction, length }
+    }
+
+    /// The displacement of a load step over `span` of the load fraction: that of the last step in proportion, with
+    /// the components that `constraints` prescribes `[L]`.
+    pub(crate) fn displacement(
+        &self,
+        connected: &Connected<D>,
+        span: f64,
+        constraints: &Constraints<D>,
+    ) -> Vec<Vector<D>> {
+        let scale = span / self.fraction;
+        let mut displacement = self.carried(connected);
+        displacement.iter_mut().for_each(|u| *u *= scale);
+        impose(constraints, constraints.increment(), &mut displacement);
+        displacement
+    }
+
+    /// Its displacement on the nodes of this step; a node that was not active then takes the mean of
+    /// those with which it shares points.
+    pub(crate) fn carried(&self, connected: &Connected<D>) -> Vec<Vector<D>> {
+        let known: Vec<Option<Vector<D>>> = connected
+            .active
+            .nodes()
+            .iter()
+            .map(|node| {
+                let place = self.increment.binary_search_by_key(node, |entry| entry.0).ok()?;
+                Some(self.increment[place].1)
+            })
+            .collect();
+        let mut sums = vec![(Vector::<D>::zeros(), 0.0); known.len()];
+        for connection in &connected.connections {
+            let links = connection.links();
+            for group in 0..links.n_groups() {
+                let nodes = links.group_nodes(group);
+                if nodes.iter().all(|&node| known[node as usize].is_some()) {
+                    continue;
+                }
+                for &node in nodes {
+                    for increment in nodes.iter().filter_map(|&other| known[other as usize]) {
+                        let (sum, count) = &mut sums[node as usize];
+                        *sum += increment;
+                        *count += 1.0;
+                    }
+                }
+            }
+        }
+        let known = known.iter().zip(sums);
+        known.map(|(known, (sum, count))| known.unwrap_or(sum / f64::max(count, 1.0))).collect()
+    }
+
+    /// Its displacement, as plain numbers.
+    pub(crate) fn save(&self) -> StoredPredictor {
+        StoredPredictor {
+            nodes: self.increment.iter().map(|(node, _)| node.index() as u64).collect(),
+            increment: self.increment.iter().flat_map(|(_, u)| u.iter().copied()).collect(),
+        }
+    }
+
+    /// The step with these numbers, on a grid of `n_nodes`; none where `measures`, its change of the load
+    /// fraction and its length, are none.
+    ///
+    /// # Errors
+    /// What in the numbers cannot be that of a step.
+    pub(crate) fn restore(
+        measures: Option<(f64, f64)>,
+        stored: &StoredPredictor,
+        n_nodes: usize,
+    ) -> Result<Option<Self>, String> {
+        let StoredPredictor { nodes, increment } = stored;
+        if nodes.len().checked_mul(D) != Some(increment.len()) || (measures.is_none() && !nodes.is_empty()) {
+            let (n, m) = (nodes.len(), increment.len());
+            return Err(format!("has a last step of {m} numbers on {n} nodes, expected {D} on each"));
+        }
+        let ascending = nodes.windows(2).all(|pair| pair[0] < pair[1]);
+        if !ascending || nodes.last().is_some_and(|&last| last >= n_nodes as u64) {
+            return Err(format!("has a last step on nodes that do not ascend below {n_nodes}"));
+        }
+        let Some((fraction, length)) = measures else { return Ok(None) };
+        if !increment.iter().chain([&fraction, &length]).all(|it| it.is_finite()) {
+            return Err("has a last step that is not finite".into());
+        }
+        let nodes = nodes.iter().filter_map(|&node| NodeId::from_index(node as usize));
+        let increment = nodes.zip(increment.chunks_exact(D).map(Vector::from_column_slice)).collect();
+        Ok(Some(Self { increment, fraction, length }))
+    }
+}

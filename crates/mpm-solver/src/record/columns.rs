@@ -1,0 +1,94 @@
+//! The columns of the history of a model.
+
+use crate::model::{Model, Probe};
+use crate::observe::{Column, ColumnKind};
+use mpm_basis::DomainControl;
+use mpm_linear::Choice;
+
+/// The columns, in the order in which [`super::history::Record`] fills them.
+pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
+    let mut columns = columns_of_every_run();
+    for support in &model.supports {
+        columns.push(real(&format!("reaction/{}", support.name), D));
+        columns.push(real(&format!("displacement/{}", support.name), D));
+        if support.moment_about.is_some() {
+            columns.push(real(&format!("reaction_moment/{}", support.name), 1));
+        }
+    }
+    if let Some(limit) = model.domain_limit {
+        columns.push(count(match limit.control {
+            DomainControl::Cap { .. } | DomainControl::Reshape { .. } => "domains_capped",
+            DomainControl::Split { .. } => "domains_split",
+        }));
+    }
+    if model.ghost.is_some() {
+        columns.push(count("ghost_faces"));
+    }
+    if model.condition_history {
+        columns.push(real("condition", 1));
+    }
+    if may_iterate(model) {
+        columns.push(count("linear_iterations"));
+    }
+    if model.domain_history {
+        columns.extend([
+            real("domain_smallest_measure", 1),
+            real("domain_smallest_corner_weight", 1),
+            real("domain_largest_distortion", 1),
+            count("domain_single_corner_nodes"),
+            count("domain_corners_outside"),
+            count("domain_fallen_back"),
+            real("smallest_volume_ratio", 1),
+        ]);
+    }
+    if model.energies {
+        columns.extend(
+            ["elastic", "dissipated", "external_work", "unbalanced"]
+                .map(|name| real(&format!("energy/{name}"), 1)),
+        );
+    }
+    columns.extend(model.probes.iter().flat_map(Probe::columns));
+    columns
+}
+
+fn count(name: &str) -> Column {
+    Column { name: name.into(), kind: ColumnKind::Count, width: 1 }
+}
+
+fn real(name: &str, width: usize) -> Column {
+    Column { name: name.into(), kind: ColumnKind::Real, width }
+}
+
+/// The columns that do not depend on the model.
+fn columns_of_every_run() -> Vec<Column> {
+    vec![
+        real("load_fraction", 1),
+        count("newton_iterations"),
+        real("residual", 1),
+        count("equations"),
+        count("active_nodes"),
+        count("symbolic_reused"),
+        count("factorization"),
+        count("unstable_node"),
+        count("cuts"),
+        count("shortened_corrections"),
+        count("stages"),
+        real("smallest_det_increment", 1),
+        real("backward_error", 1),
+        count("refinements"),
+        real("pivot_spread", 1),
+        real("wall_seconds", 1),
+    ]
+}
+
+/// Nodes of a grid in the plane up to which nothing is predicted to be iterated.
+const SMALL: usize = 2000;
+
+/// Whether conjugate gradients may solve a model's linear systems.
+pub(crate) fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
+    match model.linear_solver() {
+        Choice::Direct => false,
+        Choice::Iterative => true,
+        Choice::Auto => D == 3 || model.layout.lattice().n_nodes() > SMALL,
+    }
+}

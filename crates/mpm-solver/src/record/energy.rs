@@ -1,0 +1,67 @@
+//! Energies of a run: what is stored, what is dissipated, what was done from outside, and whether they agree.
+
+use crate::equilibrium::problem::{Equilibrium, Problem, inverted};
+use crate::error::StepFailure;
+use crate::model::NamedBody;
+use mpm_assembly::{Constraints, PassInput, Sums, views};
+use mpm_grid::Vector;
+use mpm_material::log_strain;
+
+/// What a load step dissipates and what is done on it from outside `[F L]` (in the plane: per unit thickness).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct StepEnergy {
+    /// `Σ_p V⁰_p τ_p : (ε_p,tr - ε_p,e)`, see [`mpm_assembly::dissipation`].
+    pub dissipated: f64,
+    /// `½ Σ_v (f_v,start + f_v,end) · Δu_v`, with f the external force, on prescribed components with the reaction.
+    pub work: f64,
+}
+
+impl StepEnergy {
+    /// Of a load step in equilibrium whose points are not committed yet; `before` is the external force at its
+    /// start `[F]`.
+    ///
+    /// The work is that of forces that change linearly through the step: exact to second order in it. Forces that
+    /// the change of the mesh has let go of between two steps do no work.
+    pub(crate) fn of<const D: usize>(
+        problem: &Problem<'_, D>,
+        before: &[Vector<D>],
+        equilibrium: &Equilibrium<D>,
+    ) -> Result<Self, StepFailure> {
+        let increment = &equilibrium.increment;
+        let rest = vec![Vector::zeros(); increment.len()];
+        let free = Constraints::none(increment.len());
+        let (mut internal, mut unused) = (rest.clone(), rest.clone());
+        let mut dissipated = 0.0;
+        for (named, connection) in problem.bodies.iter().zip(&problem.connected.connections) {
+            let refuse = |it| inverted(named, it);
+            let input = PassInput { pattern: &problem.connected.pattern, constraints: &free, increment: &rest };
+            let sums = Sums { internal: &mut internal, tangent: None };
+            named.body.assemble(connection, input, sums).map_err(refuse)?;
+            dissipated += named.body.dissipation(connection, increment, &mut unused).map_err(refuse)?;
+        }
+        let mut work = 0.0;
+        for (v, u) in increment.iter().enumerate() {
+            for i in 0..D {
+                // On prescribed components what holds the body is internal force and external force in one.
+                let prescribed = problem.constraints.is_prescribed(v, i);
+                let start = if prescribed { internal[v][i] } else { before[v][i] };
+                let end = problem.external[v][i] + if prescribed { equilibrium.reaction[v][i] } else { 0.0 };
+                work += 0.5 * (start + end) * u[i];
+            }
+        }
+        Ok(Self { dissipated, work })
+    }
+}
+
+/// Energy stored in the points, `Σ_p V⁰_p ½ τ_p : ε_p,e`: that of laws whose stress is linear in elastic
+/// logarithmic strain, which all laws of scenes are `[F L]` (in the plane: per unit thickness).
+pub(crate) fn elastic<const D: usize>(bodies: &[NamedBody<D>]) -> f64 {
+    let mut energy = 0.0;
+    for named in bodies {
+        for view in views(&*named.body) {
+            let strain = log_strain(&view.elastic_excess);
+            energy += 0.5 * view.reference_volume * view.kirchhoff.to_matrix().dot(&strain.to_matrix());
+        }
+    }
+    energy
+}

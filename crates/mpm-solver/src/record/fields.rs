@@ -1,0 +1,130 @@
+//! Fields of the material points, computed when they are asked for.
+
+use crate::model::NamedBody;
+use crate::observe::{Field, Fields};
+use mpm_assembly::{PointView, views};
+use mpm_basis::DomainReport;
+use mpm_grid::{Mesh, Vector};
+use mpm_material::{SymmetricTensor, log_strain};
+use nalgebra::Matrix3;
+
+/// The material points of all bodies, one after the other.
+pub(crate) struct BodyFields<'a, const D: usize> {
+    pub bodies: &'a [NamedBody<D>],
+    /// The mesh in which domains are judged.
+    pub mesh: &'a Mesh<D>,
+}
+
+impl<const D: usize> BodyFields<'_, D> {
+    fn collect(
+        &self,
+        components: usize,
+        mut each: impl FnMut(usize, &PointView<D>, &mut Vec<f64>),
+    ) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.n_points() * components);
+        for (index, named) in self.bodies.iter().enumerate() {
+            for view in views(&*named.body) {
+                each(index, &view, &mut values);
+            }
+        }
+        values
+    }
+}
+
+impl<const D: usize> BodyFields<'_, D> {
+    fn diagnose(&self, value: impl Fn(&DomainReport) -> f64) -> Vec<f64> {
+        self.bodies.iter().flat_map(|named| named.body.diagnose(self.mesh)).map(|it| value(&it)).collect()
+    }
+
+    /// Four corners of (x, y) per point, see [`Field::Outline`].
+    fn plane_outlines(&self) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.n_points() * Field::Outline.components());
+        for named in self.bodies {
+            for (point, view) in views(&*named.body).enumerate() {
+                let corners = named.body.outline(point);
+                let last = corners.last().copied().unwrap_or(view.position);
+                let corners = corners.into_iter().chain(std::iter::repeat(last)).take(4);
+                values.extend(corners.flat_map(|x| [x[0], x[1]]));
+            }
+        }
+        values
+    }
+}
+
+impl<const D: usize> Fields for BodyFields<'_, D> {
+    fn n_points(&self) -> usize {
+        self.bodies.iter().map(|named| named.body.n_points()).sum()
+    }
+
+    fn positions(&self) -> Vec<f64> {
+        self.collect(3, |_, view, out| out.extend(spatial(&view.position)))
+    }
+
+    fn field(&self, field: Field) -> Vec<f64> {
+        match field {
+            Field::DomainMeasure => self.diagnose(|it| it.measure),
+            Field::SmallestCornerWeight => self.diagnose(|it| it.smallest_weight),
+            Field::SingleCornerNodes => self.diagnose(|it| it.single_corner_nodes as f64),
+            Field::CornersOutside => self.diagnose(|it| it.corners_outside as f64),
+            Field::FallenBack => self.diagnose(|it| f64::from(u8::from(it.fallen_back))),
+            Field::Outline => self.plane_outlines(),
+            _ => self.collect(field.components(), |body, view, out| point_field(field, body, view, out)),
+        }
+    }
+
+    fn outlines(&self) -> Vec<Vec<[f64; 3]>> {
+        let outline = |named: &NamedBody<D>, point| named.body.outline(point).iter().map(spatial).collect();
+        self.bodies
+            .iter()
+            .flat_map(|named| (0..named.body.n_points()).map(move |point| outline(named, point)))
+            .collect()
+    }
+}
+
+/// Appends a field of the point's state.
+fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, out: &mut Vec<f64>) {
+    match field {
+        Field::Displacement => {
+            let rest = view.reference_position.unwrap_or(view.position);
+            out.extend(spatial(&(view.position - rest)));
+        }
+        Field::DeformationGradient => {
+            let mut f = Matrix3::identity();
+            for i in 0..D {
+                for j in 0..D {
+                    f[(i, j)] = view.deformation_gradient[(i, j)];
+                }
+            }
+            out.extend(f.transpose().iter());
+        }
+        Field::CauchyStress => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
+        Field::ElasticStrain => extend(out, &log_strain(&view.elastic_excess), 1.0),
+        Field::Volume => out.push(view.volume_ratio * view.reference_volume),
+        Field::VolumeRatio => out.push(view.volume_ratio),
+        Field::Rho => out.push(rho(&view.kirchhoff)),
+        Field::Plastic => out.push(f64::from(u8::from(view.plastic))),
+        Field::Body => out.push(body as f64),
+        Field::DomainMeasure
+        | Field::SmallestCornerWeight
+        | Field::SingleCornerNodes
+        | Field::CornersOutside
+        | Field::FallenBack
+        | Field::Outline => unreachable!("worked out from the domains"),
+    }
+}
+
+/// Padded with zeros to three components.
+fn spatial<const D: usize>(x: &Vector<D>) -> [f64; 3] {
+    std::array::from_fn(|i| if i < D { x[i] } else { 0.0 })
+}
+
+fn extend(out: &mut Vec<f64>, t: &SymmetricTensor, scale: f64) {
+    out.extend([t.xx, t.xy, t.zx, t.xy, t.yy, t.yz, t.zx, t.yz, t.zz].map(|x| x * scale));
+}
+
+/// `|dev τ|`.
+fn rho(tau: &SymmetricTensor) -> f64 {
+    let mean = tau.trace() / 3.0;
+    let deviator = SymmetricTensor { xx: tau.xx - mean, yy: tau.yy - mean, zz: tau.zz - mean, ..*tau };
+    deviator.norm()
+}

@@ -1,0 +1,342 @@
+//! The history of a run: one row per load step.
+
+use super::StepResult;
+use super::columns::{columns, may_iterate};
+use super::energy::elastic;
+use super::fields::BodyFields;
+use super::summary::Summary;
+use crate::error::Error;
+use crate::model::{Model, Support};
+use crate::observe::{Column, ColumnKind, Entry, LoadStep, Observer, Resumed, RunStart};
+use crate::progress::{Progress, Totals};
+use crate::timing::{MOST_COUNTED, Phase, Timings};
+use mpm_assembly::views;
+use mpm_basis::DomainReport;
+use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_linear::{Analysis, Method};
+use std::time::Instant;
+
+/// Builds the rows of the history and keeps the running totals.
+pub(crate) struct Record {
+    columns: Vec<Column>,
+    points: usize,
+    nominal_steps: usize,
+    rows: usize,
+    at: LoadFraction,
+    /// Mean displacement of each support's nodes so far.
+    displacement: Vec<Vec<f64>>,
+    clock: Instant,
+    cuts_before: u64,
+    totals: Totals,
+}
+
+impl Record {
+    pub(crate) fn new<const D: usize>(model: &Model<D>) -> Self {
+        Self {
+            columns: columns(model),
+            points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+            nominal_steps: model.schedule.steps as usize,
+            rows: 0,
+            at: LoadFraction::START,
+            displacement: vec![vec![0.0; D]; model.supports.len()],
+            clock: Instant::now(),
+            cuts_before: 0,
+            totals: Totals::default(),
+        }
+    }
+
+    pub(crate) fn start(&self) -> RunStart {
+        RunStart { columns: self.columns.clone(), points: self.points, steps: self.nominal_steps }
+    }
+
+    /// What of it the rest of the run needs; the control is not the record's.
+    pub(crate) fn save(&self, progress: &mut Progress) {
+        progress.rows = self.rows as u64;
+        progress.displacement.clone_from(&self.displacement);
+        progress.cuts_before = self.cuts_before;
+        progress.totals = self.totals.clone();
+    }
+
+    /// Takes up a record again.
+    ///
+    /// # Errors
+    /// What cannot be one of this model.
+    pub(crate) fn restore(&mut self, progress: &Progress) -> Result<(), String> {
+        let Progress { rows, control, displacement, cuts_before, totals, .. } = progress;
+        let shape = |columns: &[Vec<f64>]| columns.iter().map(Vec::len).collect::<Vec<_>>();
+        if shape(displacement) != shape(&self.displacement) {
+            let (found, expected) = (shape(displacement), shape(&self.displacement));
+            return Err(format!(
+                "has displacements of supports with {found:?} components, expected {expected:?}"
+            ));
+        }
+        if !displacement.iter().flatten().all(|u| u.is_finite()) {
+            return Err("has a displacement of a support that is not finite".into());
+        }
+        if *rows == 0 || *rows > u64::from(u32::MAX) {
+            return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
+        }
+        let Totals { iterations, dropped, cuts, shortened, indefinite_steps, domains, refinements, .. } =
+            *totals;
+        let counters = [iterations, dropped, cuts, shortened, indefinite_steps, refinements];
+        let of_domains = [domains.capped, domains.split];
+        if let Some(counter) = counters.iter().chain(&of_domains).find(|counter| **counter > MOST_COUNTED) {
+            return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
+        }
+        if !(totals.dissipated.is_finite() && totals.external_work.is_finite()) {
+            return Err("has an energy that is not finite".into());
+        }
+        let cuts = control.cuts();
+        if *cuts_before > cuts || cuts > MOST_COUNTED {
+            return Err(format!("has {cuts_before} halvings before the last of {cuts}, expected no more"));
+        }
+        self.rows = *rows as usize;
+        self.displacement.clone_from(displacement);
+        self.cuts_before = *cuts_before;
+        self.totals = totals.clone();
+        Ok(())
+    }
+
+    /// Tells the observer what the run has behind it.
+    pub(crate) fn show_resumed<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        at: LoadFraction,
+        observer: &mut dyn Observer,
+    ) -> Result<(), Error> {
+        self.at = at;
+        let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
+        let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
+        let resumed = Resumed { rows: self.rows, fraction: at.get(), fields: &fields };
+        observer.resume(&self.start(), &resumed).map_err(Error::Observer)
+    }
+
+    /// Load fraction of the last row.
+    pub(crate) fn at(&self) -> LoadFraction {
+        self.at
+    }
+
+    /// Rows shown so far; the number of the next load step.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Shows the state before the first load step.
+    pub(crate) fn show_initial<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        observer: &mut dyn Observer,
+        timings: &mut Timings,
+    ) -> Result<(), Error> {
+        let mut row: Vec<Entry> = self
+            .columns
+            .iter()
+            .map(|column| match column.kind {
+                ColumnKind::Count => Entry::Count(vec![0; column.width]),
+                ColumnKind::Real if column.name == "smallest_det_increment" => Entry::Real(vec![1.0]),
+                ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
+            })
+            .collect();
+        let probes: Vec<Entry> = model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)).collect();
+        row.truncate(row.len() - probes.len());
+        row.extend(probes);
+        let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
+        let shown = Shown { mesh: &mesh, fraction: 0.0, row: &row, residuals: &[] };
+        self.show(model, &shown, observer, timings)
+    }
+
+    /// Shows a converged load step; the bodies hold its state, and `cuts` counts the halvings of the run so far.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from going on.
+    pub(crate) fn show_step<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        result: &StepResult<D>,
+        cuts: u64,
+        observer: &mut dyn Observer,
+        timings: &mut Timings,
+    ) -> Result<(), Error> {
+        let cuts_here = cuts - self.cuts_before;
+        self.cuts_before = cuts;
+        let seconds = self.clock.elapsed().as_secs_f64();
+        self.clock = Instant::now();
+        let mut row = solution_entries(result, cuts_here, seconds);
+        for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
+            row.extend(support_entries(support, result, displacement));
+        }
+        let mesh_after = mesh_after(model, result.end, &result.mesh);
+        row.extend(self.optional_entries(model, result, &mesh_after));
+        row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
+
+        self.at = result.end;
+        self.totals.cuts = cuts;
+        self.totals.add(result);
+        let shown = Shown {
+            mesh: &mesh_after,
+            fraction: result.end.get(),
+            row: &row,
+            residuals: &result.equilibrium.effort.residuals,
+        };
+        self.show(model, &shown, observer, timings)
+    }
+
+    /// Entries of the columns that only some models have.
+    fn optional_entries<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        result: &StepResult<D>,
+        mesh_after: &Mesh<D>,
+    ) -> Vec<Entry> {
+        let StepResult { connected, equilibrium, domains, energy, condition, .. } = result;
+        let mut entries = Vec::new();
+        if model.domain_limit.is_some() {
+            entries.push(Entry::Count(vec![domains.capped + domains.split]));
+        }
+        if model.ghost.is_some() {
+            let faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
+            entries.push(Entry::Count(vec![faces as u64]));
+        }
+        if model.condition_history {
+            entries.push(Entry::Real(vec![condition.unwrap_or(0.0)]));
+        }
+        if may_iterate(model) {
+            entries.push(Entry::Count(vec![equilibrium.effort.linear_iterations]));
+        }
+        if model.domain_history {
+            entries.extend(domain_entries(model, mesh_after));
+        }
+        if let Some(energy) = energy {
+            let totals = &mut self.totals;
+            totals.dissipated += energy.dissipated;
+            totals.external_work += energy.work;
+            let (stored, dissipated, work) = (elastic(&model.bodies), totals.dissipated, totals.external_work);
+            let unbalanced = work - stored - dissipated;
+            entries.extend([stored, dissipated, work, unbalanced].map(|it| Entry::Real(vec![it])));
+        }
+        entries
+    }
+
+    fn show<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        shown: &Shown<'_, D>,
+        observer: &mut dyn Observer,
+        timings: &mut Timings,
+    ) -> Result<(), Error> {
+        let &Shown { mesh, fraction, row, residuals } = shown;
+        let so_far = timings.with_skipped();
+        let fields = BodyFields { bodies: &model.bodies, mesh };
+        let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
+        timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// The run in a few numbers.
+    pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
+        Summary::of(self.rows.saturating_sub(1), &self.totals, model, timings)
+    }
+}
+
+/// One row of the history and what else an observer sees with it.
+struct Shown<'a, const D: usize> {
+    /// The mesh that the points meet next.
+    mesh: &'a Mesh<D>,
+    fraction: f64,
+    row: &'a [Entry],
+    residuals: &'a [f64],
+}
+
+/// Entries of the columns that every run has.
+fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: f64) -> Vec<Entry> {
+    let StepResult { end, connected, equilibrium, equations, analysis, .. } = result;
+    let effort = &equilibrium.effort;
+    let method = match effort.method {
+        Method::Llt => 0,
+        Method::Lblt => 1,
+        Method::Lu => 2,
+        Method::ConjugateGradients => 3,
+    };
+    vec![
+        Entry::Real(vec![end.get()]),
+        Entry::Count(vec![effort.residuals.len() as u64]),
+        Entry::Real(vec![effort.residuals.last().copied().unwrap_or(0.0)]),
+        Entry::Count(vec![*equations as u64]),
+        Entry::Count(vec![connected.active.len() as u64]),
+        Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),
+        Entry::Count(vec![method]),
+        // Number of the node from 1; 0 where the tangent was positive definite.
+        Entry::Count(vec![effort.unstable_node.map_or(0, |node| node.index() as u64 + 1)]),
+        Entry::Count(vec![cuts]),
+        Entry::Count(vec![effort.shortened.into()]),
+        Entry::Count(vec![effort.relaxations.into()]),
+        Entry::Real(vec![equilibrium.smallest_determinant]),
+        Entry::Real(vec![effort.backward_error]),
+        Entry::Count(vec![effort.refinements.into()]),
+        Entry::Real(vec![effort.pivot_spread]),
+        Entry::Real(vec![seconds]),
+    ]
+}
+
+/// Reaction of a support, its mean displacement so far (`displacement`, which grows by this step), and the moment of
+/// the reaction where it is recorded.
+fn support_entries<const D: usize>(
+    support: &Support<D>,
+    result: &StepResult<D>,
+    displacement: &mut [f64],
+) -> Vec<Entry> {
+    let StepResult { mesh, connected, equilibrium, .. } = result;
+    let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
+    let mut moment = 0.0;
+    for &node in &support.nodes {
+        let Some(number) = connected.active.number(node) else { continue };
+        moved += equilibrium.increment[number];
+        carrying += 1;
+        let mut force = equilibrium.reaction[number];
+        for i in (0..D).filter(|&i| support.components[i].is_none()) {
+            force[i] = 0.0;
+        }
+        reaction += force;
+        if let Some([x, y]) = support.moment_about {
+            // The arm reaches to where the node is at the end of the step.
+            let end = mesh.position(node) + equilibrium.increment[number];
+            moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
+        }
+    }
+    for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
+        *total += moved / f64::from(carrying.max(1));
+    }
+    let mut entries = vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())];
+    if support.moment_about.is_some() {
+        entries.push(Entry::Real(vec![moment]));
+    }
+    entries
+}
+
+/// The mesh that the points meet next; `present` where the motion cannot place it.
+fn mesh_after<const D: usize>(model: &Model<D>, at: LoadFraction, present: &Mesh<D>) -> Mesh<D> {
+    model.motion.mesh_at(&model.layout, at).unwrap_or_else(|_| present.clone())
+}
+
+/// The worst of the points' domains in a mesh.
+fn domain_entries<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> [Entry; 7] {
+    let reports: Vec<DomainReport> = model.bodies.iter().flat_map(|named| named.body.diagnose(mesh)).collect();
+    let least = |of: fn(&DomainReport) -> f64| reports.iter().map(of).fold(f64::INFINITY, f64::min);
+    let sum = |of: fn(&DomainReport) -> usize| reports.iter().map(|it| of(it) as u64).sum();
+    let volume_ratio = model
+        .bodies
+        .iter()
+        .flat_map(|named| views(&*named.body))
+        .map(|view| view.volume_ratio)
+        .fold(f64::INFINITY, f64::min);
+    [
+        Entry::Real(vec![least(|it| it.measure)]),
+        Entry::Real(vec![least(|it| it.smallest_weight)]),
+        Entry::Real(vec![-least(|it| -it.distortion)]),
+        Entry::Count(vec![sum(|it| it.single_corner_nodes)]),
+        Entry::Count(vec![sum(|it| it.corners_outside)]),
+        Entry::Count(vec![sum(|it| usize::from(it.fallen_back))]),
+        Entry::Real(vec![volume_ratio]),
+    ]
+}

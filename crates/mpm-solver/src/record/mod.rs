@@ -1,0 +1,42 @@
+//! What a run leaves behind: the history of its load steps, fields of its points, and a summary.
+
+mod columns;
+pub(crate) mod energy;
+mod fields;
+pub(crate) mod history;
+mod probe;
+pub(crate) mod summary;
+
+use crate::connection::{Connected, Former};
+use crate::equilibrium::problem::Equilibrium;
+use crate::progress::DomainCounts;
+use energy::StepEnergy;
+use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Analysis;
+
+/// What one converged load step leaves for the record.
+pub(crate) struct StepResult<const D: usize> {
+    /// Load fraction at its end.
+    pub end: LoadFraction,
+    /// The mesh at its start, in which it was balanced.
+    pub mesh: Mesh<D>,
+    pub connected: Connected<D>,
+    pub equilibrium: Equilibrium<D>,
+    /// Free components of displacement.
+    pub equations: usize,
+    /// Whether order and structure of the factor could be kept.
+    pub analysis: Analysis,
+    /// Domains that were shortened or split after the step.
+    pub domains: DomainCounts,
+    /// Where energies are recorded.
+    pub energy: Option<StepEnergy>,
+    /// Estimate of the condition number of the last tangent, where it is asked for.
+    pub condition: Option<f64>,
+}
+
+impl<const D: usize> StepResult<D> {
+    /// The connectivity, for the next step.
+    pub(crate) fn into_former(self) -> Former<D> {
+        Former { connected: self.connected, start_of_failed_step: None }
+    }
+}

@@ -1,0 +1,102 @@
+//! A run in a few numbers.
+
+use super::StepResult;
+use crate::model::Model;
+use crate::progress::Totals;
+use crate::timing::{Timing, Timings};
+use mpm_linear::Method;
+
+/// A run in a few numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Converged load steps.
+    pub steps: usize,
+    /// Number of linear solves that led to an equilibrium.
+    pub iterations: u64,
+    /// Number of linear solves spent on predictors that were discarded.
+    pub dropped_iterations: u64,
+    /// Times a step was halved.
+    pub cuts: u64,
+    /// Number of Newton corrections of which only a part was taken.
+    pub shortened: u64,
+    /// Steps that had to be balanced with relaxation.
+    pub relaxed_steps: u64,
+    /// Steps in which the tangent was not positive definite.
+    pub indefinite_steps: u64,
+    /// Smallest `det ΔF` of any point in any step `[-]`.
+    pub smallest_determinant: f64,
+    /// Largest relative out-of-balance force that a step was left with `[-]`.
+    pub residual: f64,
+    /// Largest componentwise backward error of a linear solution `[-]`.
+    pub backward_error: f64,
+    /// Steps of iterative refinement of linear solutions.
+    pub refinements: u64,
+    /// Largest ratio of the pivots of one factorisation: the condition number was that large or larger `[-]`.
+    pub pivot_spread: f64,
+    /// Largest estimate of the condition number (by power and inverse iteration, from below), where it was asked
+    /// for `[-]`.
+    pub condition: Option<f64>,
+    /// Times a domain was shortened to the size of its cell.
+    pub domains_capped: u64,
+    /// Times a point was split because its domain had outgrown its cell.
+    pub domains_split: u64,
+    /// Material points at the end.
+    pub points: usize,
+    /// Seconds and counts per phase.
+    pub timings: Vec<Timing>,
+    /// What the scene did not need and the run did not do: a name and a count.
+    pub skipped: Vec<(&'static str, u64)>,
+}
+
+impl Summary {
+    /// Of a run that has taken `steps` load steps and ends with `model`.
+    pub(crate) fn of<const D: usize>(
+        steps: usize,
+        totals: &Totals,
+        model: &Model<D>,
+        timings: &Timings,
+    ) -> Self {
+        Self {
+            steps,
+            iterations: totals.iterations,
+            dropped_iterations: totals.dropped,
+            cuts: totals.cuts,
+            shortened: totals.shortened,
+            relaxed_steps: totals.relaxed_steps,
+            indefinite_steps: totals.indefinite_steps,
+            domains_capped: totals.domains.capped,
+            domains_split: totals.domains.split,
+            smallest_determinant: totals.smallest_determinant.unwrap_or(1.0),
+            residual: totals.residual,
+            backward_error: totals.backward_error,
+            refinements: totals.refinements,
+            pivot_spread: totals.pivot_spread,
+            condition: totals.condition,
+            points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+            timings: timings.phases().to_vec(),
+            skipped: timings.skipped.list().to_vec(),
+        }
+    }
+}
+
+impl Totals {
+    /// Adds a converged load step; energies and halvings are added where they are known.
+    pub(crate) fn add<const D: usize>(&mut self, result: &StepResult<D>) {
+        let StepResult { equilibrium, domains, condition, .. } = result;
+        let effort = &equilibrium.effort;
+        self.iterations += effort.residuals.len() as u64;
+        self.dropped += effort.dropped;
+        self.shortened += u64::from(effort.shortened);
+        self.relaxed_steps += u64::from(effort.relaxations > 0);
+        self.domains.capped += domains.capped;
+        self.domains.split += domains.split;
+        self.indefinite_steps += u64::from(effort.method > Method::Llt);
+        let smallest = self.smallest_determinant.unwrap_or(f64::INFINITY);
+        self.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
+        self.residual = self.residual.max(effort.residuals.last().copied().unwrap_or(0.0));
+        self.backward_error = self.backward_error.max(effort.backward_error);
+        self.refinements += u64::from(effort.refinements);
+        self.pivot_spread = self.pivot_spread.max(effort.pivot_spread);
+        self.condition = condition.iter().copied().chain(self.condition).reduce(f64::max);
+    }
+}

@@ -1,0 +1,139 @@
+//! A run through the load steps: the only loop over them.
+
+use crate::connection::stencils;
+use crate::domain_control::control_domains;
+use crate::equilibrium::system::Solver;
+use crate::error::Error;
+use crate::estimate::{cells_without_material, columns_not_stored};
+use crate::load_step::{Tools, load_step};
+use crate::model::Model;
+use crate::observe::{Moment, Observer, Outcome};
+use crate::record::history::Record;
+use crate::record::summary::Summary;
+use crate::state::{State, StateError};
+use crate::steps::Steps;
+use crate::steps::plan::StepKind;
+use crate::timing::Timings;
+use mpm_grid::LoadFraction;
+use mpm_linear::LinearSolver;
+
+/// Runs a model through its load steps.
+///
+/// A step that cannot be solved is halved. At the shortest step length it is tried again with relaxation: the
+/// unbalanced forces are released in parts. Domains that have grown too long for their cells are shortened or split
+/// after a step, where the model asks for it.
+///
+/// # Errors
+/// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
+/// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
+pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+    let record = Record::new(model);
+    observer.start(&record.start()).map_err(Error::Observer)?;
+    let solver = Solver::new(LinearSolver::new(model.linear_solver()), observer.cancellation(), Timings::new());
+    let state = RunState { record, steps: Steps::new(model), tools: Tools { solver, former: None } };
+    state.finish(model, observer)
+}
+
+/// As [`run`], from a state of an earlier run of the same model on. What follows is bit for bit what would
+/// have followed there.
+///
+/// # Errors
+/// [`Error::State`] where the state is none of the model; else as [`run`].
+pub fn resume<const D: usize>(
+    model: &mut Model<D>,
+    state: &State,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    let wrong = |reason: String| StateError::new("progress", reason);
+    let mut record = Record::new(model);
+    state.restore(model)?;
+    record.restore(&state.progress).map_err(wrong)?;
+    let timings = Timings::restore(&state.progress.spent).map_err(wrong)?;
+    let steps = Steps::restore(model, &state.progress, &state.predictor).map_err(wrong)?;
+    check_covered(model, steps.at())?;
+    let mut linear = LinearSolver::new(model.linear_solver());
+    linear.recall(state.order.clone());
+    record.show_resumed(model, steps.at(), observer)?;
+    let solver = Solver::new(linear, observer.cancellation(), timings);
+    RunState { record, steps, tools: Tools { solver, former: None } }.finish(model, observer)
+}
+
+/// Refuses points that the mesh at a load fraction does not cover.
+fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(), Error> {
+    let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| StateError::new("the mesh", it))?;
+    stencils(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
+    Ok(())
+}
+
+/// A run between two load steps, without its model.
+struct RunState<const D: usize> {
+    record: Record,
+    steps: Steps<D>,
+    tools: Tools<D>,
+}
+
+impl<const D: usize> RunState<D> {
+    /// Runs to the end, and tells the observer how the run ended.
+    fn finish(mut self, model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+        let outcome = match self.take_steps(model, observer) {
+            // The points and the record are still those of the last load step.
+            Err(error @ (Error::Step { .. } | Error::StepLimit { .. } | Error::Cancelled { .. })) => {
+                self.offer(Moment::End, model, observer).and(Err(error))
+            }
+            outcome => outcome,
+        };
+        let said = match &outcome {
+            Ok(()) => Outcome::Completed,
+            Err(error) => Outcome::Failed(error.to_string()),
+        };
+        let timings = &mut self.tools.solver.timings;
+        timings.skipped.cells = cells_without_material(model, self.record.at());
+        timings.skipped.columns = columns_not_stored(&model.bodies).len() as u64;
+        let closed = observer.finish(&said, &timings.with_skipped()).map_err(Error::Observer);
+        outcome.and(closed)?;
+        Ok(self.record.summary(model, timings))
+    }
+
+    /// The loop over load steps.
+    fn take_steps(&mut self, model: &mut Model<D>, observer: &mut dyn Observer) -> Result<(), Error> {
+        if self.record.rows() == 0 {
+            self.record.show_initial(model, observer, &mut self.tools.solver.timings)?;
+        }
+        while let Some(mut plan) = self.steps.next()? {
+            // Relaxation goes on with what has been analysed for the step that it tries again.
+            if !matches!(plan.kind, StepKind::Relaxed) {
+                self.tools.solver.end_step();
+            }
+            match load_step(model, &mut plan, &mut self.tools) {
+                Ok(mut done) => {
+                    for named in &mut model.bodies {
+                        named.body.commit();
+                    }
+                    self.steps.accept(&plan, &done);
+                    let controlled = control_domains(model, done.end, self.record.rows());
+                    done.domains = *controlled.as_ref().unwrap_or(&done.domains);
+                    let Tools { solver, former } = &mut self.tools;
+                    self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;
+                    *former = Some(done.into_former());
+                    controlled?;
+                    solver.end_step();
+                    self.offer(Moment::Step(self.record.rows() - 1), model, observer)?;
+                }
+                Err(failure) => self.steps.reject(&plan, failure)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Offers the observer the state of the run.
+    fn offer(&self, at: Moment, model: &Model<D>, observer: &mut dyn Observer) -> Result<(), Error> {
+        let Self { record, steps, tools } = self;
+        let state = || {
+            let mut state = State::of(model, steps.save(), tools.solver.saved_order());
+            record.save(&mut state.progress);
+            state.progress.spent = tools.solver.timings.save();
+            state
+        };
+        observer.save(at, &state).map_err(Error::Observer)
+    }
+}

@@ -1,0 +1,209 @@
+//! How the load fraction goes from 0 to 1: equal steps, halved where one does not converge.
+
+use super::plan::{Plan, StepKind};
+use crate::error::{Error, StepFailure};
+use crate::model::{PredictorKind, Schedule};
+use crate::predictor::Predictor;
+use crate::progress::{Progress, StepsProgress};
+use crate::record::StepResult;
+use crate::state::StoredPredictor;
+use mpm_grid::LoadFraction;
+use std::sync::Arc;
+
+/// Walks through equal load steps.
+///
+/// A nominal step may be halved up to [`Schedule::cuts`] times. After a success the next step is
+/// twice as long where it can be, so that every nominal step ends exactly where it would have.
+pub(crate) struct LoadSteps<const D: usize> {
+    schedule: Schedule,
+    /// Load steps taken.
+    taken: usize,
+    /// Nominal steps completed.
+    done: u32,
+    /// Position inside the present nominal step, in units of its smallest part.
+    position: u64,
+    /// Times that the next step is halved.
+    level: u8,
+    cuts: u64,
+    /// The last step, where the next one is predicted from it.
+    predictor: Option<Arc<Predictor<D>>>,
+    /// Why the shortest step failed, where it is to be tried again with relaxation.
+    failure: Option<StepFailure>,
+}
+
+impl<const D: usize> LoadSteps<D> {
+    /// At the start.
+    pub(crate) fn new(schedule: Schedule) -> Self {
+        Self { schedule, taken: 0, done: 0, position: 0, level: 0, cuts: 0, predictor: None, failure: None }
+    }
+
+    fn parts(&self) -> u64 {
+        1 << self.schedule.cuts
+    }
+
+    /// Load fraction at `position` of the present nominal step.
+    fn fraction(&self, position: u64) -> LoadFraction {
+        let steps = f64::from(self.schedule.steps);
+        let inside = position as f64 / self.parts() as f64;
+        let fraction = (f64::from(self.done) + inside) / steps;
+        LoadFraction::new(fraction.min(1.0)).expect("between 0 and 1")
+    }
+
+    /// See [`super::Steps::next`].
+    pub(crate) fn next(&self) -> Option<Plan<D>> {
+        if self.done == self.schedule.steps {
+            return None;
+        }
+        let end = self.fraction(self.position + (self.parts() >> self.level));
+        let kind = match self.failure {
+            None => StepKind::Load(self.predictor.clone()),
+            Some(_) => StepKind::Relaxed,
+        };
+        Some(Plan { start: self.at(), end, kind })
+    }
+
+    /// See [`super::Steps::accept`].
+    pub(crate) fn accept(&mut self, plan: &Plan<D>, done: &StepResult<D>) {
+        self.failure = None;
+        self.go_on();
+        let is_last = self.done == self.schedule.steps;
+        let predicts = self.schedule.predictor == PredictorKind::LastStep && !is_last;
+        self.predictor = predicts.then(|| {
+            let increment = done.equilibrium.increment.iter().copied();
+            let change = plan.end.get() - plan.start.get();
+            Arc::new(Predictor::of(&done.connected.active, increment, change, 0.0))
+        });
+    }
+
+    /// The step ends where the next one begins.
+    fn go_on(&mut self) {
+        self.taken += 1;
+        self.position += self.parts() >> self.level;
+        if self.position == self.parts() {
+            self.position = 0;
+            self.done += 1;
+        }
+        // Grow where the longer step starts on its own raster.
+        if self.level > 0 && self.position.is_multiple_of(self.parts() >> (self.level - 1)) {
+            self.level -= 1;
+        }
+    }
+
+    /// See [`super::Steps::reject`].
+    ///
+    /// A step is halved as long as it may be. At the shortest step length it is tried again with relaxation
+    /// (unbalanced forces released in parts). If that fails too, the first failure is reported.
+    pub(crate) fn reject(&mut self, plan: &Plan<D>, failure: StepFailure) -> Result<(), Error> {
+        let first = self.failure.take();
+        if failure == StepFailure::Cancelled {
+            return Err(Error::Cancelled { steps: self.taken, fraction: self.at().get() });
+        }
+        let was_relaxed = first.is_some();
+        let reason = first.unwrap_or(failure);
+        // Cutting the step cannot help where the failure does not depend on the step length, and neither can relaxation.
+        if !was_relaxed && !reason.is_at_start() {
+            if !self.cut() {
+                self.failure = Some(reason);
+            }
+            return Ok(());
+        }
+        let (from, to, level) = (plan.start.get(), plan.end.get(), self.level);
+        Err(Error::Step { step: self.taken + 1, from, to, level, reason })
+    }
+
+    /// Halves the next step; `false` where it may not be halved again.
+    fn cut(&mut self) -> bool {
+        if self.level == self.schedule.cuts {
+            return false;
+        }
+        self.level += 1;
+        self.cuts += 1;
+        true
+    }
+
+    /// Load fraction reached.
+    pub(crate) fn at(&self) -> LoadFraction {
+        self.fraction(self.position)
+    }
+
+    /// Times that a step was halved so far.
+    pub(crate) fn cuts(&self) -> u64 {
+        self.cuts
+    }
+
+    /// See [`super::Steps::save`].
+    pub(crate) fn save(&self) -> (StepsProgress, StoredPredictor) {
+        let Self { done, position, level, cuts, .. } = *self;
+        let last = self.predictor.as_ref().map(|predictor| predictor.fraction);
+        let stored = self.predictor.as_ref().map(|predictor| predictor.save()).unwrap_or_default();
+        (StepsProgress::Load { done, position, level, cuts, last }, stored)
+    }
+
+    /// Where a walk through these steps can have come to, on a grid of `n_nodes`.
+    ///
+    /// # Errors
+    /// What in the progress cannot be that of such a walk.
+    pub(crate) fn restore(
+        schedule: Schedule,
+        progress: &Progress,
+        stored: &StoredPredictor,
+        n_nodes: usize,
+    ) -> Result<Self, String> {
+        let StepsProgress::Load { done, position, level, cuts, last } = progress.control else {
+            return Err("is that of path control, expected equal load steps".into());
+        };
+        if done > schedule.steps || (done == schedule.steps && position > 0) {
+            return Err(format!("has {done} nominal steps done, expected at most {}", schedule.steps));
+        }
+        if level > schedule.cuts {
+            return Err(format!("has halved a step {level} times, expected at most {}", schedule.cuts));
+        }
+        if let Some(wrong) = last.filter(|it| !(*it > 0.0 && *it <= 1.0)) {
+            return Err(format!("has a last step over {wrong} of the load, expected above 0 to 1"));
+        }
+        let parts = 1 << schedule.cuts;
+        if position >= parts || !position.is_multiple_of(parts >> level) {
+            return Err(format!("stands at part {position} of a step halved {level} times, of {parts}"));
+        }
+        let predictor = Predictor::restore(last.map(|fraction| (fraction, 0.0)), stored, n_nodes)?;
+        let (taken, predictor) = (progress.rows() - 1, predictor.map(Arc::new));
+        Ok(Self { schedule, taken, done, position, level, cuts, predictor, failure: None })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_steps_end_on_their_stations() {
+        let mut steps = LoadSteps::<2>::new(Schedule { cuts: 4, ..Schedule::equal(3) });
+        let mut ends = Vec::new();
+        while let Some(step) = steps.next() {
+            ends.push(step.end.get());
+            steps.go_on();
+        }
+        assert_eq!(ends, [1.0 / 3.0, 2.0 / 3.0, 1.0]);
+    }
+
+    #[test]
+    fn a_cut_step_grows_again_and_meets_every_station() {
+        let mut steps = LoadSteps::<2>::new(Schedule { cuts: 3, ..Schedule::equal(2) });
+        assert!(steps.cut() && steps.cut());
+        let mut ends = Vec::new();
+        while let Some(step) = steps.next() {
+            ends.push(step.end.get());
+            steps.go_on();
+        }
+        // A quarter, a quarter, then a half of the first step, and the whole second.
+        assert_eq!(ends, [0.125, 0.25, 0.5, 1.0]);
+        assert_eq!(steps.cuts(), 2);
+    }
+
+    #[test]
+    fn the_floor_is_reached_after_the_stated_cuts() {
+        let mut steps = LoadSteps::<2>::new(Schedule { cuts: 2, ..Schedule::equal(1) });
+        assert!(steps.cut() && steps.cut() && !steps.cut());
+        assert_eq!(steps.next().unwrap().end.get(), 0.25);
+    }
+}
