@@ -6,8 +6,10 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Links, Stencils};
 use mpm_grid::{LoadFraction, Mesh, Vector};
-use mpm_linear::{Factorization, Method as Factoring, SymmetricPattern};
-use mpm_material::{Elasticity, Hencky, Material, SymmetricTensor, VonMises, log_strain, respond};
+use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symmetry};
+use mpm_material::{
+    Elasticity, Hencky, Material, PointParameters, SymmetricTensor, VonMises, log_strain, respond,
+};
 use mpm_scene::language::{Scene, SolidBasis};
 use mpm_scene::{Compiled, compile};
 use mpm_solver::Model;
@@ -112,14 +114,14 @@ fn states(plane: bool) -> Vec<SymmetricTensor> {
 
 /// Stress and spatial moduli of many states.
 fn law<M: Material + 'static>(law: M, plane: bool) -> Result<Work, Failure> {
-    let (states, history) = (states(plane), M::History::default());
+    let (states, history) = (states(plane), law.initial(&PointParameters::at(nalgebra::Vector3::zeros())));
     Ok(Box::new(move || {
         for state in &states {
-            let response = respond(&law, black_box(state), &history);
+            let Ok(response) = respond(&law, black_box(state), &history) else { return };
             if plane {
-                black_box((response.kirchhoff, response.modes.spatial_tangent::<2>()));
+                black_box((response.kirchhoff, response.tangent.spatial_tangent::<2>()));
             } else {
-                black_box((response.kirchhoff, response.modes.spatial_tangent::<3>()));
+                black_box((response.kirchhoff, response.tangent.spatial_tangent::<3>()));
             }
         }
     }))
@@ -153,7 +155,7 @@ type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
+    let pattern = Pattern::of(active.len(), Symmetry::Symmetric, &[&links]);
     let connection = Connection::new(links, &pattern);
     (active, pattern, connection)
 }
@@ -257,8 +259,7 @@ fn of_body<const D: usize>(
 
 /// The linear system of a connected body.
 struct System {
-    column_start: Vec<usize>,
-    row: Vec<usize>,
+    pattern: Pattern<2>,
     values: Vec<f64>,
     lattice: Vec<[u32; 3]>,
     rhs: Vec<f64>,
@@ -271,32 +272,37 @@ impl System {
         finish_tangent(&connected.pattern, &connected.constraints, &mut connected.values);
         let pattern = connected.pattern;
         let mut system = Self {
-            column_start: pattern.column_start().to_vec(),
-            row: pattern.row().to_vec(),
             values: connected.values,
             lattice: connected.active.lattice_indices(),
             rhs: vec![1.0; pattern.n_equations()],
             factorization: Factorization::new(),
+            pattern,
         };
         system.analyse();
-        system.factorization.factorise(&system.values, Factoring::Llt)?;
+        system
+            .factorization
+            .factorise(Matrix { pattern: system.pattern.for_solver(), values: &system.values })?;
         Ok(system)
     }
 
     fn analyse(&mut self) {
-        let pattern = SymmetricPattern { column_start: &self.column_start, row: &self.row };
+        // The direct solver does not ask where the lines stand.
+        let lines = Default::default();
+        let places = LatticePlaces { index: &self.lattice, lines: &lines, periods: [None; 3] };
         // A solver that has seen the pattern before would keep its analysis.
         self.factorization = Factorization::new();
-        let _ = black_box(self.factorization.analyse(pattern, &self.lattice, [None; 3], 2));
+        let _ = black_box(self.factorization.analyse(self.pattern.for_solver(), &Hints::on_lattice(places)));
     }
 
     fn factorise(&mut self) {
-        let _ = black_box(self.factorization.factorise(&self.values, Factoring::Llt));
+        let matrix = Matrix { pattern: self.pattern.for_solver(), values: &self.values };
+        let _ = black_box(self.factorization.factorise(matrix));
     }
 
     fn solve(&mut self) {
         let mut x = self.rhs.clone();
-        let _ = black_box(self.factorization.solve(&self.values, &mut x));
+        let matrix = Matrix { pattern: self.pattern.for_solver(), values: &self.values };
+        let _ = black_box(self.factorization.solve(matrix, &mut x, 0.0));
     }
 }
 

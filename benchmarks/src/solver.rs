@@ -6,7 +6,7 @@ use crate::report::{Report, Settings};
 use crate::{Failure, blocks};
 use mpm_assembly::finish_tangent;
 use mpm_grid::LoadFraction;
-use mpm_linear::{Choice, LinearSolver, Place, SymmetricPattern, predict};
+use mpm_linear::{Automatic, Choice, Hints, LatticePlaces, LinearSolver, Matrix, Pattern, predict};
 use mpm_scene::language::{Scene, SolidBasis};
 use mpm_scene::{Compiled, compile};
 use mpm_solver::Model;
@@ -158,23 +158,16 @@ impl Tangent {
 
     /// One of our solvers; conjugate gradients leave [`LEFT`] of the right-hand side.
     fn ours(&self, choice: Choice) -> Result<Seconds, Failure> {
-        match self.dimensions {
-            2 => self.solved_by(LinearSolver::<2>::new(choice)),
-            _ => self.solved_by(LinearSolver::<3>::new(choice)),
-        }
-    }
-
-    fn solved_by<const D: usize>(&self, mut solver: LinearSolver<D>) -> Result<Seconds, Failure> {
-        let pattern = self.pattern();
-        let analysis = timed(|| solver.analyse(pattern, self.place()));
+        let (mut solver, matrix) = (Automatic::new(choice), self.matrix());
+        let analysis = timed(|| solver.analyse(matrix.pattern, &Hints::on_lattice(self.places())));
         analysis.result?;
         let first = solver.first_method();
-        let factor = timed(|| solver.factorise(pattern, &self.values, first));
+        let factor = timed(|| solver.factorise(matrix));
         if factor.result?.method != first {
             return Err("the tangent is not positive definite".into());
         }
         let mut x = self.rhs.clone();
-        let solution = timed(|| solver.solve(pattern, &self.values, &mut x, LEFT));
+        let solution = timed(|| solver.solve(matrix, &mut x, LEFT));
         if solution.result?.method != first {
             return Err("conjugate gradients needed help".into());
         }
@@ -186,20 +179,18 @@ impl Tangent {
         })
     }
 
-    fn pattern(&self) -> SymmetricPattern<'_> {
-        SymmetricPattern { column_start: &self.column_start, row: &self.row }
+    fn matrix(&self) -> Matrix<'_> {
+        let pattern = Pattern::symmetric(&self.column_start, &self.row, self.dimensions);
+        Matrix { pattern, values: &self.values }
     }
 
-    fn place(&self) -> Place<'_> {
-        Place { index: &self.lattice, lines: &self.lines, periodic: self.periodic }
+    fn places(&self) -> LatticePlaces<'_> {
+        LatticePlaces { index: &self.lattice, lines: &self.lines, periods: self.periodic }
     }
 
     /// Which of our solvers a run takes.
     fn chosen(&self) -> Choice {
-        let prediction = match self.dimensions {
-            2 => predict::<2>(self.pattern(), self.place()),
-            _ => predict::<3>(self.pattern(), self.place()),
-        };
+        let prediction = predict(self.matrix().pattern, self.places());
         if Choice::Auto.is_iterative(&prediction) { Choice::Iterative } else { Choice::Direct }
     }
 

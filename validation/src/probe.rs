@@ -3,31 +3,24 @@
 use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, GhostFaces, Linked, PassInput, Pattern, PointView, Sums,
-    TangentSums,
+    BodyAtStart, ConnectedBody, Connection, Constraints, Contribution, Converged, Couplings, Linked, Pattern,
+    PointView, StepStart, SystemSums, SystemTangent, Trial, UnknownVector, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_linear::Matrix;
 use mpm_scene::Compiled;
 use mpm_scene::Scene;
-use mpm_solver::Model;
+use mpm_solver::{Model, NamedBody, NamedContribution};
 
-/// The first body of a model on the mesh at rest, ready to be displaced.
+/// The first body of a model on the mesh at rest, with the contributions of the model, ready to be displaced.
 pub struct Probe<const D: usize> {
-    body: Box<dyn Body<D>>,
+    named: NamedBody<D>,
+    contributions: Vec<NamedContribution<D>>,
     mesh: Mesh<D>,
     active: ActiveNodes<D>,
     pattern: Pattern<D>,
     connection: Connection<D>,
-    ghost: Option<Ghost<D>>,
-    /// The penalty that the model asks for.
-    ghost_factor: Option<f64>,
-}
-
-/// Penalised faces, and where their stiffness goes.
-struct Ghost<const D: usize> {
-    faces: GhostFaces<D>,
-    slots: Vec<u32>,
 }
 
 /// The model of a scene in plane strain.
@@ -59,10 +52,10 @@ impl<const D: usize> Probe<D> {
     /// The mesh does not cover it.
     pub fn of(model: Model<D>) -> Result<Self, Broken> {
         let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START)?;
-        let body = model.bodies.into_iter().next().expect("a scene has a body").body;
-        let ghost_factor = model.ghost;
-        let (active, pattern, connection, ghost) = connect(&*body, &mesh, ghost_factor)?;
-        Ok(Self { body, mesh, active, pattern, connection, ghost, ghost_factor })
+        let named = model.bodies.into_iter().next().expect("a scene has a body");
+        let mut contributions = model.contributions;
+        let (active, pattern, connection) = connect(&named, &mut contributions, &mesh)?;
+        Ok(Self { named, contributions, mesh, active, pattern, connection })
     }
 
     /// Number of active nodes.
@@ -77,7 +70,7 @@ impl<const D: usize> Probe<D> {
 
     /// Every material point.
     pub fn points(&self) -> Vec<PointView<D>> {
-        mpm_assembly::views(&*self.body).collect()
+        mpm_assembly::views(&*self.named.body).collect()
     }
 
     /// `f_int` under an increment of displacement `[F]`.
@@ -85,14 +78,7 @@ impl<const D: usize> Probe<D> {
     /// # Errors
     /// The increment inverts a point.
     pub fn internal(&self, increment: &[Vector<D>]) -> Result<Vec<Vector<D>>, Broken> {
-        let constraints = Constraints::none(self.active.len());
-        let mut internal = vec![Vector::zeros(); self.active.len()];
-        let input = PassInput { pattern: &self.pattern, constraints: &constraints, increment };
-        self.body.assemble(&self.connection, input, Sums { internal: &mut internal, tangent: None })?;
-        if let Some(Ghost { faces, slots }) = &self.ghost {
-            faces.assemble(slots, input, Sums { internal: &mut internal, tangent: None });
-        }
-        Ok(internal)
+        self.sum(increment, None)
     }
 
     /// `K v` with the assembled tangent of an increment of displacement `[F]`.
@@ -100,30 +86,30 @@ impl<const D: usize> Probe<D> {
     /// # Errors
     /// The increment inverts a point.
     pub fn tangent_times(&self, increment: &[Vector<D>], v: &[Vector<D>]) -> Result<Vec<Vector<D>>, Broken> {
-        let constraints = Constraints::none(self.active.len());
-        let mut internal = vec![Vector::zeros(); self.active.len()];
         let mut values = vec![0.0; self.pattern.n_entries()];
-        let input = PassInput { pattern: &self.pattern, constraints: &constraints, increment };
-        let tangent = Some(TangentSums { values: &mut values, lift: None });
-        self.body.assemble(&self.connection, input, Sums { internal: &mut internal, tangent })?;
-        if let Some(Ghost { faces, slots }) = &self.ghost {
-            let tangent = Some(TangentSums { values: &mut values, lift: None });
-            faces.assemble(slots, input, Sums { internal: &mut internal, tangent });
-        }
+        self.sum(increment, Some(SystemTangent { values: &mut values, lift: None }))?;
+        let flat: Vec<f64> = v.iter().flat_map(|v| v.iter().copied()).collect();
+        let product = Matrix { pattern: self.pattern.for_solver(), values: &values }.times(&flat);
+        Ok(product.chunks_exact(D).map(Vector::from_column_slice).collect())
+    }
 
-        // The pattern holds the lower triangle by columns.
-        let mut product = vec![Vector::zeros(); self.active.len()];
-        let (starts, rows) = (self.pattern.column_start(), self.pattern.row());
-        for column in 0..self.pattern.n_equations() {
-            for entry in starts[column]..starts[column + 1] {
-                let row = rows[entry];
-                product[row / D][row % D] += values[entry] * v[column / D][column % D];
-                if row != column {
-                    product[column / D][column % D] += values[entry] * v[row / D][row % D];
-                }
-            }
+    /// The internal force, and the tangent where it is wanted.
+    fn sum(
+        &self,
+        increment: &[Vector<D>],
+        tangent: Option<SystemTangent<'_, D>>,
+    ) -> Result<Vec<Vector<D>>, Broken> {
+        let (pattern, constraints) = (&self.pattern, &Constraints::none(self.active.len()));
+        let mut force = UnknownVector::zeros(pattern.unknowns());
+        let increment = &UnknownVector { nodes: increment.to_vec(), ..force.clone() };
+        let trial = Trial { pattern, constraints, increment, end: LoadFraction::END, is_first: false };
+        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let body = ConnectedBody { body: &*self.named.body, connection: &self.connection };
+        body.add(&trial, &mut sums)?;
+        for named in &self.contributions {
+            named.contribution.add(&trial, &mut sums)?;
         }
-        Ok(product)
+        Ok(force.nodes)
     }
 
     /// Carries the points through an increment of displacement, and connects them to the mesh again.
@@ -132,33 +118,40 @@ impl<const D: usize> Probe<D> {
     /// A point is inverted or leaves the mesh.
     pub fn advance(&mut self, increment: &[Vector<D>]) -> Result<(), Broken> {
         let step = Converged { mesh: &self.mesh, active: &self.active, increment };
-        self.body.prepare(&self.connection, step)?;
-        self.body.commit();
-        (self.active, self.pattern, self.connection, self.ghost) =
-            connect(&*self.body, &self.mesh, self.ghost_factor)?;
+        self.named.body.prepare(&self.connection, step)?;
+        self.named.body.commit();
+        (self.active, self.pattern, self.connection) =
+            connect(&self.named, &mut self.contributions, &self.mesh)?;
         Ok(())
     }
 }
 
-type Connected<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>, Option<Ghost<D>>);
+type Connected<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
 
 fn connect<const D: usize>(
-    body: &dyn Body<D>,
+    named: &NamedBody<D>,
+    contributions: &mut [NamedContribution<D>],
     mesh: &Mesh<D>,
-    ghost_factor: Option<f64>,
 ) -> Result<Connected<D>, Broken> {
+    let body = &*named.body;
     let stencils = body.stencils(mesh)?;
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let faces = ghost_factor.map(|factor| {
-        let mut cells = Vec::new();
-        body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);
-        GhostFaces::of(mesh, &active, cells, factor)
-    });
     let dilatation = body.dilatation(&links, mesh, &active)?;
     let linked = Linked { links, dilatation };
-    let pattern = Pattern::reusing(None, active.len(), std::slice::from_ref(&linked), faces.as_ref());
+    let bodies = [BodyAtStart { name: &named.name, body, links: &linked.links }];
+    let (from, to) = (LoadFraction::START, LoadFraction::END);
+    let step = StepStart { mesh, active: &active, bodies: &bodies, from, to, is_retry: false };
+    let mut unknowns = Unknowns::of_nodes(active.len());
+    for named in &mut *contributions {
+        named.contribution.begin(&step, &mut unknowns)?;
+    }
+    let mut couplings: Vec<&dyn Couplings> = vec![&linked];
+    couplings.extend(contributions.iter().map(|named| named.contribution.couplings()));
+    let pattern = Pattern::reusing(None, &unknowns, body.symmetry(), &couplings);
+    for named in contributions {
+        named.contribution.locate(&pattern);
+    }
     let connection = Connection::new(linked, &pattern);
-    let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
-    Ok((active, pattern, connection, ghost))
+    Ok((active, pattern, connection))
 }

@@ -1,8 +1,9 @@
 //! `mpm check`.
 
 use crate::complaint::Complaint;
+use crate::input;
 use crate::report::{count, unwritten};
-use crate::{input, say};
+use crate::say::say;
 use mpm_io::FolderFiles;
 use mpm_scene::Scene;
 use mpm_solver::Estimate;
@@ -12,7 +13,7 @@ use std::path::Path;
 
 /// Says how large a scene with these settings is.
 pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
-    let input = input::read(file, settings, &FolderFiles::beside(file))?;
+    let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
     if as_json {
         return say(&format!("{:#}\n", json(&estimate, &input.scene)));
@@ -114,6 +115,14 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String]) -> String {
         ),
     );
 
+    for (k, what) in skipped(it, unwritten).into_iter().enumerate() {
+        line(if k == 0 { "skipped" } else { "" }, what);
+    }
+    text
+}
+
+/// What the run will do without.
+fn skipped(it: &Estimate, unwritten: &[String]) -> Vec<String> {
     let unused = [
         (it.cells - it.cells_with_material, "empty cells"),
         (it.nodes - it.active_nodes, "nodes without material"),
@@ -129,10 +138,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String]) -> String {
     if !unwritten.is_empty() {
         skipped.push(format!("fields not written: {}", unwritten.join(", ")));
     }
-    for (k, what) in skipped.into_iter().enumerate() {
-        line(if k == 0 { "skipped" } else { "" }, what);
-    }
-    text
+    skipped
 }
 
 fn bytes(number: usize) -> String {

@@ -2,6 +2,7 @@
 
 use crate::complaint::Complaint;
 use crate::reading::Files;
+use clap::Args;
 use mpm_io::FolderFiles;
 use mpm_scene::language::{EditError, Position, ReadError, Scene, position_of, set_value};
 use mpm_scene::{Compiled, SceneError, compile_with};
@@ -9,6 +10,15 @@ use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
+
+/// What is set in the scene before it is read.
+#[derive(Args)]
+pub struct Settings {
+    /// Set a value of the scene, as in `schedule.steps=20` or `bodies[0].points_per_cell=3`; several times, if
+    /// needed. The results keep the scene as it was run.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+}
 
 /// Longest scene that is read, because files such as devices never end `[B]`.
 const LONGEST: u64 = 64 << 20;

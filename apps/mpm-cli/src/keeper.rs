@@ -1,13 +1,32 @@
 //! Writes checkpoints during a run, and when it is interrupted.
 
-use crate::CheckpointArguments;
 use crate::complaint::Complaint;
+use clap::Args;
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval};
 use mpm_scene::Scene;
 use mpm_solver::State;
 use mpm_solver::observe::{Cancellation, Moment};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Replace what the scene, or the checkpoint, says of checkpoints.
+#[derive(Args)]
+pub struct CheckpointArguments {
+    /// Checkpoint file [default: beside the results, with .checkpoint.h5, or the one to go on from].
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Keep a checkpoint after every so many load steps.
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub checkpoint_every: Option<u32>,
+    /// Keep a checkpoint whenever so many seconds have passed since the last.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub checkpoint_seconds: Option<f64>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok().filter(|seconds| (0.001..=1e15).contains(seconds));
+    seconds.ok_or_else(|| format!("expected seconds from 0.001 to 1e15, got {text}"))
+}
 
 /// When and where checkpoints are kept.
 pub struct Keeper {

@@ -13,14 +13,15 @@ mod reading;
 mod reference;
 mod report;
 mod run;
+mod say;
 mod sweep;
 mod templates;
 mod validate;
 mod watch;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use complaint::Complaint;
-use std::io::Write;
+use say::say;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -37,15 +38,15 @@ enum Command {
     /// Write a scene to begin with, from a template.
     New(templates::NewArguments),
     /// Run a scene and write its results.
-    Run(RunArguments),
+    Run(run::RunArguments),
     /// Go on with an interrupted run, bit for bit, and with its results file.
-    Resume(ResumeArguments),
+    Resume(run::ResumeArguments),
     /// Read a scene, say how large it is and what it will not need; run nothing.
     Check {
         /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
         scene: PathBuf,
         #[command(flatten)]
-        settings: Settings,
+        settings: input::Settings,
         /// Print it as JSON for machines.
         #[arg(long)]
         json: bool,
@@ -91,79 +92,6 @@ enum Command {
         #[arg(short, long, value_name = "FOLDER")]
         output: Option<PathBuf>,
     },
-}
-
-/// What is set in the scene before it is read.
-#[derive(Args)]
-struct Settings {
-    /// Set a value of the scene, as in `schedule.steps=20` or `bodies[0].points_per_cell=3`; several times, if
-    /// needed. The results keep the scene as it was run.
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    set: Vec<String>,
-}
-
-#[derive(Args)]
-struct RunArguments {
-    /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
-    scene: PathBuf,
-    #[command(flatten)]
-    settings: Settings,
-    /// Results file; an .xdmf file is written beside it [default: the scene's name with .h5, in this directory].
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Folder in which the files lie that the scene names [default: that of the scene].
-    #[arg(long, value_name = "FOLDER")]
-    files: Option<PathBuf>,
-    #[command(flatten)]
-    checkpoints: CheckpointArguments,
-    /// Number of threads; never changes a result [default: one per core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Print nothing unless something is wrong.
-    #[arg(short, long)]
-    quiet: bool,
-    /// Print what `mpm inspect --json` says of the results, and nothing else.
-    #[arg(long, conflicts_with = "quiet")]
-    json: bool,
-}
-
-#[derive(Args)]
-struct ResumeArguments {
-    /// The checkpoint; the scene is in it.
-    checkpoint_file: PathBuf,
-    /// Results file; where there is none, its history begins here [default: that of the interrupted run].
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Folder in which the files lie that the scene names [default: where they were].
-    #[arg(long, value_name = "FOLDER")]
-    files: Option<PathBuf>,
-    #[command(flatten)]
-    checkpoints: CheckpointArguments,
-    /// Number of threads; never changes a result [default: one per core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Print nothing unless something is wrong.
-    #[arg(short, long)]
-    quiet: bool,
-}
-
-/// Replace what the scene, or the checkpoint, says of checkpoints.
-#[derive(Args)]
-struct CheckpointArguments {
-    /// Checkpoint file [default: beside the results, with .checkpoint.h5, or the one to go on from].
-    #[arg(long, value_name = "FILE")]
-    checkpoint: Option<PathBuf>,
-    /// Keep a checkpoint after every so many load steps.
-    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
-    checkpoint_every: Option<u32>,
-    /// Keep a checkpoint whenever so many seconds have passed since the last.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    checkpoint_seconds: Option<f64>,
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse::<f64>().ok().filter(|seconds| (0.001..=1e15).contains(seconds));
-    seconds.ok_or_else(|| format!("expected seconds from 0.001 to 1e15, got {text}"))
 }
 
 fn main() -> ExitCode {
@@ -212,15 +140,4 @@ fn manual(folder: Option<&Path>) -> Result<(), Complaint> {
         .render(&mut page)
         .map_err(|error| Complaint::unfinished(format!("cannot print the manual page: {error}")))?;
     say(&String::from_utf8_lossy(&page))
-}
-
-/// Prints to standard output; a reader that has gone away ends the program's talk, not its work.
-fn say(text: &str) -> Result<(), Complaint> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Complaint::unfinished(format!("cannot write to standard output: {error}")))
-        }
-        _ => Ok(()),
-    }
 }

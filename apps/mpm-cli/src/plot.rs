@@ -1,14 +1,16 @@
 //! `mpm plot`: pictures of a results file.
 
+mod arguments;
 mod body;
+mod drawn;
 mod histories;
 
 use crate::complaint::Complaint;
+use arguments::BodyArguments;
 use clap::{Args, ValueEnum};
-use mpm_io::Results;
+use drawn::Drawn;
 use mpm_plot::{Animation, Figure, Panel, PlotError};
-use mpm_scene::Scene;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct PlotArguments {
@@ -31,29 +33,6 @@ pub struct PlotArguments {
     rate: u16,
 }
 
-#[derive(Args)]
-pub struct BodyArguments {
-    /// Field that colours the body, with a component where it has several: `displacement.x`, `cauchy_stress.xy`, or
-    /// `.norm`, `.mean`, `.deviator` [default: the most telling one of the file].
-    #[arg(long, value_name = "FIELD")]
-    field: Option<String>,
-    /// Recorded step, numbered from 0 [default: the last].
-    #[arg(long, value_name = "N")]
-    step: Option<usize>,
-    /// Ends of the colour bar [default: those of the field].
-    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)]
-    range: Option<Vec<f64>>,
-    /// Leave the mesh out.
-    #[arg(long)]
-    no_mesh: bool,
-    /// Three dimensions: where one looks from.
-    #[arg(long, value_enum, default_value_t = View::Corner)]
-    view: View,
-    /// Three dimensions: only the points next to a plane across an axis, as in `z=0.5`.
-    #[arg(long, value_name = "AXIS=AT", value_parser = slice)]
-    slice: Option<(usize, f64)>,
-}
-
 /// Panels of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Show {
@@ -69,27 +48,6 @@ enum Show {
     Energy,
 }
 
-/// Where one looks from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum View {
-    /// From a corner, all three axes alike.
-    Corner,
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
-    /// Along z, from above.
-    Z,
-}
-
-fn slice(text: &str) -> Result<(usize, f64), String> {
-    let wrong = || format!("expected an axis and a coordinate as in z=0.5, got {text}");
-    let (axis, at) = text.split_once('=').ok_or_else(wrong)?;
-    let axis = ["x", "y", "z"].iter().position(|name| name.eq_ignore_ascii_case(axis)).ok_or_else(wrong)?;
-    let at = at.parse().ok().filter(|at: &f64| at.is_finite()).ok_or_else(wrong)?;
-    Ok((axis, at))
-}
-
 /// Size of a panel beside others.
 const PANEL: (u32, u32) = (620, 500);
 
@@ -101,25 +59,6 @@ pub fn plot(arguments: &PlotArguments) -> Result<String, Complaint> {
         false => vec![picture(arguments, &file)?],
     };
     Ok(written.iter().map(|path| format!("{}\n", path.display())).collect())
-}
-
-/// A results file and its scene.
-pub struct Drawn {
-    results: Results,
-    scene: Scene,
-}
-
-impl Drawn {
-    fn open(path: &Path) -> Result<Self, Complaint> {
-        let results = Results::open(path).map_err(complain)?;
-        if results.fractions().is_empty() {
-            return Err(Complaint::input(format!("results file {} holds no recorded step", path.display())));
-        }
-        let scene = Scene::from_ron(results.scene()).map_err(|error| {
-            Complaint::input(format!("results file {}: its scene cannot be read: {error}", path.display()))
-        })?;
-        Ok(Self { results, scene })
-    }
 }
 
 fn picture(arguments: &PlotArguments, file: &Drawn) -> Result<PathBuf, Complaint> {
@@ -184,10 +123,6 @@ fn frames(arguments: &PlotArguments, file: &Drawn) -> Result<Vec<PathBuf>, Compl
         animation.add(&image).map_err(refuse)?;
     }
     Ok(vec![folder, gif])
-}
-
-fn complain(error: mpm_io::ResultsError) -> Complaint {
-    Complaint::input(error.to_string())
 }
 
 fn refuse(error: PlotError) -> Complaint {

@@ -1,16 +1,63 @@
 //! `mpm run` and `mpm resume`.
 
 use crate::complaint::Complaint;
-use crate::input::Input;
-use crate::keeper::{self, Keeper};
+use crate::input::{Input, Settings};
+use crate::keeper::{self, CheckpointArguments, Keeper};
 use crate::reading::{self, Kind};
+use crate::say::say;
 use crate::watch::Watch;
-use crate::{ResumeArguments, RunArguments, input, inspect, report, say};
+use crate::{input, inspect, report};
+use clap::Args;
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
 use mpm_scene::Scene;
 use mpm_solver::{Error, State};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub struct RunArguments {
+    /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub settings: Settings,
+    /// Results file; an .xdmf file is written beside it [default: the scene's name with .h5, in this directory].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Folder in which the files lie that the scene names [default: that of the scene].
+    #[arg(long, value_name = "FOLDER")]
+    pub files: Option<PathBuf>,
+    #[command(flatten)]
+    pub checkpoints: CheckpointArguments,
+    /// Number of threads; never changes a result [default: one per core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print nothing unless something is wrong.
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Print what `mpm inspect --json` says of the results, and nothing else.
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct ResumeArguments {
+    /// The checkpoint; the scene is in it.
+    pub checkpoint_file: PathBuf,
+    /// Results file; where there is none, its history begins here [default: that of the interrupted run].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Folder in which the files lie that the scene names [default: where they were].
+    #[arg(long, value_name = "FOLDER")]
+    pub files: Option<PathBuf>,
+    #[command(flatten)]
+    pub checkpoints: CheckpointArguments,
+    /// Number of threads; never changes a result [default: one per core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print nothing unless something is wrong.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
 
 /// The program that writes the files.
 const PROGRAM: &str = concat!("mpm ", env!("CARGO_PKG_VERSION"));

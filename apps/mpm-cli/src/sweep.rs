@@ -2,7 +2,8 @@
 
 use crate::complaint::Complaint;
 use crate::reading::{self, Kind};
-use crate::{input, inspect, keeper, say};
+use crate::say::say;
+use crate::{input, inspect, keeper};
 use clap::Args;
 use mpm_io::{FolderFiles, Results, component_name};
 use mpm_solver::observe::Cancellation;

@@ -17,9 +17,13 @@
 //! the load step: constant through Newton's iterations, symmetric, without memory, and zero wherever the
 //! gradient is continuous.
 
-use crate::{Couplings, PassInput, Pattern, Sums};
+use crate::contribution::{
+    Begun, BodyAtStart, Contribution, HistoryColumn, Inadmissible, Refused, StepStart, SystemSums, Trial,
+};
+use crate::{Couplings, PassInput, Pattern, Sums, Unknowns};
 use mpm_basis::{ActiveNodes, Links};
 use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
+use mpm_linear::Symmetry;
 
 /// Material in one cell of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -212,10 +216,71 @@ impl<const D: usize> GhostFaces<D> {
                     }
                 }
             }
-            let slots = &slots[slot..slot + n * (n - 1) / 2];
+            let slots = &slots[slot..slot + input.pattern.n_slots(n)];
             slot += slots.len();
             input.pattern.add_isotropic(nodes, slots, stiffness, input.constraints, tangent.values);
         }
+    }
+}
+
+/// Ghost stabilisation of all bodies, as a contribution.
+#[derive(Clone, Debug)]
+pub struct GhostStabilisation<const D: usize> {
+    /// γ over Young's modulus `[-]`.
+    factor: f64,
+    faces: GhostFaces<D>,
+    /// Where the stiffness of the faces goes.
+    slots: Vec<u32>,
+}
+
+impl<const D: usize> GhostStabilisation<D> {
+    /// `factor` is γ over Young's modulus `[-]`.
+    pub fn new(factor: f64) -> Self {
+        let faces = GhostFaces { node_start: vec![0], node: Vec::new(), stiffness: Vec::new() };
+        Self { factor, faces, slots: Vec::new() }
+    }
+}
+
+impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
+    fn begin(&mut self, step: &StepStart<'_, D>, _unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
+        if step.is_retry {
+            return Ok(Begun::AsBefore);
+        }
+        let mut cells = Vec::new();
+        for BodyAtStart { body, links, .. } in step.bodies {
+            body.occupied_cells(links, step.mesh.lattice(), step.active, &mut cells);
+        }
+        self.faces = GhostFaces::of(step.mesh, step.active, cells, self.factor);
+        Ok(Begun::Anew)
+    }
+
+    fn couplings(&self) -> &dyn Couplings {
+        &self.faces
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn locate(&mut self, pattern: &Pattern<D>) {
+        self.slots = self.faces.slots(pattern);
+    }
+
+    fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
+        self.faces.assemble(&self.slots, trial.nodes(), sums.nodes());
+        Ok(())
+    }
+
+    fn stabilises(&self) -> bool {
+        true
+    }
+
+    fn history_columns(&self) -> Vec<HistoryColumn> {
+        vec![HistoryColumn { name: "ghost_faces".into(), width: 1, is_count: true }]
+    }
+
+    fn record(&self, to: &mut Vec<f64>) {
+        to.push(self.faces.len() as f64);
     }
 }
 

@@ -12,21 +12,23 @@
 //! (Charlton, Coombs & Augarde 2017; Wang et al. 2018). A [`Body`] holds the committed points;
 //! [`Body::assemble`] sums their forces and tangent under a trial displacement, a pure function of the
 //! committed state; [`Body::prepare`], [`Body::commit`] and, between steps, [`Body::control`]
-//! are the only writers. [`GhostFaces`] add stiffness to cells that a body barely reaches into. The symmetric
-//! tangent is stored as the lower triangle of a [`Pattern`] that is derived from connectivity.
+//! are the only writers. In a load step bodies are [`Contribution`]s, as are [`GhostStabilisation`] (which adds stiffness
+//! to cells that a body barely reaches into) and whatever else acts on nodes. The tangent is stored in a [`Pattern`]
+//! that is derived from what contributions couple.
 
 mod body;
-mod constraints;
-mod couplings;
+mod contribution;
 mod ghost;
-mod pattern;
+mod unknowns;
 
 pub use body::{
     AdvanceError, Body, BodyLoads, COLUMNS, Connection, Controlled, Converged, Dilatation, ForeignPoints,
-    InvertedPoint, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn, StoredPoints, Sums,
-    TangentSums, TooManyPoints, determinant, finish_tangent, views,
+    InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn,
+    StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent, views,
 };
-pub use constraints::Constraints;
-pub use couplings::{Couplings, Linked};
-pub use ghost::{GhostFaces, OccupiedCell};
-pub use pattern::Pattern;
+pub use contribution::{
+    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, HistoryColumn, Inadmissible, Refused,
+    StepStart, SystemSums, SystemTangent, Trial,
+};
+pub use ghost::{GhostFaces, GhostStabilisation, OccupiedCell};
+pub use unknowns::{Block, Constraints, Couplings, Linked, Pattern, Place, UnknownId, UnknownVector, Unknowns};

@@ -20,7 +20,7 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, Connection<2>, Vec<Ve
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&links));
+    let pattern = Pattern::of(active.len(), body.symmetry(), &[&links]);
     let positions = active.nodes().iter().map(|&node| mesh.position(node)).collect();
     (body, Connection::new(links, &pattern), positions)
 }

@@ -37,7 +37,7 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     let mut cells = Vec::new();
     body.occupied_cells(&links[0], mesh.lattice(), &active, &mut cells);
     let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
-    let pattern = Pattern::reusing(None, active.len(), &links, Some(&faces));
+    let pattern = Pattern::of(active.len(), body.symmetry(), &[&links[0], &faces]);
     Setup { mesh, active, pattern, faces }
 }
 

@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{File, Group, H5Type};
-use mpm_linear::StoredOrder;
-use mpm_solver::{BodyLayout, Progress, State, StateLayout, StoredColumn, StoredPoints, StoredPredictor};
+use mpm_linear::Saved;
+use mpm_solver::{
+    BodyLayout, Progress, State, StateLayout, StoredColumn, StoredContribution, StoredPoints, StoredPredictor,
+};
 
 use crate::calls::{Call, Closing};
 use crate::check_sum::{BLOCK, block_of, check_sum};
@@ -168,20 +170,33 @@ impl Checkpoint {
             }
             Ok(points.into_iter().zip(shares).collect())
         });
+        let contributions = self.members("contributions", layout.contributions.len())?;
+        let contributions = contributions.iter().enumerate().map(|(k, group)| {
+            let item = |name: &str| format!("contributions/{k}/{name}");
+            let name = self.numbers::<u8>(group, "name", &item("name"), 1, (0, usize::MAX))?;
+            let name = String::from_utf8(name);
+            let name = name.map_err(|_| self.malformed(&item("name"), "is not UTF-8 text"))?;
+            let numbers = self.numbers::<f64>(group, "number", &item("number"), 1, (0, usize::MAX))?;
+            Ok(StoredContribution { name, numbers })
+        });
         let path = self.group("path")?;
         let components = layout.nodes.saturating_mul(layout.dimensions);
-        let order = self.group("order")?;
-        let fingerprint = self.numbers::<u64>(&order, "fingerprint", "order/fingerprint", 1, (1, 1))?[0];
-        let equations = self.indices(&order, "equation", "order/equation", components)?;
+        let linear_solver = self.group("linear_solver")?;
+        let item = |name: &str| format!("linear_solver/{name}");
+        let fingerprint =
+            self.numbers::<u64>(&linear_solver, "fingerprint", &item("fingerprint"), 1, (0, 1))?;
+        let numbers = self.numbers::<u64>(&linear_solver, "number", &item("number"), 1, (0, usize::MAX))?;
+        let linear_solver = fingerprint.first().map(|&fingerprint| Saved { fingerprint, numbers });
         Ok(State {
             progress: self.progress.clone(),
             bodies: bodies.collect::<Result<_, _>>()?,
             shares: loads.collect::<Result<_, _>>()?,
+            contributions: contributions.collect::<Result<_, _>>()?,
             predictor: StoredPredictor {
                 nodes: self.numbers(&path, "node", "path/node", 1, (0, layout.nodes))?,
                 increment: self.numbers(&path, "increment", "path/increment", 1, (0, components))?,
             },
-            order: (!equations.is_empty()).then_some(StoredOrder { fingerprint, order: equations }),
+            linear_solver,
         })
     }
 
@@ -384,14 +399,20 @@ fn write_all(
         write_numbers(&group, "point", 1, &points)?;
         write_numbers(&group, "share", 1, &shares.iter().map(|&(_, share)| share).collect::<Vec<f64>>())?;
     }
+    let contributions = file.create_group("contributions")?;
+    for (k, stored) in state.contributions.iter().enumerate() {
+        let group = contributions.create_group(&k.to_string())?;
+        write_numbers(&group, "name", 1, stored.name.as_bytes())?;
+        write_numbers(&group, "number", 1, &stored.numbers)?;
+    }
     let predictor = file.create_group("path")?;
     write_numbers(&predictor, "node", 1, &state.predictor.nodes)?;
     write_numbers(&predictor, "increment", 1, &state.predictor.increment)?;
-    let order = file.create_group("order")?;
-    let fingerprint = state.order.as_ref().map_or(0, |order| order.fingerprint);
-    write_numbers(&order, "fingerprint", 1, &[fingerprint])?;
-    let equations = state.order.iter().flat_map(|order| &order.order).map(|&equation| equation as u64);
-    write_numbers(&order, "equation", 1, &equations.collect::<Vec<u64>>())
+    let linear_solver = file.create_group("linear_solver")?;
+    let fingerprint = state.linear_solver.as_ref().map(|saved| saved.fingerprint);
+    write_numbers(&linear_solver, "fingerprint", 1, fingerprint.as_slice())?;
+    let numbers = state.linear_solver.as_ref().map_or(&[][..], |saved| &saved.numbers);
+    write_numbers(&linear_solver, "number", 1, numbers)
 }
 
 fn write_numbers<T: H5Type>(group: &Group, name: &str, width: usize, values: &[T]) -> hdf5::Result<()> {

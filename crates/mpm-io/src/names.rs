@@ -12,7 +12,7 @@ pub(crate) const RESULTS_VERSION: i64 = 1;
 pub(crate) const CHECKPOINT: &str = "mpm-checkpoint";
 
 /// Second word of a checkpoint: a reader refuses any other.
-pub(crate) const CHECKPOINT_VERSION: u32 = 3;
+pub(crate) const CHECKPOINT_VERSION: u32 = 4;
 
 /// Name of a phase as stored, NUL-padded UTF-8.
 pub(crate) type PhaseName = FixedUnicode<32>;

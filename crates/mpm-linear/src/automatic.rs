@@ -1,11 +1,11 @@
 //! The linear solver of a run: direct, or iterative where that is asked for or predicted to be quicker.
 
-use crate::direct::{Factorization, StoredOrder, fingerprint};
-use crate::matrix::SymmetricPattern;
-use crate::multigrid::{Failure, Multigrid};
+use crate::direct::{Factorization, fingerprint};
+use crate::matrix::{Matrix, Pattern};
+use crate::multigrid::{Converged, Failure, Multigrid};
 use crate::prediction::{Prediction, predict};
-use crate::report::{Analysis, Cause, Method, OutOfMemory, Report, Singular, SolveReport};
-use crate::solver::Place;
+use crate::report::{Analysis, Cause, Factored, Method, OutOfMemory, Singular, Solved};
+use crate::solver::{Hints, LatticePlaces, LinearSolver, NotSavedHere, Saved};
 
 /// Iterations after which a system is left to the direct solver.
 const MOST_ITERATIONS: u32 = 400;
@@ -16,7 +16,7 @@ const LEAST_BUDGET: u32 = 30;
 /// Entries of a factor for which an iterative run still takes the direct solver's help: 8 GB.
 const MOST_ENTRIES_AS_HELP: f64 = 1e9;
 
-/// Which solver a scene asks for.
+/// Which solver is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Choice {
     /// The one that is predicted to be quicker.
@@ -29,7 +29,7 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Whether a system of `D` equations a node is solved by iteration.
+    /// Whether a system that conjugate gradients can solve is solved by them.
     pub fn is_iterative(self, prediction: &Prediction) -> bool {
         match self {
             Choice::Direct => false,
@@ -48,29 +48,70 @@ impl Choice {
     }
 }
 
-/// Solves one linear system after another, with `D` equations a node.
-pub struct LinearSolver<const D: usize> {
+/// Solves by conjugate gradients or by factorisation, as the [`Choice`] says.
+///
+/// Conjugate gradients need a symmetric matrix whose equations all belong to nodes on a lattice; other
+/// matrices are factorised.
+pub struct Automatic {
     choice: Choice,
     direct: Factorization,
-    iterative: Option<Iterative<D>>,
+    iterative: Option<Iterative>,
     /// Whether the matrix at hand has been left to the direct solver.
     helped: bool,
+    /// Whether a matrix has been left to it since the last restart; the next ones then are, too.
+    has_given_up: bool,
     /// Fingerprint of the hierarchy that an earlier run had at hand: its first analysis counts as kept.
     given: Option<u64>,
-    /// Whether a hierarchy has been made since the last [`Self::settle`].
-    unsettled: bool,
+    /// Whether a hierarchy has been made since the last [`LinearSolver::end_step`].
+    is_new: bool,
 }
 
-struct Iterative<const D: usize> {
-    multigrid: Multigrid<D>,
+struct Iterative {
+    multigrid: Box<dyn Iteration>,
     /// Of pattern and places: all that the hierarchy depends on besides the lattice.
     fingerprint: u64,
     index: Vec<[u32; 3]>,
-    periodic: [Option<u32>; 3],
+    lines: [Vec<f64>; 3],
+    periods: [Option<u32>; 3],
     prediction: Prediction,
+    /// Equations of each node.
+    block: usize,
 }
 
-impl<const D: usize> LinearSolver<D> {
+/// Conjugate gradients with multigrid for any number of equations a node.
+trait Iteration: Send {
+    fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure>;
+    fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure>;
+}
+
+impl<const D: usize> Iteration for Multigrid<D> {
+    fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        Multigrid::prepare(self, matrix)
+    }
+
+    fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
+        Multigrid::solve(self, x, tolerance, iterations)
+    }
+}
+
+/// Whether there are conjugate gradients for a pattern.
+fn can_iterate(pattern: Pattern<'_>) -> bool {
+    pattern.is_symmetric() && pattern.has_blocks_only() && (1..=3).contains(&pattern.block)
+}
+
+fn hierarchy(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
+    fn boxed<const D: usize>(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
+        Multigrid::<D>::analyse(pattern, places).map(|it| Box::new(it) as Box<dyn Iteration>)
+    }
+    match pattern.block {
+        1 => boxed::<1>(pattern, places),
+        2 => boxed::<2>(pattern, places),
+        3 => boxed::<3>(pattern, places),
+        _ => None,
+    }
+}
+
+impl Automatic {
     /// A solver that has not seen a pattern yet.
     pub fn new(choice: Choice) -> Self {
         Self {
@@ -78,27 +119,49 @@ impl<const D: usize> LinearSolver<D> {
             direct: Factorization::new(),
             iterative: None,
             helped: false,
+            has_given_up: false,
             given: None,
-            unsettled: false,
+            is_new: false,
         }
     }
 
-    /// Prepares for matrices of this pattern.
-    ///
-    /// # Errors
-    /// If the factor does not fit into memory.
-    pub fn analyse(
-        &mut self,
-        pattern: SymmetricPattern<'_>,
-        place: Place<'_>,
-    ) -> Result<Analysis, OutOfMemory> {
-        self.helped = false;
-        let prediction = (self.choice != Choice::Direct).then(|| predict::<D>(pattern, place));
-        let Some(prediction) = prediction.filter(|it| self.choice.is_iterative(it)) else {
-            self.iterative = None;
-            return self.direct.analyse(pattern, place.index, place.periodic, D);
+    /// The places of the nodes and the predicted cost, if the system is to be solved by iteration.
+    fn iterates<'a>(&self, pattern: Pattern<'_>, hints: &Hints<'a>) -> Option<(LatticePlaces<'a>, Prediction)> {
+        let places = hints.lattice.filter(|_| self.choice != Choice::Direct && can_iterate(pattern))?;
+        let prediction = predict(pattern, places);
+        self.choice.is_iterative(&prediction).then_some((places, prediction))
+    }
+
+    /// Factorises a matrix that the iteration cannot solve, or should not try.
+    fn help(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
+        let Iterative { index, lines, periods, prediction, .. } =
+            self.iterative.as_ref().expect("it asked for help");
+        let refused = Singular {
+            equation: 0,
+            pivot: None,
+            cause: Cause::TooLargeToFactorise { entries: prediction.factor_entries },
         };
-        let fingerprint = fingerprint(pattern, place.index);
+        self.has_given_up = true;
+        if prediction.factor_entries > MOST_ENTRIES_AS_HELP {
+            return Err(refused);
+        }
+        let hints = Hints::on_lattice(LatticePlaces { index, lines, periods: *periods });
+        self.direct.prepare(matrix.pattern, &hints).map_err(|_| refused)?;
+        let factored = self.direct.factorise(matrix)?;
+        self.helped = true;
+        Ok(factored)
+    }
+}
+
+impl LinearSolver for Automatic {
+    fn analyse(&mut self, pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<Analysis, OutOfMemory> {
+        self.helped = false;
+        self.restart();
+        let Some((places, prediction)) = self.iterates(pattern, hints) else {
+            self.iterative = None;
+            return self.direct.analyse(pattern, hints);
+        };
+        let fingerprint = fingerprint(pattern, places.index);
         if self.iterative.as_ref().is_some_and(|kept| kept.fingerprint == fingerprint) {
             return Ok(Analysis::Reused);
         }
@@ -106,141 +169,105 @@ impl<const D: usize> LinearSolver<D> {
             Some(given) if given == fingerprint => Analysis::Reused,
             _ => Analysis::New,
         };
-        self.unsettled |= analysis == Analysis::New;
+        self.is_new |= analysis == Analysis::New;
         // The memory of the former hierarchy is free before the next one is made; a factorisation that
         // helps with the next one orders its equations anew.
         self.iterative = None;
         self.direct = Factorization::new();
-        let multigrid = Multigrid::analyse(pattern, place);
-        let (index, periodic) = (place.index.to_vec(), place.periodic);
-        self.iterative = Some(Iterative { multigrid, fingerprint, index, periodic, prediction });
+        let multigrid = hierarchy(pattern, places).expect("the pattern can be iterated");
+        let LatticePlaces { index, lines, periods } = places;
+        let (index, lines, block) = (index.to_vec(), lines.clone(), pattern.block);
+        self.iterative = Some(Iterative { multigrid, fingerprint, index, lines, periods, prediction, block });
         Ok(analysis)
     }
 
-    /// The method that solves until it fails.
-    pub fn first_method(&self) -> Method {
-        if self.iterative.is_some() { Method::ConjugateGradients } else { Method::Llt }
-    }
-
-    /// Takes the matrix with these `values`; begins with `start`, as [`Factorization::factorise`].
-    ///
     /// # Errors
     /// If the matrix is singular or not finite, or is not positive definite and too large for a factorisation.
-    pub fn factorise(
-        &mut self,
-        pattern: SymmetricPattern<'_>,
-        values: &[f64],
-        start: Method,
-    ) -> Result<Report, Singular> {
+    fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
         self.helped = false;
-        let Some(iterative) = self.iterative.as_mut().filter(|_| start == Method::ConjugateGradients) else {
-            return match self.iterative {
-                Some(_) => self.help(pattern, values, start),
-                None => self.direct.factorise(values, start.max(Method::Llt)),
-            };
-        };
-        match iterative.multigrid.prepare(pattern, values) {
-            Ok(()) => Ok(Report {
-                method: Method::ConjugateGradients,
-                not_positive: None,
-                negative_pivots: None,
-                weakest: None,
-                pivot_ratio: None,
-            }),
+        let Some(iterative) = &mut self.iterative else { return self.direct.factorise(matrix) };
+        if self.has_given_up {
+            return self.help(matrix);
+        }
+        match iterative.multigrid.prepare(matrix) {
+            Ok(()) => Ok(Factored::by(Method::ConjugateGradients)),
             Err(Failure::NotFinite { node }) => {
-                Err(Singular { equation: node * D, pivot: None, cause: Cause::MatrixNotFinite })
+                let equation = node * iterative.block;
+                Err(Singular { equation, pivot: None, cause: Cause::MatrixNotFinite })
             }
-            Err(_) => self.help(pattern, values, Method::Llt),
+            Err(_) => self.help(matrix),
         }
     }
 
-    /// Replaces b by the solution; conjugate gradients leave `tolerance · |b|` of it, at most.
-    ///
-    /// # Errors
-    /// If no accurate solution was found or b is not finite; `rhs` is unchanged then.
-    pub fn solve(
-        &mut self,
-        pattern: SymmetricPattern<'_>,
-        values: &[f64],
-        rhs: &mut [f64],
-        tolerance: f64,
-    ) -> Result<SolveReport, Singular> {
+    fn solve(&mut self, matrix: Matrix<'_>, rhs: &mut [f64], tolerance: f64) -> Result<Solved, Singular> {
         let iterative = match &mut self.iterative {
             Some(iterative) if !self.helped => iterative,
-            _ => return self.direct.solve(values, rhs),
+            _ => return self.direct.solve(matrix, rhs, tolerance),
         };
         let b = rhs.to_vec();
-        let (method, refinements) = (Method::ConjugateGradients, 0);
-        match iterative.multigrid.solve(rhs, tolerance, self.choice.most_iterations(&iterative.prediction)) {
-            Ok(solved) => {
-                let (backward_error, iterations) = (solved.residual, solved.iterations);
-                Ok(SolveReport { backward_error, refinements, method, iterations })
+        let most = self.choice.most_iterations(&iterative.prediction);
+        let iterations = match iterative.multigrid.solve(rhs, tolerance, most) {
+            Ok(Converged { iterations, residual }) => {
+                return Ok(Solved {
+                    method: Method::ConjugateGradients,
+                    backward_error: None,
+                    residual: Some(residual),
+                    refinements: 0,
+                    iterations,
+                    taken_over: None,
+                });
             }
             Err(Failure::NotFinite { node }) => {
                 rhs.copy_from_slice(&b);
-                Err(Singular { equation: node * D, pivot: None, cause: Cause::RightHandSideNotFinite })
+                let equation = node * iterative.block;
+                return Err(Singular { equation, pivot: None, cause: Cause::RightHandSideNotFinite });
             }
-            Err(failure) => {
-                rhs.copy_from_slice(&b);
-                let iterations = match failure {
-                    Failure::NotConverged { iterations, .. } => iterations,
-                    _ => 0,
-                };
-                self.help(pattern, values, Method::Llt)?;
-                let report = self.direct.solve(values, rhs)?;
-                Ok(SolveReport { iterations, ..report })
-            }
+            Err(Failure::NotConverged { iterations, .. }) => iterations,
+            Err(Failure::Indefinite { .. }) => 0,
+        };
+        rhs.copy_from_slice(&b);
+        let factored = self.help(matrix)?;
+        let solved = self.direct.solve(matrix, rhs, tolerance)?;
+        Ok(Solved { iterations, taken_over: solved.taken_over.or(Some(factored)), ..solved })
+    }
+
+    fn first_method(&self) -> Method {
+        if self.iterative.is_some() { Method::ConjugateGradients } else { self.direct.first_method() }
+    }
+
+    fn restart(&mut self) {
+        self.has_given_up = false;
+        self.direct.restart();
+    }
+
+    fn end_step(&mut self) {
+        self.is_new = false;
+        self.direct.end_step();
+    }
+
+    /// Of a hierarchy only the fingerprint, without an order.
+    fn save(&self) -> Option<Saved> {
+        let of_hierarchy = |fingerprint| Saved { fingerprint, numbers: Vec::new() };
+        match &self.iterative {
+            _ if self.given.is_some() => self.given.map(of_hierarchy),
+            Some(kept) => (!self.is_new).then(|| of_hierarchy(kept.fingerprint)),
+            None => self.direct.save(),
         }
     }
 
-    /// Factorises a matrix that the iteration cannot solve, or should not try.
-    fn help(
-        &mut self,
-        pattern: SymmetricPattern<'_>,
-        values: &[f64],
-        start: Method,
-    ) -> Result<Report, Singular> {
-        let Iterative { index, periodic, prediction, .. } = self.iterative.as_ref().expect("it asked for help");
-        let refused = |cause| Singular { equation: 0, pivot: None, cause };
-        if prediction.factor_entries > MOST_ENTRIES_AS_HELP {
-            return Err(refused(Cause::TooLargeToFactorise { entries: prediction.factor_entries }));
+    fn restore(&mut self, saved: Saved) -> Result<(), NotSavedHere> {
+        if saved.numbers.is_empty() {
+            self.given = Some(saved.fingerprint);
+            return Ok(());
         }
-        let analysed = self.direct.analyse(pattern, index, *periodic, D);
-        analysed.map_err(|_| refused(Cause::TooLargeToFactorise { entries: prediction.factor_entries }))?;
-        let report = self.direct.factorise(values, start.max(Method::Llt))?;
-        self.helped = true;
-        Ok(report)
+        self.direct.restore(saved)
     }
 
-    /// See [`Factorization::condition`]; none of a system that was solved by iteration.
-    pub fn condition(&mut self, values: &[f64]) -> Option<f64> {
+    /// None of a system that was solved by iteration.
+    fn condition(&mut self, matrix: Matrix<'_>) -> Option<f64> {
         if self.iterative.is_some() && !self.helped {
             return None;
         }
-        self.direct.condition(values)
-    }
-
-    /// See [`Factorization::recall`].
-    pub fn recall(&mut self, order: Option<StoredOrder>) {
-        match order {
-            Some(StoredOrder { fingerprint, order }) if order.is_empty() => self.given = Some(fingerprint),
-            order => self.direct.recall(order),
-        }
-    }
-
-    /// See [`Factorization::settle`].
-    pub fn settle(&mut self) {
-        self.unsettled = false;
-        self.direct.settle();
-    }
-
-    /// See [`Factorization::store`]; of a hierarchy only the fingerprint, without an order.
-    pub fn store(&self) -> Option<StoredOrder> {
-        let of_hierarchy = |fingerprint| StoredOrder { fingerprint, order: Vec::new() };
-        match &self.iterative {
-            _ if self.given.is_some() => self.given.map(of_hierarchy),
-            Some(kept) => (!self.unsettled).then(|| of_hierarchy(kept.fingerprint)),
-            None => self.direct.store(),
-        }
+        self.direct.condition(matrix)
     }
 }

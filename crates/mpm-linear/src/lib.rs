@@ -8,9 +8,9 @@ mod prediction;
 mod report;
 mod solver;
 
-pub use automatic::{Choice, LinearSolver};
-pub use direct::{Factorization, StoredOrder, dense_operation, predict_factor_entries};
-pub use matrix::SymmetricPattern;
+pub use automatic::{Automatic, Choice};
+pub use direct::{Factorization, dense_operation, predict_factor_entries};
+pub use matrix::{Matrix, Pattern, Symmetry};
 pub use prediction::{Prediction, predict};
-pub use report::{Analysis, Cause, Method, OutOfMemory, Pivot, Report, Singular, SolveReport};
-pub use solver::Place;
+pub use report::{Analysis, Cause, Factored, Inertia, Method, OutOfMemory, Pivot, Sign, Singular, Solved};
+pub use solver::{Hints, LatticePlaces, LinearSolver, NotSavedHere, Saved};

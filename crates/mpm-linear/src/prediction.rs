@@ -1,7 +1,7 @@
 //! What both ways to solve a system will cost, from where its nodes stand.
 
-use crate::matrix::SymmetricPattern;
-use crate::solver::Place;
+use crate::matrix::Pattern;
+use crate::solver::LatticePlaces;
 
 /// Operations that the direct solver makes in the time in which the iteration moves a byte, in the plane and in
 /// space, where fronts are larger: with it both take as long for a cube of about 10³ cells, as measured, and
@@ -49,11 +49,13 @@ impl Prediction {
     }
 }
 
-/// Predicts from the box that the nodes stand in and how many they are.
-pub fn predict<const D: usize>(pattern: SymmetricPattern<'_>, place: Place<'_>) -> Prediction {
-    let n = place.index.len();
+/// Predicts from the box that the nodes stand in and how many they are. There is one equation a node for
+/// each dimension of space.
+pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
+    let dimensions = pattern.block;
+    let n = places.index.len();
     let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
-    for index in place.index {
+    for index in places.index {
         for d in 0..3 {
             (low[d], high[d]) = (low[d].min(index[d]), high[d].max(index[d]));
         }
@@ -64,22 +66,25 @@ pub fn predict<const D: usize>(pattern: SymmetricPattern<'_>, place: Place<'_>) 
     let shrink = (n as f64 / sides.iter().product::<f64>()).powf(1.0 / wide as f64);
     sides.iter_mut().filter(|side| **side > 1.0).for_each(|side| *side = (*side * shrink).max(1.0));
 
-    let blocks = pattern.row.len() as f64 / (D * D) as f64 * 2.0;
+    // Both triangles of the matrix have that many blocks; the factors of an unsymmetric one are two.
+    let (stored, factors) = if pattern.is_symmetric() { (2.0, 1.0) } else { (1.0, 2.0) };
+    let blocks = pattern.row.len() as f64 / (dimensions * dimensions) as f64 * stored;
     // A layer of nodes thick enough to part a region: half the couplings of a node along one direction.
-    let layer = (0.5 * ((blocks / n as f64).powf(1.0 / D as f64) - 1.0)).max(1.0);
-    let mut dissection = Dissection { layer, equations: D as f64, entries: 0.0, operations: 0.0 };
+    let layer = (0.5 * ((blocks / n as f64).powf(1.0 / dimensions as f64) - 1.0)).max(1.0);
+    let mut dissection = Dissection { layer, equations: dimensions as f64, entries: 0.0, operations: 0.0 };
     dissection.cut(sides, [0.0; 3]);
 
-    let block = (D * D * size_of::<f64>() + 4) as f64;
-    let levels = 1.0 + 1.0 / ((1 << D) as f64 - 1.0);
+    let block = (dimensions * dimensions * size_of::<f64>() + 4) as f64;
+    let levels = 1.0 + 1.0 / ((1 << dimensions) as f64 - 1.0);
     // Of each block also where it comes from; of each node vectors, interpolation, a diagonal block.
-    let per_node = (14 * D * size_of::<f64>() + 2 * D * D * size_of::<f64>() + 100) as f64;
+    let per_node =
+        (14 * dimensions * size_of::<f64>() + 2 * dimensions * dimensions * size_of::<f64>() + 100) as f64;
     Prediction {
-        factor_entries: dissection.entries,
-        factor_operations: dissection.operations,
+        factor_entries: dissection.entries * factors,
+        factor_operations: dissection.operations * factors,
         iterative_bytes: blocks * (levels * block + 8.0) + n as f64 * levels * per_node,
         iterative_traffic: blocks * block * (PASSES * ITERATIONS + PREPARATION),
-        operations_per_byte: OPERATIONS_PER_BYTE[usize::from(D > 2)],
+        operations_per_byte: OPERATIONS_PER_BYTE[usize::from(dimensions > 2)],
     }
 }
 

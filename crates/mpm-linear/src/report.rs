@@ -1,7 +1,7 @@
 //! What analysis, factorisation and solution tell the caller.
 
-/// A way to factorise, from the quick and particular to the slow and general.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// How a system was solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Conjugate gradients with multigrid; end if K is not positive definite.
     ConjugateGradients,
@@ -11,6 +11,8 @@ pub enum Method {
     Lblt,
     /// P K Q = L U with partial pivoting.
     Lu,
+    /// A method of another solver, by its name.
+    Other(&'static str),
 }
 
 /// Whether an analysis was made or kept.
@@ -34,34 +36,81 @@ pub struct Pivot {
     pub relative: f64,
 }
 
-/// What a factorisation met.
+/// Numbers of positive and negative eigenvalues of a symmetric matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inertia {
+    /// Positive eigenvalues.
+    pub positive: usize,
+    /// Negative eigenvalues.
+    pub negative: usize,
+}
+
+/// Sign of a determinant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Above 0.
+    Positive,
+    /// Below 0.
+    Negative,
+}
+
+/// What a factorisation found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
-    /// The factorisation that was kept.
+pub struct Factored {
+    /// The method that will solve.
     pub method: Method,
+    /// Signs of the eigenvalues of K (Sylvester's law of inertia), where the method tells them.
+    pub inertia: Option<Inertia>,
+    /// Sign of det K, where the method tells it.
+    pub determinant_sign: Option<Sign>,
     /// The pivot at which LLᵀ stopped, if it was tried and did. A physical signal: stability is
     /// lost at the node of this equation.
     pub not_positive: Option<Pivot>,
-    /// Negative eigenvalues of K (Sylvester's law of inertia); unknown for LU.
-    pub negative_pivots: Option<usize>,
-    /// The pivot that lost most digits of its diagonal; unknown for LU.
+    /// The pivot that lost most digits of its diagonal, where the method tells it.
     pub weakest: Option<Pivot>,
-    /// Smallest over largest pivot in size; unknown for LU.
+    /// Smallest over largest pivot in size, where the method tells it.
     pub pivot_ratio: Option<f64>,
+}
+
+impl Factored {
+    /// By a method that tells nothing about the matrix.
+    pub fn by(method: Method) -> Self {
+        Self {
+            method,
+            inertia: None,
+            determinant_sign: None,
+            not_positive: None,
+            weakest: None,
+            pivot_ratio: None,
+        }
+    }
+
+    /// Whether K was seen not to be positive definite: a pivot or an eigenvalue is not positive, or det K
+    /// is negative.
+    pub fn shows_instability(&self) -> bool {
+        self.not_positive.is_some()
+            || self.inertia.is_some_and(|inertia| inertia.negative > 0)
+            || self.determinant_sign == Some(Sign::Negative)
+    }
 }
 
 /// How well a system was solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolveReport {
-    /// Componentwise backward error of the solution: K and b need relative changes of this size,
-    /// entry by entry, to make it exact. Of conjugate gradients `|b − K x| / |b|`.
-    pub backward_error: f64,
+pub struct Solved {
+    /// The method that solved it.
+    pub method: Method,
+    /// Componentwise backward error of the solution, where it was computed: K and b need relative changes of
+    /// this size, entry by entry, to make it exact.
+    pub backward_error: Option<f64>,
+    /// `|b − K x| / |b|`, where it was computed: what an iteration has left.
+    pub residual: Option<f64>,
     /// Steps of iterative refinement taken.
     pub refinements: usize,
     /// Iterations of conjugate gradients, also where they were given up.
     pub iterations: u32,
-    /// The factorisation that solved it: LU if another one was found wanting.
-    pub method: Method,
+    /// What another factorisation found that took over because the solutions by the first one were not
+    /// accurate, or the iteration did not converge.
+    pub taken_over: Option<Factored>,
 }
 
 /// The pattern is too large for this machine's memory.

@@ -1,7 +1,7 @@
 //! Linear elasticity of trilinear cells on lattices: whole, cut, graded and closed on themselves.
 
 use mpm_linear::multigrid::{Failure, Multigrid};
-use mpm_linear::{Place, SymmetricPattern};
+use mpm_linear::{LatticePlaces, Matrix, Pattern};
 use nalgebra::{DMatrix, SMatrix, Vector3};
 
 type Element = SMatrix<f64, 24, 24>;
@@ -51,6 +51,30 @@ struct System {
     column_start: Vec<usize>,
     row: Vec<usize>,
     values: Vec<f64>,
+}
+
+/// Columns and rows of the lower triangle where the nodes of every cell are all connected, three components a node.
+fn lower_triangle(n_nodes: usize, cells: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
+    let mut below: Vec<Vec<usize>> = vec![Vec::new(); n_nodes];
+    for nodes in cells {
+        for &a in nodes {
+            for &b in nodes {
+                if b > a && !below[a].contains(&b) {
+                    below[a].push(b);
+                }
+            }
+        }
+    }
+    let (mut column_start, mut row) = (vec![0], Vec::new());
+    for (node, below) in below.iter_mut().enumerate() {
+        below.sort_unstable();
+        for component in 0..3 {
+            row.extend((component..3).map(|i| 3 * node + i));
+            below.iter().for_each(|&other| row.extend((0..3).map(|i| 3 * other + i)));
+            column_start.push(row.len());
+        }
+    }
+    (column_start, row)
 }
 
 impl System {
@@ -103,27 +127,11 @@ impl System {
                 }
             }
         }
-        let n = index.len();
-        let mut below: Vec<Vec<usize>> = vec![Vec::new(); n];
-        for (corners, _) in &filled {
-            for &a in corners {
-                for &b in corners {
-                    let (a, b) = (number[place(a)], number[place(b)]);
-                    if b > a && !below[a].contains(&b) {
-                        below[a].push(b);
-                    }
-                }
-            }
-        }
-        let (mut column_start, mut row) = (vec![0], Vec::new());
-        for (node, below) in below.iter_mut().enumerate() {
-            below.sort_unstable();
-            for component in 0..3 {
-                row.extend((component..3).map(|i| 3 * node + i));
-                below.iter().for_each(|&other| row.extend((0..3).map(|i| 3 * other + i)));
-                column_start.push(row.len());
-            }
-        }
+        let connected: Vec<Vec<usize>> = filled
+            .iter()
+            .map(|(corners, _)| corners.iter().map(|&corner| number[place(corner)]).collect())
+            .collect();
+        let (column_start, row) = lower_triangle(index.len(), &connected);
         let mut values = vec![0.0; row.len()];
         let fixed = |node: usize, i: usize| held(index[node], i);
         for (corners, stiffness) in &filled {
@@ -153,13 +161,13 @@ impl System {
         Self::new(lines([n; 3]), [None; 3], poisson, |_| 1.0, |[_, _, z], _| z == 0)
     }
 
-    fn pattern(&self) -> SymmetricPattern<'_> {
-        SymmetricPattern { column_start: &self.column_start, row: &self.row }
+    fn matrix(&self) -> Matrix<'_> {
+        Matrix { pattern: Pattern::symmetric(&self.column_start, &self.row, 3), values: &self.values }
     }
 
     fn multigrid(&self) -> Multigrid<3> {
-        let nodes = Place { index: &self.index, lines: &self.lines, periodic: self.periodic };
-        Multigrid::analyse(self.pattern(), nodes)
+        let places = LatticePlaces { index: &self.index, lines: &self.lines, periods: self.periodic };
+        Multigrid::analyse(self.matrix().pattern, places).expect("symmetric")
     }
 
     /// A load that is free of held components, without regularity.
@@ -178,7 +186,7 @@ impl System {
 
     fn solve(&self, tolerance: f64) -> (Vec<f64>, u32) {
         let mut multigrid = self.multigrid();
-        multigrid.prepare(self.pattern(), &self.values).expect("positive definite");
+        multigrid.prepare(self.matrix()).expect("positive definite");
         let mut x = self.load();
         let solved = multigrid.solve(&mut x, tolerance, 500).expect("converges");
         assert!(solved.residual <= tolerance);
@@ -282,13 +290,13 @@ fn what_is_not_positive_definite_is_refused() {
         let diagonal = system.column_start[3 * node + i];
         system.values[diagonal] -= 0.9 * system.values[diagonal];
     }
-    let failed = multigrid.prepare(system.pattern(), &system.values).and_then(|()| {
+    let failed = multigrid.prepare(system.matrix()).and_then(|()| {
         let mut x = system.load();
         multigrid.solve(&mut x, 1e-8, 500).map(|_| ())
     });
     assert!(matches!(failed, Err(Failure::Indefinite { .. })), "{failed:?}");
     system.values[7] = f64::NAN;
-    let failed = multigrid.prepare(system.pattern(), &system.values);
+    let failed = multigrid.prepare(system.matrix());
     assert!(matches!(failed, Err(Failure::NotFinite { .. })), "{failed:?}");
 }
 
@@ -296,7 +304,7 @@ fn what_is_not_positive_definite_is_refused() {
 fn too_few_iterations_are_reported_with_what_they_reached() {
     let system = System::cube(8, 0.3);
     let mut multigrid = system.multigrid();
-    multigrid.prepare(system.pattern(), &system.values).unwrap();
+    multigrid.prepare(system.matrix()).unwrap();
     let mut x = system.load();
     match multigrid.solve(&mut x, 1e-12, 3) {
         Err(Failure::NotConverged { iterations: 3, residual }) => assert!(residual < 0.5, "{residual}"),
@@ -314,4 +322,16 @@ fn what_is_held_does_not_weigh_on_coarse_lattices() {
         heavy.values[heavy.column_start[equation]] *= 1e9;
     }
     assert_eq!(heavy.solve(1e-8).1, system.solve(1e-8).1);
+}
+
+#[test]
+fn unsymmetric_matrices_and_equations_without_a_node_are_declined() {
+    let index = [[0, 0, 0], [1, 0, 0]];
+    let lines = [vec![0.0, 1.0], vec![0.0], vec![0.0]];
+    let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3] };
+    let (column_start, row) = ([0, 2, 4], [0, 1, 0, 1]);
+    assert!(Multigrid::<1>::analyse(Pattern::unsymmetric(&column_start, &row, 1), places).is_none());
+    let (column_start, row) = ([0, 2, 4, 5], [0, 2, 1, 2, 2]);
+    let bordered = Pattern { blocks: 2, ..Pattern::symmetric(&column_start, &row, 1) };
+    assert!(Multigrid::<1>::analyse(bordered, places).is_none());
 }

@@ -1,20 +1,6 @@
 //! Isotropic elastic constants.
 
-use thiserror::Error;
-
-/// A material parameter outside its range.
-#[derive(Clone, Copy, PartialEq, Debug, Error)]
-pub enum ParameterError {
-    /// Young's modulus is not a positive, finite number.
-    #[error("Young's modulus must be positive and finite, not {0}")]
-    Young(f64),
-    /// Poisson's ratio is outside the open interval (−1, ½).
-    #[error("Poisson's ratio must lie between -1 and 0.5, both excluded, not {0}")]
-    Poisson(f64),
-    /// The yield radius is not a positive, finite number.
-    #[error("the yield radius must be positive and finite, not {0}")]
-    YieldRadius(f64),
-}
+use crate::ParameterError;
 
 /// Elastic constants of an isotropic material, both positive.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -27,11 +13,10 @@ impl Elasticity {
     /// From Young's modulus E [F/L²] and Poisson's ratio ν [-]:
     /// K = E / 3(1 − 2ν), G = E / 2(1 + ν).
     pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, ParameterError> {
-        if !(young > 0.0 && young.is_finite()) {
-            return Err(ParameterError::Young(young));
-        }
+        ParameterError::unless_positive("young", young)?;
         if !(poisson > -1.0 && poisson < 0.5) {
-            return Err(ParameterError::Poisson(poisson));
+            let expected = "a number between -1 and 0.5, both excluded";
+            return Err(ParameterError { name: "poisson", value: poisson, expected });
         }
         Ok(Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) })
     }
@@ -87,12 +72,12 @@ mod tests {
     #[test]
     fn parameters_out_of_range_are_named() {
         for young in [0.0, -1.0, f64::INFINITY] {
-            let error = Elasticity::from_young_poisson(young, 0.3);
-            assert_eq!(error, Err(ParameterError::Young(young)));
+            let error = Elasticity::from_young_poisson(young, 0.3).expect_err("out of range");
+            assert_eq!((error.name, error.value), ("young", young));
         }
         for poisson in [-1.0, 0.5, 2.0, f64::NEG_INFINITY] {
-            let error = Elasticity::from_young_poisson(1.0, poisson);
-            assert_eq!(error, Err(ParameterError::Poisson(poisson)));
+            let error = Elasticity::from_young_poisson(1.0, poisson).expect_err("out of range");
+            assert_eq!((error.name, error.value), ("poisson", poisson));
         }
         assert!(Elasticity::from_young_poisson(f64::NAN, 0.3).is_err());
         assert!(Elasticity::from_young_poisson(1.0, f64::NAN).is_err());

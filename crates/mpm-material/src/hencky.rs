@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::{Elasticity, Material, Update};
+use crate::{Elasticity, Material, NoReturn, PointParameters, Update};
 
 /// Hencky's law τ = λ tr(ε) I + 2G ε, hyperelastic with the energy ½λ (tr ε)² + G ε : ε
 /// (Hencky 1928).
@@ -17,29 +17,31 @@ pub struct Hencky(
 
 impl Material for Hencky {
     type History = ();
-    const SYMMETRIC: bool = true;
     const PLASTIC: bool = false;
 
     #[inline]
-    fn update(&self, trial: &Vector3<f64>, _history: &()) -> Update<()> {
+    fn has_symmetric_tangent(&self) -> bool {
+        true
+    }
+
+    fn initial(&self, _point: &PointParameters) {}
+
+    #[inline]
+    fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
         let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
-        Update {
+        Ok(Update {
             elastic_strain: *trial,
             kirchhoff: trial.map(|eps| two_g * eps).add_scalar(lambda * trial.sum()),
             tangent: Matrix3::from_diagonal_element(two_g).add_scalar(lambda),
             secant: Vector3::repeat(two_g),
             plastic: false,
             history: (),
-        }
+        })
     }
 
     #[inline]
-    fn stiffness(&self) -> f64 {
-        self.0.p_wave()
-    }
-
-    fn young(&self) -> f64 {
-        self.0.young()
+    fn elasticity(&self) -> Elasticity {
+        self.0
     }
 }
 
@@ -51,7 +53,7 @@ mod tests {
     fn principal_stress_is_linear_in_strain() {
         let elasticity = Elasticity::from_young_poisson(1000.0, 0.25).expect("in range");
         let strain = Vector3::new(0.3, -0.1, 0.05);
-        let update = Hencky(elasticity).update(&strain, &());
+        let update = Hencky(elasticity).update(&strain, &()).expect("elastic");
         // E = 1000, nu = 1/4: lambda = G = 400.
         let expected = Vector3::new(340.0, 20.0, 140.0);
         assert!((update.kirchhoff - expected).norm() < 1e-10);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use crate::Frame;
+use crate::spectral::Frame;
 
 /// The principal pairs of [`crate::Update::secant`].
 const PAIRS: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
@@ -10,9 +10,9 @@ const PAIRS: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
 /// Principal axes of a trial state, and the moduli along and between them.
 ///
 /// Made by [`crate::respond`]; all work that only a stiffness needs waits for
-/// [`Modes::spatial_tangent`].
+/// [`PrincipalTangent::spatial_tangent`].
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Modes {
+pub struct PrincipalTangent {
     pub(crate) frame: Frame,
     /// Principal excess c_a = λ_a² − 1 of the trial state.
     pub(crate) excess: Vector3<f64>,
@@ -23,7 +23,7 @@ pub struct Modes {
     pub(crate) secant: Vector3<f64>,
 }
 
-impl Modes {
+impl PrincipalTangent {
     /// Spatial tangent a_ikjl = C_ikjl + τ_kl δ_ij [F/L²] as blocks `a[k][l][(i, j)]`.
     ///
     /// It is the derivative of the nodal force V⁰ τ g_v, the geometric part included: a
@@ -197,7 +197,7 @@ mod tests {
             let b = [2.0, 2.0 - gap, 0.8];
             let excess =
                 SymmetricTensor { xx: b[0] - 1.0, yy: b[1] - 1.0, zz: b[2] - 1.0, ..SymmetricTensor::ZERO };
-            let modes = respond(&law, &excess, &PlasticStrain::default()).modes;
+            let modes = respond(&law, &excess, &PlasticStrain::default()).expect("it returns").tangent;
             for (pair, (i, j)) in PAIRS.into_iter().enumerate() {
                 let tau = modes.kirchhoff;
                 let quotient = (tau[i] * b[j] - tau[j] * b[i]) / (b[i] - b[j]);
@@ -206,7 +206,7 @@ mod tests {
             }
         }
         let equal = SymmetricTensor { xx: 0.4, yy: 0.4, zz: -0.1, ..SymmetricTensor::ZERO };
-        let modes = respond(&law, &equal, &PlasticStrain::default()).modes;
+        let modes = respond(&law, &equal, &PlasticStrain::default()).expect("it returns").tangent;
         let d = modes.tangent;
         // With ε_0 = ε_1 also n_0 = n_1, and the flow drops out of the difference.
         let limit = 0.5 * (d[(0, 0)] - d[(0, 1)]) - modes.kirchhoff[0];
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn undeformed_tangent_is_that_of_linear_elasticity() {
         let elasticity = Elasticity::from_young_poisson(1000.0, 0.3).expect("in range");
-        let modes = respond(&Hencky(elasticity), &SymmetricTensor::ZERO, &()).modes;
+        let modes = respond(&Hencky(elasticity), &SymmetricTensor::ZERO, &()).expect("it returns").tangent;
         let a = modes.spatial_tangent::<3>();
         let delta = |i, j| if i == j { 1.0 } else { 0.0 };
         for (i, k, j, l) in (0..81).map(|m| (m / 27, m / 9 % 3, m / 3 % 3, m % 3)) {

@@ -2,7 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::{Elasticity, Hencky, Material, ParameterError, StoredHistory, Update};
+use crate::{
+    Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters, Update,
+};
 
 /// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
 /// by one load step must not be called plastic in the next by rounding alone: neighbours would
@@ -26,14 +28,15 @@ pub struct PlasticStrain(
     pub f64,
 );
 
-impl StoredHistory for PlasticStrain {
+impl History for PlasticStrain {
     const NUMBERS: usize = 1;
+    const FIELDS: &'static [FieldInfo] = &[FieldInfo { name: "plastic_strain", components: 1, unit: "-" }];
 
     fn store(&self, to: &mut Vec<f64>) {
         to.push(self.0);
     }
 
-    fn recall(from: &[f64]) -> Result<Self, String> {
+    fn restore(from: &[f64]) -> Result<Self, String> {
         if from[0] < 0.0 {
             return Err(format!("the accumulated plastic strain is {}, expected 0 or more", from[0]));
         }
@@ -45,17 +48,8 @@ impl VonMises {
     /// `yield_radius` is ρ_y = |dev τ| = √(2 J₂) at yield [F/L²]. The uniaxial yield stress is
     /// √(3/2) ρ_y, the shear strength ρ_y/√2.
     pub fn new(elasticity: Elasticity, yield_radius: f64) -> Result<Self, ParameterError> {
-        if yield_radius > 0.0 && yield_radius.is_finite() {
-            Ok(Self { elasticity, yield_radius })
-        } else {
-            Err(ParameterError::YieldRadius(yield_radius))
-        }
-    }
-
-    /// Elastic constants.
-    #[inline]
-    pub fn elasticity(&self) -> Elasticity {
-        self.elasticity
+        let yield_radius = ParameterError::unless_positive("yield_radius", yield_radius)?;
+        Ok(Self { elasticity, yield_radius })
     }
 
     /// Yield radius ρ_y [F/L²].
@@ -67,8 +61,16 @@ impl VonMises {
 
 impl Material for VonMises {
     type History = PlasticStrain;
-    const SYMMETRIC: bool = true;
     const PLASTIC: bool = true;
+
+    #[inline]
+    fn has_symmetric_tangent(&self) -> bool {
+        true
+    }
+
+    fn initial(&self, _point: &PointParameters) -> PlasticStrain {
+        PlasticStrain::default()
+    }
 
     /// With the deviator e of the trial strain, s = 2G e, ρ = |s| and n = s/ρ, a plastic point
     /// keeps the fraction β = ρ_y/ρ of e:
@@ -76,7 +78,7 @@ impl Material for VonMises {
     /// τ = K tr(ε) 1 + β s, ε_e = ⅓ tr(ε) 1 + β e,
     /// ∂τ/∂ε = K 1⊗1 + 2Gβ (I − ⅓ 1⊗1 − n⊗n).
     #[inline]
-    fn update(&self, trial: &Vector3<f64>, history: &PlasticStrain) -> Update<PlasticStrain> {
+    fn update(&self, trial: &Vector3<f64>, history: &PlasticStrain) -> Result<Update<PlasticStrain>, NoReturn> {
         let (k, two_g) = (self.elasticity.bulk(), 2.0 * self.elasticity.shear());
         let rho_y = self.yield_radius;
 
@@ -88,34 +90,30 @@ impl Material for VonMises {
             let n = e * (two_g / rho);
             let modulus = two_g * beta;
             let isotropic = Matrix3::from_diagonal_element(modulus).add_scalar(k - modulus / 3.0);
-            Update {
+            Ok(Update {
                 elastic_strain: (e * beta).add_scalar(volumetric / 3.0),
                 kirchhoff: (e * modulus).add_scalar(k * volumetric),
                 tangent: isotropic - n * n.transpose() * modulus,
                 secant: Vector3::repeat(modulus),
                 plastic: true,
                 history: PlasticStrain(history.0 + (rho - rho_y) / two_g),
-            }
+            })
         } else {
-            let elastic = Hencky(self.elasticity).update(trial, &());
-            Update {
+            let elastic = Hencky(self.elasticity).update(trial, &())?;
+            Ok(Update {
                 elastic_strain: elastic.elastic_strain,
                 kirchhoff: elastic.kirchhoff,
                 tangent: elastic.tangent,
                 secant: elastic.secant,
                 plastic: false,
                 history: *history,
-            }
+            })
         }
     }
 
     #[inline]
-    fn stiffness(&self) -> f64 {
-        self.elasticity.p_wave()
-    }
-
-    fn young(&self) -> f64 {
-        self.elasticity.young()
+    fn elasticity(&self) -> Elasticity {
+        self.elasticity
     }
 }
 
@@ -135,8 +133,8 @@ mod tests {
     #[test]
     fn yield_radius_must_be_positive_and_finite() {
         for radius in [0.0, -1.0, f64::INFINITY] {
-            let error = VonMises::new(law(1.0).elasticity(), radius);
-            assert_eq!(error, Err(ParameterError::YieldRadius(radius)));
+            let error = VonMises::new(law(1.0).elasticity(), radius).expect_err("out of range");
+            assert_eq!((error.name, error.value), ("yield_radius", radius));
         }
         assert!(VonMises::new(law(1.0).elasticity(), f64::NAN).is_err());
     }
@@ -145,16 +143,16 @@ mod tests {
     fn history_returns_as_it_was() {
         let mut numbers = Vec::new();
         PlasticStrain(0.1).store(&mut numbers);
-        assert_eq!((numbers.len(), PlasticStrain::recall(&numbers)), (1, Ok(PlasticStrain(0.1))));
-        assert!(PlasticStrain::recall(&[-0.1]).is_err());
+        assert_eq!((numbers.len(), PlasticStrain::restore(&numbers)), (1, Ok(PlasticStrain(0.1))));
+        assert!(PlasticStrain::restore(&[-0.1]).is_err());
     }
 
     #[test]
     fn below_yield_it_is_hencky() {
         let law = law(1e6);
         let strain = Vector3::new(0.2, -0.3, 0.05);
-        let elastic = Hencky(law.elasticity()).update(&strain, &());
-        let update = law.update(&strain, &PlasticStrain(0.7));
+        let elastic = Hencky(law.elasticity()).update(&strain, &()).expect("it returns");
+        let update = law.update(&strain, &PlasticStrain(0.7)).expect("it returns");
         assert!(!update.plastic);
         assert_eq!(update.elastic_strain, strain);
         assert_eq!(update.history, PlasticStrain(0.7));
@@ -167,14 +165,14 @@ mod tests {
     fn returns_to_the_yield_surface_along_the_trial_deviator() {
         let law = law(15.0);
         let strain = Vector3::new(0.2, -0.3, 0.05);
-        let update = law.update(&strain, &PlasticStrain(0.25));
+        let update = law.update(&strain, &PlasticStrain(0.25)).expect("it returns");
         let s = deviator(&update.kirchhoff);
         assert!(update.plastic);
         assert!((s.norm() - 15.0).abs() <= 15.0 * 1e-12);
         assert!((s.normalize() - deviator(&strain).normalize()).norm() < 1e-14);
         // Volume is kept by the flow, and the stress is that of the elastic strain left.
         assert!((update.elastic_strain.sum() - strain.sum()).abs() < 1e-16);
-        let elastic = Hencky(law.elasticity()).update(&update.elastic_strain, &());
+        let elastic = Hencky(law.elasticity()).update(&update.elastic_strain, &()).expect("it returns");
         assert!((update.kirchhoff - elastic.kirchhoff).norm() < 1e-12 * update.kirchhoff.norm());
         let flow = (strain - update.elastic_strain).norm();
         assert!((update.history.0 - 0.25 - flow).abs() < 1e-15);
@@ -188,8 +186,8 @@ mod tests {
         for i in 0..200 {
             let angle = 0.1 * f64::from(i);
             let strain = Vector3::new(angle.cos(), (1.7 * angle).sin(), 0.3 * angle.sin());
-            let first = law.update(&strain, &PlasticStrain(0.0));
-            let second = law.update(&first.elastic_strain, &first.history);
+            let first = law.update(&strain, &PlasticStrain(0.0)).expect("it returns");
+            let second = law.update(&first.elastic_strain, &first.history).expect("it returns");
             assert!(first.plastic && !second.plastic, "strain {strain:?}");
         }
     }
@@ -198,16 +196,16 @@ mod tests {
     fn tangent_is_the_derivative_of_the_stress() {
         let law = law(15.0);
         let strain = Vector3::new(0.2, -0.3, 0.05);
-        let tangent = law.update(&strain, &PlasticStrain(0.0)).tangent;
+        let tangent = law.update(&strain, &PlasticStrain(0.0)).expect("it returns").tangent;
         let h = 1e-6;
         for b in 0..3 {
             let stress = |sign: f64| {
                 let mut moved = strain;
                 moved[b] += sign * h;
-                law.update(&moved, &PlasticStrain(0.0)).kirchhoff
+                law.update(&moved, &PlasticStrain(0.0)).expect("it returns").kirchhoff
             };
             let difference = (stress(1.0) - stress(-1.0)) / (2.0 * h);
-            assert!((tangent.column(b) - difference).norm() < 1e-9 * law.stiffness());
+            assert!((tangent.column(b) - difference).norm() < 1e-9 * law.elasticity().p_wave());
         }
     }
 }

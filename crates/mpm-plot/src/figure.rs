@@ -1,5 +1,6 @@
 //! Panels side by side, as text or as pixels.
 
+use crate::labels::FONT;
 use crate::{Curves, PlotError, Shapes, palette};
 use plotters::coord::Shift;
 use plotters::prelude::{
@@ -7,8 +8,6 @@ use plotters::prelude::{
 };
 use plotters::style::register_font;
 use std::path::Path;
-
-pub(crate) const FONT: &str = "sans-serif";
 
 /// Most panels in a row, if nothing else is said.
 const ACROSS: usize = 6;

@@ -9,6 +9,7 @@ mod animation;
 mod colours;
 mod curves;
 mod figure;
+mod labels;
 mod palette;
 mod shapes;
 

@@ -2,8 +2,7 @@
 
 use crate::PlotError;
 use crate::colours::{even, pale};
-use crate::curves::short;
-use crate::figure::FONT;
+use crate::labels::{FONT, short};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, ChartBuilder, Circle, Color, DrawingArea, DrawingBackend, PathElement, Polygon, RGBColor, Rectangle,

@@ -46,7 +46,7 @@ impl Compiled {
     ///
     /// # Errors
     /// As [`mpm_solver::estimate`].
-    pub fn estimate(&self) -> Result<Estimate, Error> {
+    pub fn estimate(&mut self) -> Result<Estimate, Error> {
         match self {
             Compiled::Plane(model) => estimate(model),
             Compiled::Solid(model) => estimate(model),

@@ -13,6 +13,7 @@ mod files;
 mod fill;
 pub mod language;
 mod limits;
+mod pieces;
 mod vortex;
 
 pub use compile::{compile, compile_with, compile_within};

@@ -114,7 +114,7 @@ fn square(cells: u32, basis: &str, poisson: &str, solver: &str) -> String {
 #[test]
 fn large_systems_in_the_plane_are_iterated_too() {
     for basis in ["Smpm", "Gimp", "Cpdi2q"] {
-        let small = compile(&Scene::from_ron(&square(20, basis, "0.3", "Auto")).unwrap()).unwrap();
+        let mut small = compile(&Scene::from_ron(&square(20, basis, "0.3", "Auto")).unwrap()).unwrap();
         assert!(!small.estimate().unwrap().is_iterative);
         let (direct, _) = run(&square(150, basis, "0.3", "Direct"));
         let (auto, _) = run(&square(150, basis, "0.3", "Auto"));

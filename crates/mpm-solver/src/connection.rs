@@ -1,12 +1,18 @@
 //! Points to nodes: what the bodies' points reach in the mesh of a load step, and the pattern of the tangent.
 
 use crate::error::StepFailure;
-use crate::model::{Model, NamedBody};
+use crate::model::{Model, NamedBody, NamedContribution};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Connection, GhostFaces, Linked, Pattern};
+use mpm_assembly::{
+    Begun, BodyAtStart, ConnectedBody, Connection, Contribution, Couplings, Linked, Pattern, StepStart,
+    Unknowns,
+};
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion};
+use mpm_linear::Symmetry;
+use std::cell::Cell;
+use std::ops::Range;
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
 pub(crate) struct Connected<const D: usize> {
@@ -14,13 +20,32 @@ pub(crate) struct Connected<const D: usize> {
     /// Of every body.
     pub connections: Vec<Connection<D>>,
     pub pattern: Pattern<D>,
-    pub ghost: Option<Ghost<D>>,
+    /// Of every contribution of the model: which of the unknowns that belong to no node's displacement are its own.
+    pub own: Vec<Range<usize>>,
+    /// Whether the linear solver has analysed the pattern.
+    pub is_analysed: Cell<bool>,
 }
 
-/// Penalised faces, and where their stiffness goes in the pattern.
-pub(crate) struct Ghost<const D: usize> {
-    pub faces: GhostFaces<D>,
-    pub slots: Vec<u32>,
+impl<const D: usize> Connected<D> {
+    /// The unknowns of the step.
+    pub(crate) fn unknowns(&self) -> &Unknowns<D> {
+        self.pattern.unknowns()
+    }
+
+    /// The bodies with their connections.
+    pub(crate) fn bodies<'a>(&'a self, bodies: &'a [NamedBody<D>]) -> Vec<ConnectedBody<'a, D>> {
+        let connected = bodies.iter().zip(&self.connections);
+        connected.map(|(named, connection)| ConnectedBody { body: &*named.body, connection }).collect()
+    }
+}
+
+/// All that adds to force and tangent: the bodies, then the contributions of the model.
+pub(crate) fn contributions<'a, const D: usize>(
+    bodies: &'a [ConnectedBody<'a, D>],
+    contributions: &'a [NamedContribution<D>],
+) -> Vec<&'a dyn Contribution<D>> {
+    let bodies = bodies.iter().map(|body| body as &dyn Contribution<D>);
+    bodies.chain(contributions.iter().map(|named| &*named.contribution)).collect()
 }
 
 /// The connectivity of the load step that was tried last.
@@ -30,30 +55,41 @@ pub(crate) struct Former<const D: usize> {
     pub start_of_failed_step: Option<LoadFraction>,
 }
 
-/// Connects the points to the nodes of `mesh` for a load step that begins at load fraction `start`, and counts what
-/// need not be done anew.
+/// Load fractions at the start and at the end of a load step.
+#[derive(Clone, Copy)]
+pub(crate) struct Interval {
+    pub from: LoadFraction,
+    pub to: LoadFraction,
+}
+
+/// Connects the points to the nodes of `mesh` for a load step, and counts what need not be done anew.
 ///
 /// # Errors
-/// A point, or a part of its domain, lies outside the mesh.
+/// A point, or a part of its domain, lies outside the mesh, or a contribution cannot begin the step.
 pub(crate) fn connect_step<const D: usize>(
-    model: &Model<D>,
+    model: &mut Model<D>,
     mesh: &Mesh<D>,
-    start: LoadFraction,
+    interval: Interval,
     former: &mut Option<Former<D>>,
     timings: &mut Timings,
 ) -> Result<Connected<D>, StepFailure> {
     let (connected, kept) = match former.take() {
         // Neither points nor mesh have changed since the step failed.
-        Some(former) if former.start_of_failed_step == Some(start) => (former.connected, Kept::All),
+        Some(former) if former.start_of_failed_step == Some(interval.from) => {
+            begin_again(model, mesh, interval, former.connected)?
+        }
         former => {
             let former = former.map(|former| former.connected);
-            timings.time(Phase::Connect, || connect(model, mesh, former))?
+            timings.time(Phase::Connect, || connect(model, mesh, interval, former))?
         }
     };
     let skipped = &mut timings.skipped;
     kept.count(skipped);
     skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
-    skipped.upper_triangle = (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64;
+    skipped.upper_triangle = match connected.pattern.symmetry() {
+        Symmetry::Symmetric => (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64,
+        Symmetry::Unsymmetric => 0,
+    };
     skipped.mesh_moves += u64::from(model.motion == MeshMotion::Fixed);
     Ok(connected)
 }
@@ -94,8 +130,9 @@ impl Kept {
 
 /// Connects the points to the nodes of `mesh`; `former` is the connectivity of the step before.
 pub(crate) fn connect<const D: usize>(
-    model: &Model<D>,
+    model: &mut Model<D>,
     mesh: &Mesh<D>,
+    interval: Interval,
     former: Option<Connected<D>>,
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let stencils = stencils(model, mesh)?;
@@ -109,33 +146,108 @@ pub(crate) fn connect<const D: usize>(
             Ok(Linked { links, dilatation })
         })
         .collect::<Result<_, _>>()?;
-    let faces = model.ghost.map(|factor| {
-        let mut cells = Vec::new();
-        for (named, linked) in model.bodies.iter().zip(&linked) {
-            named.body.occupied_cells(&linked.links, mesh.lattice(), &active, &mut cells);
-        }
-        GhostFaces::of(mesh, &active, cells, factor)
-    });
-    // Faces are taken anew, and with them what they couple.
-    let same = faces.is_none()
+    let links: Vec<&Links<D>> = linked.iter().map(|it| &it.links).collect();
+    let start = Start { mesh, active: &active, links: &links, interval, is_retry: false };
+    let Numbered { unknowns, own, begun } = begin(model, &start)?;
+    let same = begun == Begun::AsBefore
         && former.as_ref().is_some_and(|former| {
             former.active == active
+                && *former.unknowns() == unknowns
                 && linked.iter().zip(&former.connections).all(|(now, before)| before.is_connected_as(now))
         });
     match former {
-        Some(Connected { connections, pattern, .. }) if same => {
+        Some(Connected { connections, pattern, is_analysed, .. }) if same => {
             let connections =
                 connections.into_iter().zip(linked).map(|(kept, now)| kept.relinked(now.links)).collect();
-            Ok((Connected { active, connections, pattern, ghost: None }, Kept::Pattern))
+            Ok((Connected { active, connections, pattern, own, is_analysed }, Kept::Pattern))
         }
         former => {
             let former = former.map(|former| former.pattern);
-            let pattern = Pattern::reusing(former, active.len(), &linked, faces.as_ref());
-            let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
-            let ghost = faces.map(|faces| Ghost { slots: faces.slots(&pattern), faces });
-            Ok((Connected { active, connections, pattern, ghost }, Kept::Memory))
+            Ok((couple(model, active, linked, (unknowns, own), former), Kept::Memory))
         }
     }
+}
+
+/// Begins a step that starts where the one before it failed: the points are connected as they were.
+fn begin_again<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    interval: Interval,
+    former: Connected<D>,
+) -> Result<(Connected<D>, Kept), StepFailure> {
+    let links: Vec<&Links<D>> = former.connections.iter().map(Connection::links).collect();
+    let start = Start { mesh, active: &former.active, links: &links, interval, is_retry: true };
+    let Numbered { unknowns, own, begun } = begin(model, &start)?;
+    if begun == Begun::AsBefore && unknowns == *former.unknowns() {
+        return Ok((former, Kept::All));
+    }
+    let Connected { active, connections, pattern, .. } = former;
+    let linked = connections.into_iter().map(Connection::into_linked).collect();
+    Ok((couple(model, active, linked, (unknowns, own), Some(pattern)), Kept::Memory))
+}
+
+/// Makes the pattern of what all contributions couple, in the memory of a former one.
+fn couple<const D: usize>(
+    model: &mut Model<D>,
+    active: ActiveNodes<D>,
+    linked: Vec<Linked<D>>,
+    (unknowns, own): (Unknowns<D>, Vec<Range<usize>>),
+    former: Option<Pattern<D>>,
+) -> Connected<D> {
+    let of_bodies = model.bodies.iter().map(|named| named.body.symmetry());
+    let mut symmetries = of_bodies.chain(model.contributions.iter().map(|named| named.contribution.symmetry()));
+    let is_symmetric = symmetries.all(|it| it == Symmetry::Symmetric);
+    let symmetry = if is_symmetric { Symmetry::Symmetric } else { Symmetry::Unsymmetric };
+    let mut couplings: Vec<&dyn Couplings> = linked.iter().map(|it| it as _).collect();
+    couplings.extend(model.contributions.iter().map(|named| named.contribution.couplings()));
+    let pattern = Pattern::reusing(former, &unknowns, symmetry, &couplings);
+    let connections = linked.into_iter().map(|linked| Connection::new(linked, &pattern)).collect();
+    for named in &mut model.contributions {
+        named.contribution.locate(&pattern);
+    }
+    Connected { active, connections, pattern, own, is_analysed: Cell::new(false) }
+}
+
+/// What contributions may know when a load step begins.
+struct Start<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    active: &'a ActiveNodes<D>,
+    /// Of every body.
+    links: &'a [&'a Links<D>],
+    interval: Interval,
+    is_retry: bool,
+}
+
+/// The unknowns of a load step.
+struct Numbered<const D: usize> {
+    unknowns: Unknowns<D>,
+    /// See [`Connected::own`].
+    own: Vec<Range<usize>>,
+    begun: Begun,
+}
+
+/// Begins the load step in every contribution of the model.
+fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<Numbered<D>, StepFailure> {
+    let Start { mesh, active, links, interval: Interval { from, to }, is_retry } = *start;
+    let mut unknowns = Unknowns::of_nodes(active.len());
+    let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
+    let bodies = model.bodies.iter().zip(links);
+    let bodies: Vec<BodyAtStart<'_, D>> =
+        bodies.map(|(named, links)| BodyAtStart { name: &named.name, body: &*named.body, links }).collect();
+    let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry };
+    for NamedContribution { name, contribution } in &mut model.contributions {
+        let first = unknowns.n_own();
+        let here = contribution.begin(&step, &mut unknowns).map_err(|it| StepFailure::Refused {
+            contribution: name.clone(),
+            reason: it.reason,
+            is_step_too_long: it.is_step_too_long,
+        })?;
+        if here == Begun::Anew {
+            begun = Begun::Anew;
+        }
+        own.push(first..unknowns.n_own());
+    }
+    Ok(Numbered { unknowns, own, begun })
 }
 
 /// Where the lattice lines of each direction stand at rest `[L]`; in directions that do not exist there is one.

@@ -2,6 +2,7 @@
 
 use crate::observe::ObserverError;
 use mpm_assembly::AdvanceError;
+use mpm_material::NoReturn;
 
 /// Why a run did not start or did not finish.
 #[derive(Debug, thiserror::Error)]
@@ -99,6 +100,36 @@ pub enum StepFailure {
         /// `det ΔF`.
         determinant: f64,
     },
+    /// A law found no stress for a trial displacement, nor for shorter corrections.
+    #[error("body `{body}`: the law of material point {point} at {position:?} finds no stress: {reason}")]
+    NoReturn {
+        /// Name of the body.
+        body: String,
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step `[L]`.
+        position: Vec<f64>,
+        /// What its law could not do.
+        reason: NoReturn,
+    },
+    /// A trial is not admissible for a contribution, nor are shorter corrections.
+    #[error("contribution `{contribution}`: {reason}")]
+    Inadmissible {
+        /// Its name.
+        contribution: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A contribution cannot begin the load step.
+    #[error("contribution `{contribution}` cannot begin the load step: {reason}")]
+    Refused {
+        /// Its name.
+        contribution: String,
+        /// Why not.
+        reason: String,
+        /// Whether a shorter step may be begun.
+        is_step_too_long: bool,
+    },
     /// The out-of-balance force did not become small enough.
     #[error("no equilibrium after {} Newton iterations (relative out-of-balance force {:e})",
         residuals.len(), residuals.last().copied().unwrap_or(f64::NAN))]
@@ -124,6 +155,14 @@ pub enum StepFailure {
         /// Whether the cells at the edge of the bodies were stabilised.
         stabilised: bool,
     },
+    /// The tangent is singular in an unknown that belongs to no node's displacement.
+    #[error("the tangent is singular in an unknown of contribution `{contribution}` ({cause})")]
+    SingularContribution {
+        /// Name of the contribution.
+        contribution: String,
+        /// How it showed.
+        cause: String,
+    },
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]
     Linear(String),
@@ -148,7 +187,11 @@ pub enum StepFailure {
 impl StepFailure {
     /// Whether the step failed before its length mattered.
     pub(crate) fn is_at_start(&self) -> bool {
-        matches!(self, StepFailure::Outside { .. } | StepFailure::Mesh(_))
+        match self {
+            StepFailure::Outside { .. } | StepFailure::Mesh(_) => true,
+            StepFailure::Refused { is_step_too_long, .. } => !is_step_too_long,
+            _ => false,
+        }
     }
 }
 

@@ -30,12 +30,12 @@ mod timing;
 pub use error::{Error, PathFailure, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
 pub use model::{
-    BodyForce, DomainLimit, Loads, Model, NamedBody, PathControl, PathMeasure, PointLoad, PredictorKind,
-    Prescribed, Probe, Schedule, Support, Tolerance, Turn,
+    BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure, PointLoad,
+    PredictorKind, Prescribed, Probe, Schedule, SolverChoice, SolverFactory, Support, Tolerance, Turn,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
 pub use progress::{Progress, StepsProgress};
 pub use record::summary::Summary;
 pub use run::{resume, run};
-pub use state::{BodyLayout, State, StateError, StateLayout, StoredPredictor};
+pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor};

@@ -9,21 +9,21 @@
 //! `run.rs` calls [`load_step`] in a loop and commits what it has prepared. Until then the points are those of the last
 //! converged step, so that a step that fails can be tried again in another way.
 
-use crate::connection::{Connected, Former, connect_step, lines, periods};
-use crate::equilibrium::problem::{Equilibrium, Problem};
+use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods};
+use crate::equilibrium::problem::Problem;
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
 use crate::error::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::Model;
 use crate::progress::DomainCounts;
-use crate::record::StepResult;
 use crate::record::energy::StepEnergy;
+use crate::record::{Balanced, StepResult};
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::Converged;
-use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Analysis, Place};
+use mpm_assembly::{Converged, Trial};
+use mpm_grid::{LoadFraction, Mesh, NodeId};
+use mpm_linear::{Hints, LatticePlaces};
 
 /// What load steps hand on to each other.
 pub(crate) struct Tools<const D: usize> {
@@ -44,41 +44,19 @@ pub(crate) fn load_step<const D: usize>(
     let mesh =
         model.motion.mesh_at(&model.layout, plan.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
     let Tools { solver, former } = tools;
-    let connected = connect_step(model, &mesh, plan.start, former, &mut solver.timings)?;
+    let interval = Interval { from: plan.start, to: plan.end };
+    let connected = connect_step(model, &mesh, interval, former, &mut solver.timings)?;
     let balanced = balance(model, &mesh, &connected, plan, solver).and_then(|balanced| {
-        advance(model, &mesh, &connected, &balanced.equilibrium, &mut solver.timings)?;
+        advance(model, &mesh, &connected, plan.start, &balanced, &mut solver.timings)?;
         Ok(balanced)
     });
     match balanced {
-        Ok(Balanced { end, equilibrium, equations, analysis, energy, condition }) => {
-            let domains = DomainCounts::default();
-            Ok(StepResult {
-                end,
-                mesh,
-                connected,
-                equilibrium,
-                equations,
-                analysis,
-                energy,
-                condition,
-                domains,
-            })
-        }
+        Ok(balanced) => Ok(StepResult { mesh, connected, balanced, domains: DomainCounts::default() }),
         Err(failure) => {
             *former = Some(Former { connected, start_of_failed_step: Some(plan.start) });
             Err(failure)
         }
     }
-}
-
-/// A load step in equilibrium; the fields are those of [`StepResult`].
-struct Balanced<const D: usize> {
-    end: LoadFraction,
-    equilibrium: Equilibrium<D>,
-    equations: usize,
-    analysis: Analysis,
-    energy: Option<StepEnergy>,
-    condition: Option<f64>,
 }
 
 /// Finds the displacements that balance the forces.
@@ -91,18 +69,30 @@ fn balance<const D: usize>(
 ) -> Result<Balanced<D>, StepFailure> {
     let loading = StepLoading { model, mesh, connected, start: plan.start };
     let (constraints, external) = (loading.constraints(plan.end)?, loading.external_force(plan.end));
+    let bodies = connected.bodies(&model.bodies);
     let problem = Problem {
         bodies: &model.bodies,
+        contributions: &contributions(&bodies, &model.contributions),
+        named: &model.contributions,
         mesh,
         connected,
         constraints: &constraints,
+        end: plan.end,
         external: &external,
         round_off: loading.round_off(),
         tolerance: model.tolerance,
     };
     let lines = lines(&model.layout);
-    let place = Place { index: &connected.active.lattice_indices(), lines: &lines, periodic: periods(mesh) };
-    let analysis = solver.analyse(&connected.pattern, place)?;
+    let index = connected.active.lattice_indices();
+    let hints = Hints {
+        lattice: Some(LatticePlaces { index: &index, lines: &lines, periods: periods(mesh) }),
+        position: Some(&|node| position(mesh, connected.active.nodes()[node])),
+        is_held: Some(&|equation| constraints.is_held(connected.unknowns(), equation)),
+        is_kept: connected.is_analysed.get(),
+        owned: None,
+    };
+    let analysis = solver.analyse(&connected.pattern, &hints)?;
+    connected.is_analysed.set(true);
 
     let (mut end, span) = (plan.end, plan.end.get() - plan.start.get());
     let equilibrium = match &mut plan.kind {
@@ -121,23 +111,37 @@ fn balance<const D: usize>(
 
     let energy = model.energies.then(|| {
         let (before, after) = (loading.external_force(plan.start), loading.external_force(end));
-        StepEnergy::of(&Problem { external: &after, ..problem }, &before, &equilibrium)
+        StepEnergy::of(&Problem { external: &after, end, ..problem }, &before, &equilibrium)
     });
     let energy = energy.transpose()?;
-    let condition = if model.condition_history { solver.condition() } else { None };
+    let condition = if model.condition_history { solver.condition(&problem) } else { None };
     Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
 }
 
-/// Prepares the points for the equilibrium that has been found.
+/// Where a node stands `[L]`, 0 in directions that do not exist.
+fn position<const D: usize>(mesh: &Mesh<D>, node: NodeId) -> [f64; 3] {
+    let position = mesh.position(node);
+    std::array::from_fn(|d| if d < D { position[d] } else { 0.0 })
+}
+
+/// Prepares the points, and what contributions remember, for the equilibrium that has been found.
 fn advance<const D: usize>(
     model: &mut Model<D>,
     mesh: &Mesh<D>,
     connected: &Connected<D>,
-    equilibrium: &Equilibrium<D>,
+    start: LoadFraction,
+    balanced: &Balanced<D>,
     timings: &mut Timings,
 ) -> Result<(), StepFailure> {
+    let increment = &balanced.equilibrium.increment;
+    if !model.contributions.is_empty() {
+        let constraints = &StepLoading { model, mesh, connected, start }.constraints(balanced.end)?;
+        let pattern = &connected.pattern;
+        let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
+        model.contributions.iter_mut().for_each(|named| named.contribution.prepare(&trial));
+    }
     timings.time(Phase::Advance, || {
-        let converged = Converged { mesh, active: &connected.active, increment: &equilibrium.increment };
+        let converged = Converged { mesh, active: &connected.active, increment: &increment.nodes };
         for (named, connection) in model.bodies.iter_mut().zip(&connected.connections) {
             named.body.prepare(connection, converged).map_err(|reason| StepFailure::Advance {
                 body: named.name.clone(),

@@ -7,7 +7,7 @@ use mpm_assembly::{BodyLoads, Constraints};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 
 /// Half the difference of load fractions over which loading is differentiated.
-const HALF_DIFFERENCE: f64 = 1e-5;
+pub(crate) const HALF_DIFFERENCE: f64 = 1e-5;
 
 /// What loads a connected model in a load step.
 #[derive(Clone, Copy)]
@@ -21,6 +21,8 @@ pub(crate) struct StepLoading<'a, const D: usize> {
 
 /// Loading at a load fraction t and its derivative.
 pub(crate) struct LoadingAt<const D: usize> {
+    /// The load fraction, or the nearest that a run knows.
+    pub at: LoadFraction,
     /// `ū` over the step `[L]`.
     pub prescribed: Vec<Vector<D>>,
     /// `∂ū/∂t` `[L]`, as the increments of constraints.
@@ -116,7 +118,7 @@ impl<const D: usize> StepLoading<'_, D> {
         for (force, rate) in external.iter_mut().zip(&external_rate) {
             *force += rate * beyond;
         }
-        Ok(LoadingAt { prescribed, rates, external, external_rate })
+        Ok(LoadingAt { at: here, prescribed, rates, external, external_rate })
     }
 }
 

@@ -15,7 +15,6 @@ use crate::steps::Steps;
 use crate::steps::plan::StepKind;
 use crate::timing::Timings;
 use mpm_grid::LoadFraction;
-use mpm_linear::LinearSolver;
 
 /// Runs a model through its load steps.
 ///
@@ -29,7 +28,7 @@ use mpm_linear::LinearSolver;
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
-    let solver = Solver::new(LinearSolver::new(model.linear_solver()), observer.cancellation(), Timings::new());
+    let solver = Solver::new(model.linear_solver(), observer.cancellation(), Timings::new());
     let state = RunState { record, steps: Steps::new(model), tools: Tools { solver, former: None } };
     state.finish(model, observer)
 }
@@ -51,10 +50,11 @@ pub fn resume<const D: usize>(
     let timings = Timings::restore(&state.progress.spent).map_err(wrong)?;
     let steps = Steps::restore(model, &state.progress, &state.predictor).map_err(wrong)?;
     check_covered(model, steps.at())?;
-    let mut linear = LinearSolver::new(model.linear_solver());
-    linear.recall(state.order.clone());
+    let mut solver = Solver::new(model.linear_solver(), observer.cancellation(), timings);
+    if let Some(saved) = &state.linear_solver {
+        solver.restore(saved.clone()).map_err(|it| StateError::new("linear_solver", it))?;
+    }
     record.show_resumed(model, steps.at(), observer)?;
-    let solver = Solver::new(linear, observer.cancellation(), timings);
     RunState { record, steps, tools: Tools { solver, former: None } }.finish(model, observer)
 }
 
@@ -106,11 +106,9 @@ impl<const D: usize> RunState<D> {
             }
             match load_step(model, &mut plan, &mut self.tools) {
                 Ok(mut done) => {
-                    for named in &mut model.bodies {
-                        named.body.commit();
-                    }
+                    model.commit();
                     self.steps.accept(&plan, &done);
-                    let controlled = control_domains(model, done.end, self.record.rows());
+                    let controlled = control_domains(model, done.balanced.end, self.record.rows());
                     done.domains = *controlled.as_ref().unwrap_or(&done.domains);
                     let Tools { solver, former } = &mut self.tools;
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;
@@ -129,7 +127,7 @@ impl<const D: usize> RunState<D> {
     fn offer(&self, at: Moment, model: &Model<D>, observer: &mut dyn Observer) -> Result<(), Error> {
         let Self { record, steps, tools } = self;
         let state = || {
-            let mut state = State::of(model, steps.save(), tools.solver.saved_order());
+            let mut state = State::of(model, steps.save(), tools.solver.save());
             record.save(&mut state.progress);
             state.progress.spent = tools.solver.timings.save();
             state

@@ -1,11 +1,11 @@
 //! The state of a run between two load steps, from which it goes on bit for bit: plain data, nothing of
 //! files.
 
-use crate::model::Model;
+use crate::model::{Model, NamedContribution};
 use crate::progress::{Progress, StepsProgress};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
-use mpm_linear::StoredOrder;
+use mpm_linear::Saved;
 
 /// Everything that the rest of a run depends on, besides its scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,10 +16,21 @@ pub struct State {
     pub bodies: Vec<StoredPoints>,
     /// Of every load on points: the points and the part that each carries.
     pub shares: Vec<Vec<(usize, f64)>>,
+    /// The state of every contribution, in the order of the model.
+    pub contributions: Vec<StoredContribution>,
     /// Displacement of the last step, where the next one is predicted from it.
     pub predictor: StoredPredictor,
-    /// The order of elimination that was at hand, if any.
-    pub order: Option<StoredOrder>,
+    /// What the linear solver needs in order to go on bit for bit, if anything.
+    pub linear_solver: Option<Saved>,
+}
+
+/// What a contribution remembers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StoredContribution {
+    /// Its name in the model.
+    pub name: String,
+    /// See [`mpm_assembly::Contribution::save`].
+    pub numbers: Vec<f64>,
 }
 
 /// Displacement of the last step.
@@ -55,6 +66,8 @@ pub struct StateLayout {
     pub bodies: Vec<BodyLayout>,
     /// Loads on points.
     pub loads: usize,
+    /// Names of the contributions.
+    pub contributions: Vec<String>,
     /// Nodes of the grid; no list of nodes is longer.
     pub nodes: usize,
     /// Components of a displacement.
@@ -87,6 +100,7 @@ impl StateLayout {
         Self {
             bodies: (0..model.bodies.len()).map(body).collect(),
             loads: model.loads.point_loads.len(),
+            contributions: model.contributions.iter().map(|named| named.name.clone()).collect(),
             nodes: model.layout.lattice().n_nodes(),
             dimensions: D,
         }
@@ -99,14 +113,15 @@ impl State {
     pub(crate) fn of<const D: usize>(
         model: &Model<D>,
         (control, predictor): (StepsProgress, StoredPredictor),
-        order: Option<StoredOrder>,
+        linear_solver: Option<Saved>,
     ) -> Self {
         Self {
             progress: Progress { control, ..Progress::default() },
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
             shares: model.loads.point_loads.iter().map(|load| load.shares.clone()).collect(),
+            contributions: model.contributions.iter().map(saved).collect(),
             predictor,
-            order,
+            linear_solver,
         }
     }
 
@@ -124,6 +139,11 @@ impl State {
         };
         count("bodies", self.bodies.len(), layout.bodies.len())?;
         count("loads", self.shares.len(), layout.loads)?;
+        let found: Vec<&String> = self.contributions.iter().map(|it| &it.name).collect();
+        if found != layout.contributions.iter().collect::<Vec<_>>() {
+            let reason = format!("are {found:?}, expected {:?}", layout.contributions);
+            return Err(StateError::new("contributions", reason));
+        }
         for (k, (stored, expected)) in self.bodies.iter().zip(&layout.bodies).enumerate() {
             if !(expected.least..=expected.most).contains(&stored.points) {
                 let BodyLayout { least, most, .. } = expected;
@@ -148,16 +168,18 @@ impl State {
             }
             load.shares.clone_from(shares);
         }
-        if let Some(order) = &self.order {
-            let equations = layout.nodes * layout.dimensions;
-            if order.order.len() > equations || !order.is_permutation() {
-                let n = order.order.len();
-                return Err(StateError::new(
-                    "order",
-                    format!("is no order of {n} equations, of {equations} at most"),
-                ));
+        for (named, stored) in model.contributions.iter_mut().zip(&self.contributions) {
+            let item = || format!("contributions/{}", named.name);
+            if let Some(number) = stored.numbers.iter().find(|number| !number.is_finite()) {
+                return Err(StateError::new(item(), format!("holds {number}, expected finite numbers")));
             }
+            let restored = named.contribution.restore(&stored.numbers);
+            restored.map_err(|it| StateError::new(item(), it))?;
         }
         Ok(())
     }
+}
+
+fn saved<const D: usize>(named: &NamedContribution<D>) -> StoredContribution {
+    StoredContribution { name: named.name.clone(), numbers: named.contribution.save() }
 }

@@ -27,8 +27,10 @@ pub(super) const SNAP_BACK: Case = Case {
 /// Force at the crown of the whole arch at load fraction 1.
 const FORCE: f64 = 500.0;
 
-/// Crown deflection and force at every step.
-fn bend(method: &Method, factor: u32) -> Result<(Run, Vec<(f64, f64)>), Broken> {
+/// A run, and the deflection of the crown and the force at every step.
+type Bent = (Run, Vec<(f64, f64)>);
+
+fn bend(method: &Method, factor: u32) -> Result<Bent, Broken> {
     let run = run(&Scene::PlaneStrain(refined(method.of(plane(load("path_arch")?)?), factor)))?;
     let sunk = run.history.series("displacement/apex", 1);
     let path = sunk.iter().zip(run.history.rows()).map(|(y, row)| (-y, FORCE * row.fraction)).collect();
@@ -122,29 +124,34 @@ fn arch(extent: Extent) -> Result<Findings, Broken> {
     }
     findings.tables.push(table);
     if extent == Extent::Full {
-        let mut curves = vec![Curve { name: "beam".into(), colour: 0, stroke: Stroke::Line, points: beam }];
-        for (colour, ((method, factor), (_, path))) in jobs.iter().zip(&runs).enumerate() {
-            curves.push(Curve {
-                name: format!("{}, {} cells", method.name, 2 * factor),
-                colour: colour + 1,
-                stroke: if *method == SMPM { Stroke::Dashes } else { Stroke::Marks },
-                points: path.clone(),
-            });
-        }
-        findings.pictures.push(Picture {
-            file: "path_arch.svg",
-            caption: "Snap-through of a clamped arch: force at the crown against its deflection.".into(),
-            panels: vec![Panel::Curves(Curves {
-                title: "Snap-through of an arch".into(),
-                axes: ["deflection of the crown", "force"].map(String::from),
-                range: [(0.0, 3.5), (0.0, 700.0)],
-                logarithmic: [false; 2],
-                legend: Legend::LowerRight,
-                curves,
-            })],
-        });
+        findings.pictures.push(arch_picture(&jobs, &runs, beam));
     }
     Ok(findings)
+}
+
+/// Force at the crown against its deflection: of the beam, and of every run.
+fn arch_picture(jobs: &[(Method, u32)], runs: &[Bent], beam: Vec<(f64, f64)>) -> Picture {
+    let mut curves = vec![Curve { name: "beam".into(), colour: 0, stroke: Stroke::Line, points: beam }];
+    for (colour, ((method, factor), (_, path))) in jobs.iter().zip(runs).enumerate() {
+        curves.push(Curve {
+            name: format!("{}, {} cells", method.name, 2 * factor),
+            colour: colour + 1,
+            stroke: if *method == SMPM { Stroke::Dashes } else { Stroke::Marks },
+            points: path.clone(),
+        });
+    }
+    Picture {
+        file: "path_arch.svg",
+        caption: "Snap-through of a clamped arch: force at the crown against its deflection.".into(),
+        panels: vec![Panel::Curves(Curves {
+            title: "Snap-through of an arch".into(),
+            axes: ["deflection of the crown", "force"].map(String::from),
+            range: [(0.0, 3.5), (0.0, 700.0)],
+            logarithmic: [false; 2],
+            legend: Legend::LowerRight,
+            curves,
+        })],
+    }
 }
 
 /// Degrees and torque (10⁷) at every step.

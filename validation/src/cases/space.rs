@@ -166,13 +166,9 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
     Ok(findings)
 }
 
-fn collapse(extent: Extent) -> Result<Findings, Broken> {
-    let steps = Count(extent.pick(10, 40));
-    let mut quarter = solid("collapse_solid")?;
-    quarter.schedule.steps = steps;
+/// The collapse in the plane, on cells twice as long.
+fn coarse_collapse() -> Result<PlaneScene, Broken> {
     let mut flat = plane(load("collapse")?)?;
-    flat.schedule.steps = steps;
-    flat.stabilisation = quarter.stabilisation;
     if let MeshInput::Box { axes } = &mut flat.mesh {
         for axis in axes {
             if let AxisInput::Uniform { cells, .. } = axis {
@@ -180,6 +176,16 @@ fn collapse(extent: Extent) -> Result<Findings, Broken> {
             }
         }
     }
+    Ok(flat)
+}
+
+fn collapse(extent: Extent) -> Result<Findings, Broken> {
+    let steps = Count(extent.pick(10, 40));
+    let mut quarter = solid("collapse_solid")?;
+    quarter.schedule.steps = steps;
+    let mut flat = coarse_collapse()?;
+    flat.schedule.steps = steps;
+    flat.stabilisation = quarter.stabilisation;
     let scenes = [Scene::Solid(walled(quarter.clone(), 2.0)), Scene::PlaneStrain(flat), Scene::Solid(quarter)];
     let runs = sweep(&scenes, run)?;
     let [walled, flat, quarter] = &runs[..] else { return Err("three runs".into()) };

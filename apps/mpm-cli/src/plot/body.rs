@@ -1,6 +1,7 @@
 //! The body at a recorded step: its domains or points coloured by a field, and the mesh.
 
-use super::{BodyArguments, Drawn, View, complain};
+use super::arguments::{BodyArguments, View};
+use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
 use crate::inspect::number;
 use mpm_grid::LoadFraction;

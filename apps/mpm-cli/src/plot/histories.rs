@@ -1,6 +1,6 @@
 //! Curves of the history.
 
-use super::{Drawn, complain};
+use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
 use mpm_grid::{LoadFraction, Ramp};
 use mpm_io::Table;

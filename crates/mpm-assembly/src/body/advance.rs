@@ -3,7 +3,7 @@
 use crate::body::connection::Connection;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
-use crate::body::trial::{InvertedPoint, Trial, trial, trial_of};
+use crate::body::trial::{InadmissiblePoint, Trial, trial, trial_of};
 use mpm_basis::{ActiveNodes, Basis, Convection, ConvectionError, Links};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
@@ -15,9 +15,9 @@ const GROUPS: usize = 256;
 /// A point that could not be carried through a load step.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AdvanceError {
-    /// Its increment of deformation is not admissible.
+    /// It has no admissible state.
     #[error(transparent)]
-    Inverted(#[from] InvertedPoint),
+    Inadmissible(#[from] InadmissiblePoint),
     /// Its domain cannot be carried on.
     #[error("material point {point} at {position:?}: {reason}")]
     Domain {
@@ -68,18 +68,19 @@ impl<const D: usize, M: Material> PreparedState<D, M> {
     /// of the law becomes the committed one.
     ///
     /// # Errors
-    /// The first point (in order) that the increment inverts.
+    /// The first point (in order) that has no admissible state under the increment.
     pub fn advance(
         &mut self,
         law: &M,
         points: &Points<D, M>,
         connection: &Connection<D>,
         increment: &[Vector<D>],
-    ) -> Result<(), InvertedPoint> {
+    ) -> Result<(), InadmissiblePoint> {
         let n = points.len();
         self.deformation_gradient.resize(n, Block::zeros());
         self.elastic_excess.resize(n, SymmetricTensor::ZERO);
-        self.history.resize(n, M::History::default());
+        // Written anew, too; this is for the length.
+        self.history.clone_from(&points.history);
         self.plastic.resize(points.plastic.len(), false);
         let columns = StateColumns {
             deformation_gradient: &mut self.deformation_gradient,

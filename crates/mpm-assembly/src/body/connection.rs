@@ -4,6 +4,7 @@ use crate::body::strips::Strips;
 use crate::{Couplings, Dilatation, Linked, Pattern};
 use mpm_basis::Links;
 use mpm_grid::{Block, Vector};
+use mpm_linear::Symmetry;
 use std::sync::Mutex;
 
 /// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
@@ -13,8 +14,7 @@ const TASKS: usize = 32;
 /// Connectivity of a body in a load step, with what makes sums over it quick.
 #[derive(Debug)]
 pub struct Connection<const D: usize> {
-    links: Links<D>,
-    dilatation: Option<Dilatation<D>>,
+    linked: Linked<D>,
     pub(crate) sums: Summation<D>,
 }
 
@@ -40,40 +40,50 @@ impl<const D: usize> Connection<D> {
         for set in 0..linked.n_sets() {
             let n = linked.set(set).len();
             slot_start.push(at);
-            at += n * n.saturating_sub(1) / 2;
+            at += pattern.n_slots(n);
             most_nodes = most_nodes.max(n);
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
-        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes))).collect();
-        let Linked { links, dilatation } = linked;
-        Self { links, dilatation, sums: Summation { strips, slots, slot_start, scratch } }
+        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
+        Self { linked, sums: Summation { strips, slots, slot_start, scratch } }
     }
 
     /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
     pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
-        self.dilatation.is_none() && linked.dilatation.is_none() && self.links.is_connected_as(&linked.links)
+        let is_plain = self.linked.dilatation.is_none() && linked.dilatation.is_none();
+        is_plain && self.linked.links.is_connected_as(&linked.links)
     }
 
     /// Sums over `links`, which connect the same points and nodes as the present ones, into the same
     /// pattern.
     pub fn relinked(self, links: Links<D>) -> Self {
-        debug_assert!(links.is_connected_as(&self.links), "the same points and nodes");
-        Self { links, ..self }
+        debug_assert!(links.is_connected_as(&self.linked.links), "the same points and nodes");
+        Self { linked: links.into(), ..self }
+    }
+
+    /// The points and their nodes.
+    pub fn linked(&self) -> &Linked<D> {
+        &self.linked
+    }
+
+    /// The points and their nodes, without what depends on the pattern.
+    pub fn into_linked(self) -> Linked<D> {
+        self.linked
     }
 
     /// Groups of points and their influences.
     pub fn links(&self) -> &Links<D> {
-        &self.links
+        &self.linked.links
     }
 
     /// Cells over which volume changes are averaged, where they are.
     pub fn dilatation(&self) -> Option<&Dilatation<D>> {
-        self.dilatation.as_ref()
+        self.linked.dilatation.as_ref()
     }
 
     /// Bytes of all that is kept.
     pub fn bytes(&self) -> usize {
-        self.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
+        self.linked.links.bytes() + size_of_val(&self.sums.slots[..]) + size_of_val(&self.sums.slot_start[..])
     }
 }
 
@@ -87,12 +97,16 @@ pub(crate) struct Scratch<const D: usize> {
 }
 
 impl<const D: usize> Scratch<D> {
-    fn new(most_nodes: usize) -> Self {
+    fn new(most_nodes: usize, symmetry: Symmetry) -> Self {
+        let n_blocks = match symmetry {
+            Symmetry::Symmetric => most_nodes * (most_nodes + 1) / 2,
+            Symmetry::Unsymmetric => most_nodes * most_nodes,
+        };
         Self {
             increment: vec![Vector::zeros(); most_nodes],
             force: vec![Vector::zeros(); most_nodes],
             gradient: vec![Vector::zeros(); most_nodes],
-            tangent: vec![Block::zeros(); most_nodes * (most_nodes + 1) / 2],
+            tangent: vec![Block::zeros(); n_blocks],
         }
     }
 }

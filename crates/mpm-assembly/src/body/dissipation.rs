@@ -4,7 +4,7 @@ use crate::body::connection::Connection;
 use crate::body::dilatation::Dilated;
 use crate::body::kinematics::{block, gradient, trial_excess};
 use crate::body::points::Points;
-use crate::body::trial::{InvertedPoint, trial};
+use crate::body::trial::{InadmissiblePoint, trial};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, log_strain};
 
@@ -24,14 +24,14 @@ use mpm_material::{Material, log_strain};
 /// Summed point by point in order: the same bits on any number of threads.
 ///
 /// # Errors
-/// The first point that the trial displacement inverts.
+/// The first point that has no admissible state under the trial displacement.
 pub fn dissipation<const D: usize, M: Material>(
     law: &M,
     points: &Points<D, M>,
     connection: &Connection<D>,
     increment: &[Vector<D>],
     gradient_sum: &mut [Vector<D>],
-) -> Result<f64, InvertedPoint> {
+) -> Result<f64, InadmissiblePoint> {
     let mut energy = 0.0;
     if !M::PLASTIC {
         return Ok(energy);

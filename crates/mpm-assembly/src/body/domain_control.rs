@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use mpm_basis::{Cpdi1, Piece};
     use mpm_grid::{Axis, Block, Layout};
-    use mpm_material::{SymmetricTensor, VonMises};
+    use mpm_material::{Elasticity, SymmetricTensor, VonMises};
 
     type Domains = Vec<<Cpdi1 as Basis<2>>::Domain>;
 
@@ -145,10 +145,11 @@ mod tests {
         let axis = || Axis::uniform(0.0, 10.0, 10).unwrap();
         let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
         let (mut points, mut domains) = (Points::<2, VonMises>::default(), Domains::new());
+        let law = VonMises::new(Elasticity::from_young_poisson(1.0, 0.3).unwrap(), 1.0).unwrap();
         for x in [4.5, 5.0, 5.5] {
             let corner = |c: usize| Vector::<2>::new(x + 0.5 * (c & 1) as f64, 5.0 + 0.25 * (c & 2) as f64);
             Cpdi1.seed(&Piece::new(std::array::from_fn(corner)), &mut |seed| {
-                points.push(seed.position, seed.volume);
+                points.push(&law, seed.position, seed.volume);
                 domains.push(seed.domain);
             });
         }

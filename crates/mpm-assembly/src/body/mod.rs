@@ -23,7 +23,7 @@ pub use domain_control::{Controlled, TooManyPoints};
 pub use kinematics::determinant;
 pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
 pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
-pub use trial::InvertedPoint;
+pub use trial::{InadmissiblePoint, InadmissibleState};
 
 use crate::OccupiedCell;
 use advance::{PreparedDomains, PreparedState};
@@ -31,7 +31,9 @@ use mpm_basis::{
     ActiveNodes, Basis, DomainControl, DomainReport, Links, Seed, Stencils, StoredDomain, UnconnectedPoint,
 };
 use mpm_grid::{Block, Lattice, Mesh, Vector};
-use mpm_material::{Material, SymmetricTensor, respond};
+use mpm_linear::Symmetry;
+use mpm_material::{FieldInfo, History, Material, SymmetricTensor, respond};
+use nalgebra::Matrix3;
 use points::Points;
 use rayon::prelude::*;
 
@@ -45,6 +47,15 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Whether its law can yield.
     fn can_yield(&self) -> bool;
+
+    /// Whether its tangent is symmetric; the [`Pattern`](crate::Pattern) takes the worst of all bodies.
+    fn symmetry(&self) -> Symmetry;
+
+    /// What its law remembers of a point and shows in results.
+    fn history_fields(&self) -> &'static [FieldInfo];
+
+    /// Appends the components of all [history fields](Self::history_fields) of one point.
+    fn history(&self, point: usize, to: &mut Vec<f64>);
 
     /// Whether its points have domains.
     fn has_domains(&self) -> bool;
@@ -69,24 +80,24 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Adds internal force and tangent, see [`assemble`].
     ///
     /// # Errors
-    /// The first point that the trial displacement inverts.
+    /// The first point that has no admissible state under the trial displacement.
     fn assemble(
         &self,
         connection: &Connection<D>,
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
-    ) -> Result<f64, InvertedPoint>;
+    ) -> Result<f64, InadmissiblePoint>;
 
     /// Energy that a trial displacement dissipates `[F L]`, see [`dissipation`].
     ///
     /// # Errors
-    /// The first point that the trial displacement inverts.
+    /// The first point that has no admissible state under the trial displacement.
     fn dissipation(
         &self,
         connection: &Connection<D>,
         increment: &[Vector<D>],
         gradient: &mut [Vector<D>],
-    ) -> Result<f64, InvertedPoint>;
+    ) -> Result<f64, InadmissiblePoint>;
 
     /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
     fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
@@ -174,7 +185,7 @@ pub struct PointView<const D: usize> {
     pub volume_ratio: f64,
     /// `b_e - I` `[-]`.
     pub elastic_excess: SymmetricTensor,
-    /// Kirchhoff stress τ `[F/L²]`.
+    /// Kirchhoff stress τ `[F/L²]`; not a number where the law finds none for the committed state.
     pub kirchhoff: SymmetricTensor,
     /// Whether the last load step was plastic.
     pub plastic: bool,
@@ -197,13 +208,11 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
-    /// A body of points that rest, free of stress, where their seeds are. A law whose tangent is not symmetric does
-    /// not compile here: a pass sums the lower triangle only.
+    /// A body of points that rest, free of stress, where their seeds are.
     pub fn new(basis: B, law: M, seeds: impl IntoIterator<Item = Seed<D, B::Domain>>) -> Self {
-        const { assert!(M::SYMMETRIC, "a law with an unsymmetric tangent cannot be assembled yet") };
         let (mut points, mut domains) = (Points::default(), Vec::new());
         for seed in seeds {
-            points.push(seed.position, seed.volume);
+            points.push(&law, seed.position, seed.volume);
             domains.push(seed.domain);
         }
         let prepared = (PreparedState::default(), PreparedDomains::default());
@@ -241,6 +250,18 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         M::PLASTIC
     }
 
+    fn symmetry(&self) -> Symmetry {
+        if self.law.has_symmetric_tangent() { Symmetry::Symmetric } else { Symmetry::Unsymmetric }
+    }
+
+    fn history_fields(&self) -> &'static [FieldInfo] {
+        M::History::FIELDS
+    }
+
+    fn history(&self, point: usize, to: &mut Vec<f64>) {
+        self.points.history[point].show(to);
+    }
+
     fn has_domains(&self) -> bool {
         size_of::<B::Domain>() > 0
     }
@@ -264,7 +285,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         connection: &Connection<D>,
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         pass::assemble(&self.law, &self.points, connection, input, sums)
     }
 
@@ -273,7 +294,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         connection: &Connection<D>,
         increment: &[Vector<D>],
         gradient: &mut [Vector<D>],
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         dissipation::dissipation(&self.law, &self.points, connection, increment, gradient)
     }
 
@@ -302,7 +323,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]) {
-        let modulus = self.law.stiffness();
+        let modulus = self.law.elasticity().p_wave();
         for group in (0..links.n_groups()).map(|group| links.group(group)) {
             for k in 0..group.points {
                 let weight = modulus * self.points.reference_volume[group.first_point + k];
@@ -320,7 +341,8 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         active: &ActiveNodes<D>,
         out: &mut Vec<OccupiedCell>,
     ) {
-        crate::ghost::occupied(links, lattice, active, &self.points.reference_volume, self.law.young(), out);
+        let young = self.law.elasticity().young();
+        crate::ghost::occupied(links, lattice, active, &self.points.reference_volume, young, out);
     }
 
     fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
@@ -361,7 +383,8 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             volume_ratio: determinant(&points.deformation_gradient[point]),
             elastic_excess,
             // The committed elastic state is admissible, so the law answers elastically.
-            kirchhoff: respond(&self.law, &elastic_excess, &points.history[point]).kirchhoff,
+            kirchhoff: respond(&self.law, &elastic_excess, &points.history[point])
+                .map_or(SymmetricTensor::from_matrix(&Matrix3::repeat(f64::NAN)), |it| it.kirchhoff),
             plastic: points.plastic.get(point).copied().unwrap_or(false),
         }
     }

@@ -11,12 +11,14 @@
 //! their sum is added to the global arrays once. The strips of `strips.rs` fix the order of all
 //! sums. A pass allocates nothing, but for bodies with mean dilatation.
 
-use crate::InvertedPoint;
+use crate::InadmissiblePoint;
 use crate::body::connection::{Connection, Scratch};
 use crate::body::dilatation::{self, Dilated};
 use crate::body::kinematics::block;
 use crate::body::points::Points;
-use crate::body::scatter::{Part, PassInput, Sums, add_lift, add_tangent};
+use crate::body::scatter::{
+    ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
+};
 use crate::body::strips::Strip;
 use crate::body::trial::trial;
 use mpm_basis::Group;
@@ -29,7 +31,7 @@ struct Dense<'a, const D: usize> {
     increment: &'a mut [Vector<D>],
     force: &'a mut [Vector<D>],
     gradient: &'a mut [Vector<D>],
-    /// Blocks (row node ≥ column node), column by column; none where no tangent is wanted.
+    /// As in [`DenseTangent`]; none where no tangent is wanted.
     tangent: &'a mut [Block<D>],
 }
 
@@ -38,7 +40,7 @@ struct Dense<'a, const D: usize> {
 /// Returns the smallest `det ΔF` of its points.
 ///
 /// # Errors
-/// The first point (in order) that the trial displacement inverts or that is not finite; `sums` is
+/// The first point (in order) that has no admissible state under the trial displacement; `sums` is
 /// then meaningless.
 pub fn assemble<const D: usize, M: Material>(
     law: &M,
@@ -46,7 +48,7 @@ pub fn assemble<const D: usize, M: Material>(
     connection: &Connection<D>,
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
-) -> Result<f64, InvertedPoint> {
+) -> Result<f64, InadmissiblePoint> {
     let Sums { internal, mut tangent } = sums;
     let pass = Pass { law, points, connection, input };
     let mut smallest = f64::INFINITY;
@@ -59,10 +61,10 @@ pub fn assemble<const D: usize, M: Material>(
         let wants_tangent = !values.is_empty();
         let part = Part { node: 0, internal: &mut *internal, values, lift };
         let scratch = &connection.sums.scratch[..];
-        smallest = smallest.min(if wants_tangent {
-            pass.sum::<true>(strips, scratch, part)?
-        } else {
-            pass.sum::<false>(strips, scratch, part)?
+        smallest = smallest.min(match (wants_tangent, law.has_symmetric_tangent()) {
+            (false, _) => pass.sum::<FORCE>(strips, scratch, part)?,
+            (true, true) => pass.sum::<LOWER>(strips, scratch, part)?,
+            (true, false) => pass.sum::<ALL>(strips, scratch, part)?,
         });
     }
     Ok(smallest)
@@ -78,12 +80,12 @@ struct Pass<'a, const D: usize, M: Material> {
 
 impl<const D: usize, M: Material> Pass<'_, D, M> {
     /// Sums strips, halving the list until there is one task for each scratch.
-    fn sum<const TANGENT: bool>(
+    fn sum<const TANGENT: u8>(
         &self,
         strips: &[Strip],
         scratch: &[Mutex<Scratch<D>>],
         mut part: Part<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         if scratch.len() > 1 && strips.len() > 1 {
             let (low, high) = strips.split_at(strips.len() / 2);
             let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
@@ -115,7 +117,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
                     let nodes = dilatation.cells().nodes(cell);
                     let n = nodes.len();
                     let force = &mut force[..n];
-                    let tangent = if TANGENT { &mut tangent[..n * (n + 1) / 2] } else { &mut [] };
+                    let tangent = &mut tangent[..n_blocks::<TANGENT>(n)];
                     smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
                     self.scatter::<TANGENT>(nodes, cell, force, tangent, &mut part);
                 }
@@ -126,7 +128,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
     /// Adds the dense sums of set `set` of nodes to the global arrays.
     #[inline(always)]
-    fn scatter<const TANGENT: bool>(
+    fn scatter<const TANGENT: u8>(
         &self,
         nodes: &[u32],
         set: usize,
@@ -137,7 +139,8 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         for (node, force) in nodes.iter().zip(force) {
             part.internal[*node as usize - part.node] += force;
         }
-        if TANGENT {
+        if TANGENT != FORCE {
+            let tangent = DenseTangent::of::<TANGENT>(tangent);
             if !part.lift.is_empty() {
                 add_lift(nodes, tangent, self.input.constraints, part);
             }
@@ -148,15 +151,15 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
     /// Sums the points of a support and adds the sum to the global arrays.
     #[inline]
-    fn sum_support<const TANGENT: bool>(
+    fn sum_support<const TANGENT: u8>(
         &self,
         support: usize,
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         let n = self.connection.links().support_nodes(support).len();
         let Scratch { increment, force, gradient, tangent } = scratch;
-        let pairs = if TANGENT { n * (n + 1) / 2 } else { 0 };
+        let pairs = n_blocks::<TANGENT>(n);
         let dense = Dense {
             increment: &mut increment[..n],
             force: &mut force[..n],
@@ -174,13 +177,13 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
     /// Sums the points of a support of `n` nodes densely and adds the sum to the global arrays.
     #[inline(always)]
-    fn sum_dense<const TANGENT: bool>(
+    fn sum_dense<const TANGENT: u8>(
         &self,
         n: usize,
         support: usize,
         mut dense: Dense<'_, D>,
         part: &mut Part<'_, D>,
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         let Self { connection, input, .. } = *self;
         let nodes = connection.links().support_nodes(support);
         for (du, node) in dense.increment.iter_mut().zip(nodes) {
@@ -201,17 +204,17 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 
 /// Adds the points of a group to the dense sums; returns the smallest `det ΔF`.
 #[inline(always)]
-fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
+fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
     n: usize,
     law: &M,
     points: &Points<D, M>,
     group: Group<'_, D>,
     dense: &mut Dense<'_, D>,
-) -> Result<f64, InvertedPoint> {
+) -> Result<f64, InadmissiblePoint> {
     let du = &dense.increment[..n];
     let force = &mut dense.force[..n];
     let g = &mut dense.gradient[..n];
-    let tangent = if TANGENT { &mut dense.tangent[..n * (n + 1) / 2] } else { &mut [] };
+    let tangent = &mut dense.tangent[..n_blocks::<TANGENT>(n)];
 
     let mut smallest = f64::INFINITY;
     for k in 0..group.points {
@@ -226,8 +229,8 @@ fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
             *g = trial.inverse.tr_mul(gradient);
             *force += stress * *g;
         }
-        if TANGENT {
-            let a = trial.response.modes.spatial_tangent::<D>();
+        if TANGENT != FORCE {
+            let a = trial.response.tangent.spatial_tangent::<D>();
             let mut at = 0;
             for w in 0..n {
                 // half[k](i, j) = V⁰ a_ikjl g_w,l
@@ -239,12 +242,13 @@ fn sum_group<const D: usize, M: Material, const TANGENT: bool>(
                     }
                     sum
                 });
-                for (sum, g) in tangent[at..].iter_mut().zip(&g[w..]) {
+                let from = if TANGENT == LOWER { w } else { 0 };
+                for (sum, g) in tangent[at..].iter_mut().zip(&g[from..]) {
                     for k in 0..D {
                         *sum += half[k] * g[k];
                     }
                 }
-                at += n - w;
+                at += n - from;
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Committed state of the material points of one body: one column per quantity.
 
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, SymmetricTensor};
+use mpm_material::{Material, PointParameters, SymmetricTensor};
 
 /// Committed state of all material points of a body, but for the domains of its basis; every column has one entry
 /// per point, or none at all where the scene does not need it. Written at the end of a converged load step only.
@@ -57,12 +57,14 @@ impl<const D: usize, M: Material> Default for Points<D, M> {
 
 impl<const D: usize, M: Material> Points<D, M> {
     /// Adds a point of volume `volume` `[L^D]` that rests at `position` `[L]`, free of stress.
-    pub fn push(&mut self, position: Vector<D>, volume: f64) {
+    pub fn push(&mut self, law: &M, position: Vector<D>, volume: f64) {
+        let mut at_rest = Vector::<3>::zeros();
+        at_rest.as_mut_slice()[..D].copy_from_slice(position.as_slice());
+        self.history.push(law.initial(&PointParameters::at(at_rest)));
         self.position.push(position);
         self.reference_volume.push(volume);
         self.deformation_gradient.push(Block::identity());
         self.elastic_excess.push(SymmetricTensor::ZERO);
-        self.history.push(M::History::default());
         if M::PLASTIC {
             self.plastic.push(false);
         }

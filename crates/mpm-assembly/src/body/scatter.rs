@@ -1,7 +1,9 @@
 //! From the dense sums of a set of nodes to the global arrays.
 
+use crate::unknowns::node_equation;
 use crate::{Constraints, Pattern};
 use mpm_grid::{Block, Vector};
+use mpm_linear::Symmetry;
 
 /// What a pass adds to: nodal forces, and where wanted the tangent.
 pub struct Sums<'a, const D: usize> {
@@ -45,7 +47,8 @@ impl<const D: usize> Part<'_, D> {
     /// The parts before and from `node` on.
     pub fn split_at(self, node: usize, pattern: &Pattern<D>) -> (Self, Self) {
         let nodes = node - self.node;
-        let entries = pattern.column_start()[node * D] - pattern.column_start()[self.node * D];
+        let start = |node| pattern.column_start()[node_equation::<D>(node, 0)];
+        let entries = start(node) - start(self.node);
         let (internal, internal_rest) = self.internal.split_at_mut(nodes);
         let (values, values_rest) = self.values.split_at_mut(entries.min(self.values.len()));
         let (lift, lift_rest) = self.lift.split_at_mut(nodes.min(self.lift.len()));
@@ -56,10 +59,54 @@ impl<const D: usize> Part<'_, D> {
     }
 }
 
+/// The dense tangent of a set of nodes, blocks (row node, column node) column by column.
+#[derive(Clone, Copy)]
+pub(crate) enum DenseTangent<'a, const D: usize> {
+    /// The rows from the diagonal down, of a law with a symmetric tangent.
+    Lower(&'a [Block<D>]),
+    /// All rows.
+    All(&'a [Block<D>]),
+}
+
+/// A pass sums the force only.
+pub(crate) const FORCE: u8 = 0;
+/// A pass sums the [lower](DenseTangent::Lower) blocks of the tangent, too.
+pub(crate) const LOWER: u8 = 1;
+/// A pass sums [all](DenseTangent::All) blocks of the tangent, too.
+pub(crate) const ALL: u8 = 2;
+
+/// Number of dense blocks that a pass sums for `n` nodes.
+#[inline(always)]
+pub(crate) const fn n_blocks<const TANGENT: u8>(n: usize) -> usize {
+    match TANGENT {
+        FORCE => 0,
+        LOWER => n * (n + 1) / 2,
+        _ => n * n,
+    }
+}
+
+impl<'a, const D: usize> DenseTangent<'a, D> {
+    /// The blocks that a pass has summed.
+    #[inline(always)]
+    pub fn of<const TANGENT: u8>(blocks: &'a [Block<D>]) -> Self {
+        if TANGENT == LOWER { Self::Lower(blocks) } else { Self::All(blocks) }
+    }
+
+    /// The block of row node v and column node w of n nodes.
+    fn block(&self, n: usize, v: usize, w: usize) -> Block<D> {
+        let lower = |v: usize, w: usize| w * n - w * (w + 1) / 2 + v;
+        match self {
+            Self::All(blocks) => blocks[w * n + v],
+            Self::Lower(blocks) if v >= w => blocks[lower(v, w)],
+            Self::Lower(blocks) => blocks[lower(w, v)].transpose(),
+        }
+    }
+}
+
 /// `lift_v += K_vw Δū_w` for the support's nodes with prescribed increments.
 pub(crate) fn add_lift<const D: usize>(
     nodes: &[u32],
-    tangent: &[Block<D>],
+    tangent: DenseTangent<'_, D>,
     constraints: &Constraints<D>,
     part: &mut Part<'_, D>,
 ) {
@@ -68,6 +115,16 @@ pub(crate) fn add_lift<const D: usize>(
         return;
     }
     let base = part.node;
+    if let DenseTangent::All(blocks) = tangent {
+        let n = nodes.len();
+        for w in (0..n).filter(|&w| lifted(w) != Vector::<D>::zeros()) {
+            for v in 0..n {
+                part.lift[nodes[v] as usize - base] += blocks[w * n + v] * lifted(w);
+            }
+        }
+        return;
+    }
+    let DenseTangent::Lower(tangent) = tangent else { return };
     let mut at = 0;
     for w in 0..nodes.len() {
         for v in w..nodes.len() {
@@ -80,9 +137,54 @@ pub(crate) fn add_lift<const D: usize>(
     }
 }
 
-/// Adds a support's dense tangent to the stored lower triangle, leaving out what is prescribed.
+/// Adds a set's dense tangent to the stored one, leaving out what is prescribed.
 #[inline]
 pub(crate) fn add_tangent<const D: usize>(
+    nodes: &[u32],
+    slots: &[u32],
+    tangent: DenseTangent<'_, D>,
+    input: PassInput<'_, D>,
+    part: &mut Part<'_, D>,
+) {
+    match (input.pattern.symmetry(), tangent) {
+        (Symmetry::Symmetric, DenseTangent::Lower(blocks)) => add_lower(nodes, slots, blocks, input, part),
+        (Symmetry::Symmetric, DenseTangent::All(_)) => unreachable!("the pattern takes the worst symmetry"),
+        (Symmetry::Unsymmetric, _) => add_all(nodes, slots, tangent, input, part),
+    }
+}
+
+/// As [`add_tangent`], where both triangles are stored.
+fn add_all<const D: usize>(
+    nodes: &[u32],
+    slots: &[u32],
+    tangent: DenseTangent<'_, D>,
+    input: PassInput<'_, D>,
+    part: &mut Part<'_, D>,
+) {
+    let n = nodes.len();
+    let columns = input.pattern.column_start();
+    let base = columns[node_equation::<D>(part.node, 0)];
+    let is_free = |k: usize, i: usize| !input.constraints.is_prescribed(nodes[k] as usize, i);
+    for w in 0..n {
+        for v in 0..n {
+            let block = tangent.block(n, v, w);
+            let row = node_equation::<D>(slots[w * n + v] as usize, 0);
+            for j in 0..D {
+                let start = columns[node_equation::<D>(nodes[w] as usize, j)] - base + row;
+                for i in 0..D {
+                    // A prescribed component keeps its own stiffness, alone in its row and column.
+                    if (v == w && i == j) || (is_free(v, i) && is_free(w, j)) {
+                        part.values[start + i] += block[(i, j)];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// As [`add_tangent`], where the lower triangle is stored.
+#[inline]
+fn add_lower<const D: usize>(
     nodes: &[u32],
     slots: &[u32],
     tangent: &[Block<D>],
@@ -90,12 +192,12 @@ pub(crate) fn add_tangent<const D: usize>(
     part: &mut Part<'_, D>,
 ) {
     let columns = input.pattern.column_start();
-    let base = columns[part.node * D];
+    let base = columns[node_equation::<D>(part.node, 0)];
     let (mut at, mut slot) = (0, 0);
     for w in 0..nodes.len() {
         let column_node = nodes[w] as usize;
         let column_mask = input.constraints.mask(column_node);
-        let starts: [usize; D] = std::array::from_fn(|j| columns[column_node * D + j] - base);
+        let starts: [usize; D] = std::array::from_fn(|j| columns[node_equation::<D>(column_node, j)] - base);
 
         let diagonal = &tangent[at];
         at += 1;
@@ -110,7 +212,7 @@ pub(crate) fn add_tangent<const D: usize>(
         }
         for &node in &nodes[w + 1..] {
             let block = &tangent[at];
-            let row = slots[slot] as usize * D;
+            let row = node_equation::<D>(slots[slot] as usize, 0);
             at += 1;
             slot += 1;
             let row_mask = input.constraints.mask(node as usize);
@@ -138,7 +240,7 @@ pub(crate) fn add_tangent<const D: usize>(
 pub fn finish_tangent<const D: usize>(pattern: &Pattern<D>, constraints: &Constraints<D>, values: &mut [f64]) {
     for node in 0..constraints.n_nodes() {
         for i in (0..D).filter(|&i| constraints.is_prescribed(node, i)) {
-            let value = &mut values[pattern.column_start()[node * D + i]];
+            let value = &mut values[pattern.diagonal(node_equation::<D>(node, i))];
             *value = if *value == 0.0 { 1.0 } else { value.abs() };
         }
     }

@@ -4,7 +4,7 @@ use crate::body::kinematics::determinant;
 use crate::body::points::Points;
 use mpm_basis::StoredDomain;
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, StoredHistory, SymmetricTensor};
+use mpm_material::{History, Material, SymmetricTensor};
 
 /// Names of the columns that a body's points can have.
 pub const COLUMNS: [&str; 9] = [
@@ -140,7 +140,7 @@ impl<const D: usize, M: Material> Points<D, M> {
                 }
                 "elastic_excess" => next.elastic_excess = rows().map(tensor).collect(),
                 "history" => {
-                    let histories = rows().map(M::History::recall).enumerate();
+                    let histories = rows().map(M::History::restore).enumerate();
                     let histories = histories.map(|(p, history)| history.map_err(|reason| at_point(p, reason)));
                     next.history = histories.collect::<Result<_, _>>()?;
                 }
@@ -153,7 +153,8 @@ impl<const D: usize, M: Material> Points<D, M> {
             }
         }
         if M::History::NUMBERS == 0 {
-            next.history = vec![M::History::default(); stored.points];
+            let history = M::History::restore(&[]).map_err(|reason| wrong("history", reason))?;
+            next.history = vec![history; stored.points];
         }
         if stored.columns.len() > expected.len() {
             let strange = stored.columns[expected.len()].name;

@@ -3,16 +3,42 @@
 use crate::body::kinematics::{gradient, inverse_and_determinant, trial_excess};
 use crate::body::points::Points;
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, Response, respond};
+use mpm_material::{Material, NoReturn, Response, respond};
 
-/// A trial displacement under which a point has no admissible state.
+/// A point that has no admissible state under a trial displacement.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("material point {point} would be inverted (det ΔF = {determinant:e})")]
-pub struct InvertedPoint {
+#[error("material point {point} {reason}")]
+pub struct InadmissiblePoint {
     /// Index of the point in its body.
     pub point: usize,
-    /// `det ΔF` of the trial; not a number where the trial itself was not finite.
-    pub determinant: f64,
+    /// Why there is none.
+    pub reason: InadmissibleState,
+}
+
+/// Why a point has no admissible state.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum InadmissibleState {
+    /// The trial displacement turns it inside out.
+    #[error("would be inverted (det ΔF = {determinant:e})")]
+    Inverted {
+        /// `det ΔF` of the trial; not a number where the trial itself was not finite.
+        determinant: f64,
+    },
+    /// Its law finds no stress.
+    #[error("has no stress: {0}")]
+    NoReturn(NoReturn),
+}
+
+impl InadmissiblePoint {
+    /// The trial displacement turns `point` inside out.
+    pub(crate) fn inverted(point: usize, determinant: f64) -> Self {
+        Self { point, reason: InadmissibleState::Inverted { determinant } }
+    }
+
+    /// The law finds no stress for `point`.
+    pub(crate) fn no_return(point: usize, reason: NoReturn) -> Self {
+        Self { point, reason: InadmissibleState::NoReturn(reason) }
+    }
 }
 
 /// State of one point under a trial displacement: a pure function of its committed state.
@@ -34,7 +60,7 @@ pub(crate) fn trial<const D: usize, M: Material>(
     p: usize,
     du: &[Vector<D>],
     gradients: &[Vector<D>],
-) -> Result<Trial<D, M::History>, InvertedPoint> {
+) -> Result<Trial<D, M::History>, InadmissiblePoint> {
     trial_of(law, points, p, gradient(du, gradients))
 }
 
@@ -45,13 +71,14 @@ pub(crate) fn trial_of<const D: usize, M: Material>(
     points: &Points<D, M>,
     p: usize,
     h: Block<D>,
-) -> Result<Trial<D, M::History>, InvertedPoint> {
+) -> Result<Trial<D, M::History>, InadmissiblePoint> {
     let step = Block::identity() + h;
     let (inverse, determinant) = inverse_and_determinant(&step);
     // Written so that a trial that is not a number is refused as well.
     if !(determinant > 0.0 && determinant.is_finite()) {
-        return Err(InvertedPoint { point: p, determinant });
+        return Err(InadmissiblePoint::inverted(p, determinant));
     }
-    let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &points.history[p]);
+    let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &points.history[p])
+        .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
     Ok(Trial { step, inverse, determinant, response })
 }

@@ -6,7 +6,8 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Basis, Links};
 use mpm_grid::{Axis, Layout, Mesh, Vector};
-use mpm_material::{Elasticity, VonMises};
+use mpm_linear::Symmetry;
+use mpm_material::{Elasticity, Material, VonMises};
 
 /// A body on a grid, ready to be summed.
 pub struct Setup<const D: usize> {
@@ -24,9 +25,9 @@ pub fn law() -> VonMises {
 
 /// Fills all but the outer cells of a grid with 2^D points a cell; every `stride`-th point first, so
 /// that neighbours are far apart in the list.
-pub fn setup<const D: usize, B: Basis<D> + 'static>(
+pub fn setup<const D: usize, B: Basis<D> + 'static, M: Material + 'static>(
     basis: B,
-    law: VonMises,
+    law: M,
     cells: u32,
     stride: usize,
     mean: Option<MeanDilatation>,
@@ -54,12 +55,18 @@ pub fn setup<const D: usize, B: Basis<D> + 'static>(
 
 /// Connects a body to a mesh.
 pub fn connect<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>) -> Setup<D> {
+    let symmetry = body.symmetry();
+    connect_as(body, mesh, symmetry)
+}
+
+/// Connects a body to a mesh, in a pattern of a symmetry that may be worse than its own.
+pub fn connect_as<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>, symmetry: Symmetry) -> Setup<D> {
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let dilatation = body.dilatation(&links, &mesh, &active).unwrap();
     let linked = Linked { links, dilatation };
-    let pattern = Pattern::of(active.len(), std::slice::from_ref(&linked));
+    let pattern = Pattern::of(active.len(), symmetry, &[&linked]);
     let connection = Connection::new(linked, &pattern);
     Setup { body, active, pattern, connection, mesh }
 }
@@ -71,7 +78,7 @@ pub fn field<const D: usize>(setup: &Setup<D>, size: f64) -> Vec<Vector<D>> {
     setup.active.nodes().iter().map(|&node| wave(setup.mesh.position(node))).collect()
 }
 
-/// Internal force, tangent (lower triangle) and its product with the prescribed increments.
+/// Internal force, stored tangent and its product with the prescribed increments.
 pub fn sum<const D: usize>(
     setup: &Setup<D>,
     increment: &[Vector<D>],
@@ -95,7 +102,7 @@ pub fn times<const D: usize>(pattern: &Pattern<D>, values: &[f64], direction: &[
         let entries = pattern.column_start()[column]..pattern.column_start()[column + 1];
         for (&row, value) in pattern.row()[entries.clone()].iter().zip(&values[entries]) {
             product[row] += value * x[column];
-            if row != column {
+            if pattern.symmetry() == Symmetry::Symmetric && row != column {
                 product[column] += value * x[row];
             }
         }

@@ -2,10 +2,10 @@
 
 mod points;
 mod stl;
+mod whole;
 
 use mpm_geometry::Surface;
 use mpm_scene::{PointTable, SceneFiles};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Reads the files that a scene names, from the folder that the scene lies in.
@@ -34,20 +34,6 @@ impl FolderFiles {
     pub fn is_hdf5(path: &Path) -> bool {
         path.extension().is_some_and(|it| it == "h5" || it == "hdf5")
     }
-}
-
-/// All bytes of a file. Pipes and devices, which may never end, are refused before they are opened.
-fn whole(path: &Path) -> Result<Vec<u8>, String> {
-    let fail = |error: std::io::Error| error.to_string();
-    let found = fs::metadata(path).map_err(fail)?;
-    if !found.is_file() {
-        return Err("this is no regular file".into());
-    }
-    // What the system makes up as it is read has no length, either, and may never end.
-    if found.len() == 0 {
-        return Err("the file is empty".into());
-    }
-    fs::read(path).map_err(fail)
 }
 
 /// Refuses a surface so far from the origin that single precision, which STL files have, does not tell its shape.
@@ -87,6 +73,7 @@ impl SceneFiles for FolderFiles {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn surfaces_that_single_precision_does_not_tell_are_refused() {

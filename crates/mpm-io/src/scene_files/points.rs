@@ -1,5 +1,6 @@
 //! Material points from a table, CSV or HDF5.
 
+use super::whole::whole;
 use crate::calls::Call;
 use crate::error::reason;
 use hdf5::File;
@@ -15,7 +16,7 @@ const MOST_COMPRESSED: u64 = 1100;
 
 /// A table of text, its columns named by the first line.
 pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> {
-    let text = super::whole(path)?;
+    let text = whole(path)?;
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_slice());
     let heads = reader.headers().map_err(|error| error.to_string())?.clone();

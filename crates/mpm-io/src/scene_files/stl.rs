@@ -1,5 +1,6 @@
 //! Triangles of an STL file, binary or text.
 
+use super::whole::whole;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -13,7 +14,7 @@ const FACET: usize = 50;
 
 /// All triangles of a file. Memory is asked for as they are read, never by what the file says of itself.
 pub(super) fn read(path: &Path) -> Result<Vec<Triangle>, String> {
-    triangles(super::whole(path)?)
+    triangles(whole(path)?)
 }
 
 fn triangles(mut bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {

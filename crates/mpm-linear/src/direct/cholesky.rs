@@ -1,7 +1,8 @@
 //! LLᵀ and LBLᵀ: faer's supernodal factorisations, with our order, memory and reading of pivots.
 
-use crate::matrix::SymmetricPattern;
-use crate::report::{Method, OutOfMemory, Pivot, Report};
+use super::pivots::Pivots;
+use crate::matrix::{Matrix, Pattern};
+use crate::report::{Factored, Method, OutOfMemory, Pivot};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::perm::PermRef;
@@ -16,10 +17,7 @@ use faer::{Conj, MatMut, Par, Side};
 use std::hint::black_box;
 
 /// Structure of the factor of a pattern, eliminated in this order (new to old).
-pub(super) fn analyse(
-    pattern: SymmetricPattern<'_>,
-    order: &[usize],
-) -> Result<SymbolicCholesky<usize>, OutOfMemory> {
+pub(super) fn analyse(pattern: Pattern<'_>, order: &[usize]) -> Result<SymbolicCholesky<usize>, OutOfMemory> {
     let n = order.len();
     let mut position = vec![0; n];
     for (k, &equation) in order.iter().enumerate() {
@@ -39,7 +37,7 @@ fn symbolic_params() -> CholeskySymbolicParams<'static> {
     }
 }
 
-fn structure(pattern: SymmetricPattern<'_>) -> SymbolicSparseColMatRef<'_, usize> {
+fn structure(pattern: Pattern<'_>) -> SymbolicSparseColMatRef<'_, usize> {
     let n = pattern.column_start.len() - 1;
     SymbolicSparseColMatRef::new_checked(n, n, pattern.column_start, None, pattern.row)
 }
@@ -122,10 +120,10 @@ impl Cholesky {
     }
 
     /// Factorises by LLᵀ, or returns the first pivot that is not positive.
-    pub(super) fn llt(&mut self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Result<Report, Pivot> {
+    pub(super) fn llt(&mut self, matrix: Matrix<'_>) -> Result<Factored, Pivot> {
         let result = self.symbolic.factorize_numeric_llt(
             &mut self.factor,
-            SparseColMatRef::new(structure(pattern), values),
+            SparseColMatRef::new(structure(matrix.pattern), matrix.values),
             Side::Lower,
             Default::default(),
             Par::Seq,
@@ -140,15 +138,15 @@ impl Cholesky {
                     value = d;
                 }
             });
-            return Err(self.pivot(pattern, values, index, value));
+            return Err(self.pivot(matrix, index, value));
         }
         let mut pivots = Pivots::default();
-        self.for_each_diagonal(|k, d| pivots.add(self.pivot(pattern, values, k, d * d)));
+        self.for_each_diagonal(|k, d| pivots.add(self.pivot(matrix, k, d * d)));
         Ok(pivots.report(Method::Llt))
     }
 
     /// Factorises by LBLᵀ, or returns the first pivot that is zero or not finite.
-    pub(super) fn lblt(&mut self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Result<Report, Pivot> {
+    pub(super) fn lblt(&mut self, matrix: Matrix<'_>) -> Result<Factored, Pivot> {
         let n = self.symbolic.nrows();
         // faer does not write the off-diagonal of a 1×1 pivot at the end of a supernode.
         self.off_diagonal.clear();
@@ -160,7 +158,7 @@ impl Cholesky {
             &mut self.off_diagonal,
             &mut self.exchange,
             &mut self.exchange_inverse,
-            SparseColMatRef::new(structure(pattern), values),
+            SparseColMatRef::new(structure(matrix.pattern), matrix.values),
             Side::Lower,
             Par::Seq,
             MemStack::new(&mut self.scratch),
@@ -172,11 +170,11 @@ impl Cholesky {
             let here = self.exchange[k];
             match upper.take() {
                 None if self.off_diagonal[k] != 0.0 => upper = Some(d),
-                None => pivots.add(self.pivot(pattern, values, here, d)),
+                None => pivots.add(self.pivot(matrix, here, d)),
                 Some(a) => {
                     for eigenvalue in eigenvalues(a, self.off_diagonal[k - 1], d) {
-                        let one = self.pivot(pattern, values, self.exchange[k - 1], eigenvalue);
-                        let other = self.pivot(pattern, values, here, eigenvalue);
+                        let one = self.pivot(matrix, self.exchange[k - 1], eigenvalue);
+                        let other = self.pivot(matrix, here, eigenvalue);
                         pivots.add(if one.relative < other.relative { one } else { other });
                     }
                 }
@@ -226,10 +224,10 @@ impl Cholesky {
     }
 
     /// The pivot of elimination step `k`, in the caller's numbering.
-    fn pivot(&self, pattern: SymmetricPattern<'_>, values: &[f64], k: usize, value: f64) -> Pivot {
+    fn pivot(&self, matrix: Matrix<'_>, k: usize, value: f64) -> Pivot {
         let order = self.symbolic.perm().expect("the order is ours").arrays().0;
         let equation = order[k];
-        let diagonal = values[pattern.column_start[equation]];
+        let diagonal = matrix.diagonal(equation);
         let relative = if value == 0.0 { 0.0 } else { value.abs() / diagonal.abs() };
         Pivot { equation, value, relative }
     }
@@ -255,48 +253,23 @@ fn eigenvalues(a: f64, b: f64, c: f64) -> [f64; 2] {
     [small, large]
 }
 
-/// Pivots seen so far.
-#[derive(Default)]
-struct Pivots {
-    negative: usize,
-    weakest: Option<Pivot>,
-    /// Smallest and largest in size.
-    range: Option<(f64, f64)>,
-    unusable: Option<Pivot>,
+/// An order with little fill from the pattern alone, by minimum degree (P. R. Amestoy, T. A. Davis and
+/// I. S. Duff, SIAM J. Matrix Anal. Appl. 17, 1996).
+///
+/// # Errors
+/// If memory does not suffice.
+pub(super) fn minimum_degree(pattern: Pattern<'_>) -> Result<Vec<usize>, OutOfMemory> {
+    let symbolic = by_minimum_degree(pattern)?;
+    Ok(symbolic.perm().map_or_else(Vec::new, |order| order.arrays().0.to_vec()))
 }
 
-impl Pivots {
-    fn add(&mut self, pivot: Pivot) {
-        let size = pivot.value.abs();
-        if (size == 0.0 || !size.is_finite()) && self.unusable.is_none() {
-            self.unusable = Some(pivot);
-        }
-        if pivot.value < 0.0 {
-            self.negative += 1;
-        }
-        if self.weakest.is_none_or(|w| pivot.relative < w.relative) {
-            self.weakest = Some(pivot);
-        }
-        let (least, most) = self.range.unwrap_or((size, size));
-        self.range = Some((least.min(size), most.max(size)));
-    }
-
-    fn report(self, method: Method) -> Report {
-        Report {
-            method,
-            not_positive: None,
-            negative_pivots: Some(self.negative),
-            weakest: self.weakest,
-            pivot_ratio: self.range.map(|(least, most)| least / most),
-        }
-    }
+fn by_minimum_degree(pattern: Pattern<'_>) -> Result<SymbolicCholesky<usize>, OutOfMemory> {
+    factorize_symbolic_cholesky(structure(pattern), Side::Lower, SymmetricOrdering::Amd, symbolic_params())
+        .map_err(|_| OutOfMemory { equations: pattern.n_equations(), factor_entries: 0 })
 }
 
 /// Entries of the factor with faer's minimum-degree order and our supernodes, to compare with.
 #[cfg(test)]
-pub(super) fn entries_by_minimum_degree(pattern: SymmetricPattern<'_>) -> usize {
-    let params = symbolic_params();
-    factorize_symbolic_cholesky(structure(pattern), Side::Lower, SymmetricOrdering::Amd, params)
-        .unwrap()
-        .len_val()
+pub(super) fn entries_by_minimum_degree(pattern: Pattern<'_>) -> usize {
+    by_minimum_degree(pattern).unwrap().len_val()
 }

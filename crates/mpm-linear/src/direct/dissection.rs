@@ -18,21 +18,25 @@
 //! Only the fill depends on this file, never the correctness of a factorisation.
 
 use super::graph::BlockGraph;
+use crate::matrix::Pattern;
 
-/// Order of elimination of the equations, new to old: equation `order[k]` is eliminated at step k.
+/// Order of elimination of the equations of a symmetric pattern, new to old: equation `order[k]` is
+/// eliminated at step k.
 ///
-/// `lattice` holds the multi-index of each node of `graph`, `periodic` the number of lattice lines
-/// of each direction that closes on itself, `components` the equations per node
-/// (equation = components · node + component).
+/// `lattice` holds the multi-index of each node, `periodic` the number of lattice lines of each
+/// direction that closes on itself. Equations that belong to no node come last.
 pub(super) fn elimination_order(
-    graph: &BlockGraph,
+    pattern: Pattern<'_>,
     lattice: &[[u32; 3]],
     periodic: [Option<u32>; 3],
-    components: usize,
 ) -> Vec<usize> {
-    let dissected = nested_dissection(graph, lattice, periodic);
+    assert_eq!(pattern.blocks, lattice.len(), "a place on the lattice for each node");
+    let graph = BlockGraph::new(pattern);
+    let dissected = nested_dissection(&graph, lattice, periodic);
     let nodes = graph.postorder(&dissected);
-    nodes.iter().flat_map(|&v| (0..components).map(move |i| components * v as usize + i)).collect()
+    let components = pattern.block;
+    let of_nodes = nodes.iter().flat_map(|&v| (0..components).map(move |i| components * v as usize + i));
+    of_nodes.chain(components * pattern.blocks..pattern.n_equations()).collect()
 }
 
 /// Order of elimination of the nodes, new to old.

@@ -1,5 +1,7 @@
 //! Which nodes the pattern couples.
 
+use crate::matrix::Pattern;
+
 /// The couplings between nodes: for each node its neighbours, below and above, without itself.
 pub(super) struct BlockGraph {
     start: Vec<usize>,
@@ -7,9 +9,9 @@ pub(super) struct BlockGraph {
 }
 
 impl BlockGraph {
-    /// Reads the couplings off a lower triangle by columns with `components` equations per node.
-    pub(super) fn new(column_start: &[usize], row: &[usize], components: usize) -> Self {
-        let n = (column_start.len() - 1) / components;
+    /// Reads the couplings of nodes off a pattern whose structure is symmetric.
+    pub(super) fn new(pattern: Pattern<'_>) -> Self {
+        let Pattern { column_start, row, block: components, blocks: n, .. } = pattern;
         assert!(n < u32::MAX as usize, "node numbers have 32 bits");
 
         // Each coupling once, by its lower-numbered node.
@@ -23,6 +25,9 @@ impl BlockGraph {
             let entries = column_start[v * components]..column_start[(v + 1) * components];
             for &r in &row[entries] {
                 let w = r / components;
+                if w >= n || w < v {
+                    continue;
+                }
                 if seen_by[w] != v as u32 {
                     seen_by[w] = v as u32;
                     lower.push(w as u32);

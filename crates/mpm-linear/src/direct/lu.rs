@@ -1,112 +1,144 @@
-//! LU with partial pivoting: faer's, on both triangles of the matrix.
+//! LU with partial pivoting of an unsymmetric matrix: faer's column by column, in our order.
 //!
-//! Its column order (COLAMD) suits matrices without structure; ours costs several times less but
-//! cannot pivot freely. This is the last resort for a symmetric tangent.
+//! Columns are eliminated in the order of nested dissection. It keeps the fill low as long as pivots stay
+//! on the diagonal, which they mostly do, because tangents of stable material have strong diagonals.
 
-use crate::matrix::SymmetricPattern;
+use super::pivots::Pivots;
+use crate::matrix::Matrix;
+use crate::report::{Cause, Factored, Method, OutOfMemory, Pivot, Sign, Singular};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
+use faer::perm::PermRef;
+use faer::sparse::linalg::LuError;
+use faer::sparse::linalg::lu::simplicial::{
+    SimplicialLu, factorize_simplicial_numeric_lu, factorize_simplicial_numeric_lu_scratch,
+    solve_in_place_scratch,
+};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
-/// Both triangles of a pattern by columns.
-struct Full {
-    column_start: Vec<usize>,
-    row: Vec<usize>,
-    /// Where each entry stands in the lower triangle.
-    source: Vec<usize>,
-}
+/// A pivot below this part of the largest entry of its column is what rounding has left of zero.
+const NO_DIGITS: f64 = 1e-13;
 
-impl Full {
-    fn new(lower: SymmetricPattern<'_>) -> Self {
-        let n = lower.column_start.len() - 1;
-        let mut column_start = vec![0; n + 1];
-        for j in 0..n {
-            for &i in &lower.row[lower.column_start[j]..lower.column_start[j + 1]] {
-                column_start[j + 1] += 1;
-                if i != j {
-                    column_start[i + 1] += 1;
-                }
-            }
-        }
-        for j in 0..n {
-            column_start[j + 1] += column_start[j];
-        }
-        let mut next = column_start.clone();
-        let mut row = vec![0; column_start[n]];
-        let mut source = vec![0; column_start[n]];
-        let mut put = |i: usize, j: usize, entry: usize| {
-            row[next[j]] = i;
-            source[next[j]] = entry;
-            next[j] += 1;
-        };
-        // Column j receives rows i < j while column i is visited, then its own: rows ascend.
-        for j in 0..n {
-            for entry in lower.column_start[j]..lower.column_start[j + 1] {
-                let i = lower.row[entry];
-                put(i, j, entry);
-                if i != j {
-                    put(j, i, entry);
-                }
-            }
-        }
-        Self { column_start, row, source }
-    }
-
-    fn structure(&self) -> SymbolicSparseColMatRef<'_, usize> {
-        let n = self.column_start.len() - 1;
-        SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
-    }
-}
-
-/// Analysis and factors of one pattern.
+/// Order and factors of one pattern.
 pub(super) struct Lu {
-    full: Full,
-    values: Vec<f64>,
-    symbolic: SymbolicLu<usize>,
-    numeric: NumericLu<usize, f64>,
+    /// Column of K at each step of elimination, and its inverse.
+    order: Vec<usize>,
+    position: Vec<usize>,
+    /// Row of K at each step of elimination, and its inverse.
+    row: Vec<usize>,
+    row_position: Vec<usize>,
+    factors: SimplicialLu<usize, f64>,
     scratch: MemBuffer,
 }
 
 impl Lu {
-    /// Analyses a pattern; nothing if memory does not suffice.
-    pub(super) fn analyse(lower: SymmetricPattern<'_>) -> Option<Self> {
-        let full = Full::new(lower);
-        let symbolic = factorize_symbolic_lu(full.structure(), Default::default()).ok()?;
+    /// Makes room for the work with this order of elimination (new to old). The factors grow as they are computed.
+    pub(super) fn allocate(order: &[usize]) -> Result<Self, OutOfMemory> {
+        let n = order.len();
+        let mut position = vec![0; n];
+        for (k, &equation) in order.iter().enumerate() {
+            position[equation] = k;
+        }
         let work = StackReq::or(
-            symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+            factorize_simplicial_numeric_lu_scratch::<usize, f64>(n, n),
+            solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq),
         );
-        let scratch = MemBuffer::try_new(work).ok()?;
-        let values = vec![0.0; full.row.len()];
-        Some(Self { full, values, symbolic, numeric: NumericLu::new(), scratch })
+        let scratch = MemBuffer::try_new(work).map_err(|_| OutOfMemory { equations: n, factor_entries: 0 })?;
+        let (row, row_position) = (vec![0; n], vec![0; n]);
+        Ok(Self { order: order.to_vec(), position, row, row_position, factors: SimplicialLu::new(), scratch })
     }
 
-    /// Factorises the matrix with this lower triangle; nothing if that fails, whatever the reason.
-    pub(super) fn factorise(mut self, lower: &[f64]) -> Option<Self> {
-        for (value, &entry) in self.values.iter_mut().zip(&self.full.source) {
-            *value = lower[entry];
+    /// Entries of both factors; 0 before the first factorisation.
+    pub(super) fn factor_entries(&self) -> usize {
+        self.factors.l_factor_unsorted().compute_nnz() + self.factors.u_factor_unsorted().compute_nnz()
+    }
+
+    /// Factorises, or names the equation that has no pivot.
+    pub(super) fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
+        let n = self.order.len();
+        let order = PermRef::new_checked(&self.order, &self.position, n);
+        let pattern = matrix.pattern;
+        let structure = SymbolicSparseColMatRef::new_checked(n, n, pattern.column_start, None, pattern.row);
+        let factorised = factorize_simplicial_numeric_lu(
+            &mut self.row,
+            &mut self.row_position,
+            &mut self.factors,
+            SparseColMatRef::new(structure, matrix.values),
+            order,
+            MemStack::new(&mut self.scratch),
+        );
+        let singular = |equation, pivot, cause| Singular { equation, pivot, cause };
+        match factorised {
+            Ok(()) => {}
+            Err(LuError::SymbolicSingular { index }) => {
+                return Err(singular(self.order[index], Some(0.0), Cause::NoPivot));
+            }
+            Err(LuError::Generic(_)) => {
+                return Err(singular(
+                    0,
+                    None,
+                    Cause::TooLargeToFactorise { entries: self.factor_entries() as f64 },
+                ));
+            }
         }
-        self.symbolic
-            .factorize_numeric_lu(
-                &mut self.numeric,
-                SparseColMatRef::new(self.full.structure(), &self.values),
-                Par::Seq,
-                MemStack::new(&mut self.scratch),
-                Default::default(),
-            )
-            .ok()?;
-        Some(self)
+        let mut pivots = Pivots::default();
+        let mut is_negative = is_odd(&self.order) != is_odd(&self.row);
+        let upper = self.factors.u_factor_unsorted();
+        for (k, &equation) in self.order.iter().enumerate() {
+            let value = upper.val_of_col(k).last().copied().unwrap_or(0.0);
+            let column = pattern.column_start[equation]..pattern.column_start[equation + 1];
+            let largest = matrix.values[column].iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+            if !value.is_finite() || value.abs() <= NO_DIGITS * largest {
+                return Err(singular(equation, Some(value), Cause::NoPivot));
+            }
+            is_negative ^= value < 0.0;
+            let relative = value.abs() / matrix.diagonal(equation).abs();
+            pivots.add(Pivot { equation, value, relative });
+        }
+        let sign = if is_negative { Sign::Negative } else { Sign::Positive };
+        // Eigenvalues have other signs than the pivots of LU.
+        Ok(Factored { determinant_sign: Some(sign), inertia: None, ..pivots.report(Method::Lu) })
     }
 
     /// Replaces b by x.
     pub(super) fn solve(&mut self, x: &mut [f64]) {
         let n = x.len();
-        LuRef::new_unchecked(&self.symbolic, &self.numeric).solve_in_place_with_conj(
+        self.factors.solve_in_place_with_conj(
+            PermRef::new_checked(&self.row, &self.row_position, n),
+            PermRef::new_checked(&self.order, &self.position, n),
             Conj::No,
             MatMut::from_column_major_slice_mut(x, n, 1),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
+    }
+}
+
+/// Whether a permutation is odd: a cycle of k numbers is k − 1 exchanges.
+fn is_odd(permutation: &[usize]) -> bool {
+    let mut seen = vec![false; permutation.len()];
+    let mut odd = false;
+    for start in 0..permutation.len() {
+        let mut at = permutation[start];
+        while !seen[start] && at != start {
+            seen[at] = true;
+            odd = !odd;
+            at = permutation[at];
+        }
+        seen[start] = true;
+    }
+    odd
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_odd;
+
+    #[test]
+    fn parity_counts_exchanges() {
+        assert!(!is_odd(&[]) && !is_odd(&[0, 1, 2]));
+        assert!(is_odd(&[1, 0, 2]) && is_odd(&[2, 1, 0]));
+        assert!(!is_odd(&[1, 2, 0]) && !is_odd(&[1, 0, 3, 2]));
+        assert!(is_odd(&[1, 2, 3, 0]));
     }
 }

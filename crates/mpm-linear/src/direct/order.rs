@@ -1,41 +1,55 @@
 //! An order of elimination that outlives a run.
 
-use crate::matrix::SymmetricPattern;
+use crate::matrix::Pattern;
+use crate::solver::{NotSavedHere, Saved};
 
 /// An order of elimination and a fingerprint of the pattern that it was found for.
 ///
 /// A pattern keeps its order while the material moves across the grid, although the order that would be
 /// found for it anew may be another: a run that goes on bit for bit needs the one it had.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StoredOrder {
-    /// Fingerprint of the pattern.
-    pub fingerprint: u64,
+#[derive(Clone, Debug)]
+pub(super) struct StoredOrder {
+    fingerprint: u64,
     /// Equations in the order of their elimination.
-    pub order: Vec<usize>,
+    pub(super) order: Vec<usize>,
 }
 
 impl StoredOrder {
-    pub(super) fn of(pattern: SymmetricPattern<'_>, order: &[usize]) -> Self {
+    pub(super) fn of(pattern: Pattern<'_>, order: &[usize]) -> Self {
         Self { fingerprint: fingerprint(pattern, &[]), order: order.to_vec() }
     }
 
     /// Whether it is the order of this pattern.
-    pub(super) fn suits(&self, pattern: SymmetricPattern<'_>) -> bool {
-        self.order.len() + 1 == pattern.column_start.len() && self.fingerprint == fingerprint(pattern, &[])
+    pub(super) fn suits(&self, pattern: Pattern<'_>) -> bool {
+        self.order.len() == pattern.n_equations() && self.fingerprint == fingerprint(pattern, &[])
     }
 
-    /// Whether every equation has one place.
-    pub fn is_permutation(&self) -> bool {
-        let mut seen = vec![false; self.order.len()];
-        self.order
-            .iter()
-            .all(|&equation| seen.get_mut(equation).is_some_and(|seen| !std::mem::replace(seen, true)))
+    pub(super) fn save(&self) -> Saved {
+        let numbers = self.order.iter().map(|&equation| equation as u64).collect();
+        Saved { fingerprint: self.fingerprint, numbers }
+    }
+
+    /// Refuses numbers among which an equation has no place, or two.
+    pub(super) fn restore(saved: Saved) -> Result<Self, NotSavedHere> {
+        let Saved { fingerprint, numbers } = saved;
+        let n = numbers.len();
+        let mut seen = vec![false; n];
+        let mut order = Vec::with_capacity(n);
+        for number in numbers {
+            let equation = usize::try_from(number).unwrap_or(usize::MAX);
+            match seen.get_mut(equation) {
+                Some(seen) if !*seen => *seen = true,
+                _ => return Err(NotSavedHere { reason: format!("is no order of {n} equations") }),
+            }
+            order.push(equation);
+        }
+        Ok(Self { fingerprint, order })
     }
 }
 
-/// FNV-1a, a number at a time, of a pattern and where its nodes stand. Two patterns with one fingerprint would share an order that suits both, only
-/// one of them well.
-pub(crate) fn fingerprint(pattern: SymmetricPattern<'_>, index: &[[u32; 3]]) -> u64 {
+/// FNV-1a, a number at a time, of a pattern and where its nodes stand. Two patterns with one fingerprint
+/// would share an order that suits both, only one of them well.
+pub(crate) fn fingerprint(pattern: Pattern<'_>, index: &[[u32; 3]]) -> u64 {
     let join = |hash: u64, number: u64| (hash ^ number).wrapping_mul(0x0100_0000_01b3);
     let numbers = pattern.column_start.iter().chain(pattern.row);
     let of_pattern = numbers.fold(0xcbf2_9ce4_8422_2325, |hash, &number| join(hash, number as u64));

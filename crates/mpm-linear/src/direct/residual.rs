@@ -1,6 +1,6 @@
 //! The check of a solution: r = b − K x and what it amounts to.
 
-use crate::matrix::SymmetricPattern;
+use crate::matrix::Matrix;
 
 /// Solution, residual and the sizes that the residual is measured by; n numbers each.
 #[derive(Default)]
@@ -25,7 +25,7 @@ impl Residual {
     /// Where the denominator is rounding error itself it is enlarged by Σ_j |K_ij| max |x|
     /// (M. Arioli, J. W. Demmel and I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989, section 2).
     /// Infinite if x is not finite.
-    pub(super) fn backward_error(&mut self, pattern: SymmetricPattern<'_>, values: &[f64], b: &[f64]) -> f64 {
+    pub(super) fn backward_error(&mut self, matrix: Matrix<'_>, b: &[f64]) -> f64 {
         let n = b.len();
         let x = &self.solution;
         if let Some(equation) = x.iter().position(|x| !x.is_finite()) {
@@ -38,26 +38,13 @@ impl Residual {
         self.size.extend(b.iter().map(|b| b.abs()));
         self.row_sum.clear();
         self.row_sum.resize(n, 0.0);
-        let (r, size, row_sum) = (&mut self.residual, &mut self.size, &mut self.row_sum);
-        for j in 0..n {
-            let first = pattern.column_start[j];
-            let entries = first + 1..pattern.column_start[j + 1];
-            let x_j = x[j];
-            let k_jj = values[first];
-            let (mut kx, mut kx_size, mut k_size) = (k_jj * x_j, (k_jj * x_j).abs(), k_jj.abs());
-            for (&i, &k) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
-                r[i] -= k * x_j;
-                size[i] += (k * x_j).abs();
-                row_sum[i] += k.abs();
-                kx += k * x[i];
-                kx_size += (k * x[i]).abs();
-                k_size += k.abs();
-            }
-            r[j] -= kx;
-            size[j] += kx_size;
-            row_sum[j] += k_size;
+        if matrix.pattern.is_symmetric() {
+            self.add_symmetric(matrix);
+        } else {
+            self.add_unsymmetric(matrix);
         }
 
+        let (x, r, size, row_sum) = (&self.solution, &self.residual, &self.size, &self.row_sum);
         let largest = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let rounding = 1000.0 * n as f64 * f64::EPSILON;
         let mut error = 0.0;
@@ -76,6 +63,42 @@ impl Residual {
         error
     }
 
+    /// Subtracts K x from r; adds |K| |x| to the sizes and |K| to the row sums. Only the lower triangle of K is stored.
+    fn add_symmetric(&mut self, Matrix { pattern, values }: Matrix<'_>) {
+        let Self { solution: x, residual: r, size, row_sum, .. } = self;
+        for j in 0..x.len() {
+            let first = pattern.column_start[j];
+            let entries = first + 1..pattern.column_start[j + 1];
+            let x_j = x[j];
+            let k_jj = values[first];
+            let (mut kx, mut kx_size, mut k_size) = (k_jj * x_j, (k_jj * x_j).abs(), k_jj.abs());
+            for (&i, &k) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
+                r[i] -= k * x_j;
+                size[i] += (k * x_j).abs();
+                row_sum[i] += k.abs();
+                kx += k * x[i];
+                kx_size += (k * x[i]).abs();
+                k_size += k.abs();
+            }
+            r[j] -= kx;
+            size[j] += kx_size;
+            row_sum[j] += k_size;
+        }
+    }
+
+    /// The same with both triangles stored.
+    fn add_unsymmetric(&mut self, Matrix { pattern, values }: Matrix<'_>) {
+        let Self { solution: x, residual: r, size, row_sum, .. } = self;
+        for (j, &x_j) in x.iter().enumerate() {
+            let entries = pattern.column_start[j]..pattern.column_start[j + 1];
+            for (&i, &k) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
+                r[i] -= k * x_j;
+                size[i] += (k * x_j).abs();
+                row_sum[i] += k.abs();
+            }
+        }
+    }
+
     /// Adds the correction, which took the place of the residual, to the solution.
     pub(super) fn correct(&mut self) {
         self.before.clear();
@@ -91,38 +114,9 @@ impl Residual {
     }
 }
 
-/// The first equation whose row is zero.
-pub(super) fn holds_nothing(pattern: SymmetricPattern<'_>, values: &[f64]) -> Option<usize> {
-    let mut held = vec![false; pattern.column_start.len() - 1];
-    for j in 0..held.len() {
-        for entry in pattern.column_start[j]..pattern.column_start[j + 1] {
-            if values[entry] != 0.0 {
-                held[j] = true;
-                held[pattern.row[entry]] = true;
-            }
-        }
-    }
-    held.iter().position(|held| !held)
-}
-
 /// K w for a w without zeros or regularity: w_i = 1 + (fractional part of 0.618… i).
-pub(super) fn image_of_known(pattern: SymmetricPattern<'_>, values: &[f64]) -> Vec<f64> {
+pub(super) fn image_of_known(matrix: Matrix<'_>) -> Vec<f64> {
     let known = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749_894_9).fract();
-    let known: Vec<f64> = (0..pattern.column_start.len() - 1).map(known).collect();
-    product(pattern, values, &known)
-}
-
-/// K w.
-pub(super) fn product(pattern: SymmetricPattern<'_>, values: &[f64], w: &[f64]) -> Vec<f64> {
-    let mut image = vec![0.0; w.len()];
-    for j in 0..image.len() {
-        let entries = pattern.column_start[j]..pattern.column_start[j + 1];
-        for (&i, &k) in pattern.row[entries.clone()].iter().zip(&values[entries]) {
-            image[i] += k * w[j];
-            if i != j {
-                image[j] += k * w[i];
-            }
-        }
-    }
-    image
+    let known: Vec<f64> = (0..matrix.pattern.n_equations()).map(known).collect();
+    matrix.times(&known)
 }

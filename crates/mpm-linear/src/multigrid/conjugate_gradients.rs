@@ -2,12 +2,12 @@
 
 use super::arithmetic::{Vector, add, add_to_multiple, dot};
 use super::blocks::BlockMatrix;
-use super::outcome::Solved;
+use super::outcome::Converged;
 
 /// How the iteration ended.
 pub(crate) enum Stop {
-    Solved(Solved),
-    NotConverged(Solved),
+    Solved(Converged),
+    NotConverged(Converged),
     /// A search direction along which the matrix is not positive; the row that it moves most.
     Indefinite {
         row: usize,
@@ -54,7 +54,7 @@ pub(crate) fn solve<const D: usize>(
     x.fill(Vector::zeros());
     let size = dot(b, b).sqrt();
     if size == 0.0 {
-        return Stop::Solved(Solved { iterations: 0, residual: 0.0 });
+        return Stop::Solved(Converged { iterations: 0, residual: 0.0 });
     }
     r.copy_from_slice(b);
     let (mut rz, mut iterations, mut restarts, mut begins) = (0.0, 0, 0, true);
@@ -65,7 +65,7 @@ pub(crate) fn solve<const D: usize>(
             matrix.multiply(x, r);
             add_to_multiple(r, -1.0, b);
             residual = dot(r, r).sqrt() / size;
-            let solved = Solved { iterations, residual };
+            let solved = Converged { iterations, residual };
             if residual <= tolerance {
                 return Stop::Solved(solved);
             }
@@ -76,7 +76,7 @@ pub(crate) fn solve<const D: usize>(
             begins = true;
         }
         if iterations == most || !residual.is_finite() {
-            return Stop::NotConverged(Solved { iterations, residual });
+            return Stop::NotConverged(Converged { iterations, residual });
         }
         precondition(r, z);
         let before = std::mem::replace(&mut rz, dot(r, z));

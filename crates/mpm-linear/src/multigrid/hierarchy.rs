@@ -5,9 +5,9 @@ use super::blocks::BlockMatrix;
 use super::coarsening::{Interpolation, Lattice};
 use super::conjugate_gradients::{self, Iterates, Stop};
 use super::galerkin;
-use super::outcome::{Failure, Solved};
-use crate::matrix::SymmetricPattern;
-use crate::solver::Place;
+use super::outcome::{Converged, Failure};
+use crate::matrix::{Matrix, Pattern};
+use crate::solver::LatticePlaces;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -81,16 +81,20 @@ impl<const D: usize> Scratch<D> {
 }
 
 impl<const D: usize> Multigrid<D> {
-    /// Coarsens the lattice and finds the structure of all matrices.
+    /// Coarsens the lattice and finds the structure of all matrices. None where the pattern is not that of
+    /// a symmetric matrix with `D` equations for each node and no others: conjugate gradients do not solve it.
     ///
     /// # Panics
-    /// If the pattern is not made of `D × D` blocks for each of the nodes, or a node stands beyond the lines.
-    pub fn analyse(pattern: SymmetricPattern<'_>, nodes: Place<'_>) -> Self {
+    /// If there are not as many places as nodes, or a node stands beyond the lines.
+    pub fn analyse(pattern: Pattern<'_>, nodes: LatticePlaces<'_>) -> Option<Self> {
+        if !pattern.is_symmetric() || !pattern.has_blocks_only() || pattern.block != D {
+            return None;
+        }
         let n = nodes.index.len();
-        assert_eq!(pattern.column_start.len(), n * D + 1, "{D} columns for each node");
+        assert_eq!(pattern.blocks, n, "a place on the lattice for each node");
         let neighbours = |node: usize| Neighbours::<D>::of(pattern, node);
         let reach = reach(n, &nodes, |node, see| neighbours(node).for_each(see));
-        let (lattice, order) = Lattice::finest(nodes.index, nodes.lines, nodes.periodic, reach);
+        let (lattice, order) = Lattice::finest(nodes.index, nodes.lines, nodes.periods, reach);
         let mut number = vec![0_u32; n];
         for (new, &old) in order.iter().enumerate() {
             number[old] = new as u32;
@@ -148,10 +152,10 @@ impl<const D: usize> Multigrid<D> {
             levels.push(Level { lattice, matrix, interpolation: None });
         }
         let scratch = levels.iter().map(|level| Scratch::zeros(level.matrix.n_rows())).collect();
-        Self { levels, order, source, held: vec![0; n], coarsest: None, scratch, iterates: None }
+        Some(Self { levels, order, source, held: vec![0; n], coarsest: None, scratch, iterates: None })
     }
 
-    /// Takes the values of the matrix, one per entry of the pattern, and forms the coarse matrices.
+    /// Takes the values of the matrix, whose pattern is the one analysed, and forms the coarse matrices.
     /// Components that couple with nothing are left out of these.
     ///
     /// # Errors
@@ -159,11 +163,11 @@ impl<const D: usize> Multigrid<D> {
     /// positive definite (where they all are, the matrix may still not be).
     ///
     /// # Panics
-    /// If `values` does not fit the pattern.
-    pub fn prepare(&mut self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Result<(), Failure> {
-        assert_eq!(values.len(), pattern.row.len(), "one value per entry of the pattern");
+    /// If there is not one value per entry of the pattern.
+    pub fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        assert_eq!(matrix.values.len(), matrix.pattern.n_entries(), "one value per entry of the pattern");
         self.coarsest = None;
-        self.take(pattern, values)?;
+        self.take(matrix)?;
         for level in 0..self.levels.len() {
             if let Err(row) = self.levels[level].matrix.invert_diagonal() {
                 return Err(Failure::Indefinite { node: self.on_finest(level, row) });
@@ -188,7 +192,7 @@ impl<const D: usize> Multigrid<D> {
     ///
     /// # Panics
     /// If no matrix was prepared or `x` does not fit it.
-    pub fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Solved, Failure> {
+    pub fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
         assert_eq!(x.len(), self.order.len() * D, "{D} numbers for each node");
         let mut iterates = self.iterates.take().unwrap_or_else(|| Iterates::zeros(self.order.len()));
         for (b, &node) in iterates.b.iter_mut().zip(&self.order) {
@@ -207,7 +211,7 @@ impl<const D: usize> Multigrid<D> {
         };
         match stop {
             Stop::Solved(solved) => Ok(solved),
-            Stop::NotConverged(Solved { iterations, residual }) => {
+            Stop::NotConverged(Converged { iterations, residual }) => {
                 Err(Failure::NotConverged { iterations, residual })
             }
             Stop::Indefinite { row } => Err(Failure::Indefinite { node: self.order[row] }),
@@ -246,7 +250,7 @@ impl<const D: usize> Multigrid<D> {
     }
 
     /// The values of the finest matrix, and which components couple with nothing.
-    fn take(&mut self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Result<(), Failure> {
+    fn take(&mut self, Matrix { pattern, values }: Matrix<'_>) -> Result<(), Failure> {
         let matrix = &mut self.levels[0].matrix;
         let (n, source) = (matrix.n_rows(), &self.source);
         let BlockMatrix { start, block, .. } = matrix;
@@ -325,7 +329,7 @@ impl<const D: usize> Multigrid<D> {
 
 impl Source {
     #[inline]
-    fn read<const D: usize>(self, pattern: SymmetricPattern<'_>, values: &[f64]) -> Block<D> {
+    fn read<const D: usize>(self, pattern: Pattern<'_>, values: &[f64]) -> Block<D> {
         let first = self.column as usize * D;
         if self.slot == 0 {
             return Block::from_fn(|i, j| {
@@ -345,7 +349,7 @@ struct Neighbours<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Neighbours<'a, D> {
-    fn of(pattern: SymmetricPattern<'a>, node: usize) -> Self {
+    fn of(pattern: Pattern<'a>, node: usize) -> Self {
         let entries = pattern.column_start[node * D] + D..pattern.column_start[node * D + 1];
         Self { rows: &pattern.row[entries] }
     }
@@ -358,13 +362,13 @@ impl<'a, const D: usize> Neighbours<'a, D> {
 }
 
 /// Lines that couplings span in each direction.
-fn reach(n: usize, nodes: &Place<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(usize))) -> [u32; 3] {
+fn reach(n: usize, nodes: &LatticePlaces<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(usize))) -> [u32; 3] {
     let mut reach = [1; 3];
     for node in 0..n {
         neighbours(node, &mut |other| {
             for (d, reach) in reach.iter_mut().enumerate() {
                 let apart = nodes.index[node][d].abs_diff(nodes.index[other][d]);
-                let apart = nodes.periodic[d].map_or(apart, |n| apart.min(n - apart.min(n)));
+                let apart = nodes.periods[d].map_or(apart, |n| apart.min(n - apart.min(n)));
                 *reach = (*reach).max(apart);
             }
         });

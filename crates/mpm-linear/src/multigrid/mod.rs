@@ -21,4 +21,4 @@ mod outcome;
 mod strips;
 
 pub use hierarchy::{Multigrid, Size};
-pub use outcome::{Failure, Solved};
+pub use outcome::{Converged, Failure};

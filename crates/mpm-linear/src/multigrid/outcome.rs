@@ -1,8 +1,8 @@
 //! How conjugate gradients ended.
 
-/// How a system was solved.
+/// A system that was solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solved {
+pub struct Converged {
     /// Iterations.
     pub iterations: u32,
     /// `|b − A x| / |b|`, computed from x.

@@ -6,10 +6,11 @@ use super::overlap::overlap;
 use super::shapes::{WithSurface, cut_out, shape};
 use crate::error::SceneError;
 use crate::files::SceneFiles;
-use crate::fill::{Plan, Shape};
+use crate::fill::Plan;
 use crate::language::{
     BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput,
 };
+use crate::pieces::Shape;
 use mpm_assembly::MeanDilatation;
 use mpm_geometry::{Face, MemoryLimit};
 use mpm_grid::{Layout, Mesh};

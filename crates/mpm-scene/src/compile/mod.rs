@@ -21,12 +21,14 @@ use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
 use loads::{loads, probes};
 use mesh::{layout, motion};
+use mpm_assembly::GhostStabilisation;
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::Choice;
 use mpm_solver::{
-    Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, StepFailure, Tolerance,
+    Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, StepFailure,
+    Tolerance,
 };
 use supports::supports;
 
@@ -87,16 +89,18 @@ fn model<const D: usize, B: FillBody<D>>(
     model.bodies = bodies;
     model.schedule = schedule(scene)?;
     model.path = path_control(&scene.schedule.control);
-    model.ghost = scene.stabilisation.map(|StabilisationInput::Ghost { factor }| factor.0);
+    if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
+        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
+    }
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;
     model.condition_history = scene.output.condition;
-    model.solver = match scene.solver {
+    model.solver = SolverChoice::from(match scene.solver {
         SolverInput::Auto => Choice::Auto,
         SolverInput::Direct => Choice::Direct,
         SolverInput::Iterative => Choice::Iterative,
-    };
+    });
     model.tolerance = tolerance(&scene.tolerance)?;
     check_start(&model, &mesh, memory)?;
     Ok(model)

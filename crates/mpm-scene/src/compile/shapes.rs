@@ -2,8 +2,8 @@
 
 use super::mesh::{check_ring, plane_point};
 use crate::files::SceneFiles;
-use crate::fill::Shape;
 use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput};
+use crate::pieces::Shape;
 use mpm_geometry::{MemoryLimit, Round, Solid, Surface};
 use mpm_grid::{Axis, Layout, Mesh, Span};
 

@@ -138,6 +138,7 @@ impl Default for ToleranceInput {
 
 /// A quantity of the material points that is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "Field")]
 pub enum FieldInput {
     /// Displacement since the start, three components `[L]`.
     Displacement,

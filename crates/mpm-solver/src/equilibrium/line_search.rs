@@ -1,8 +1,9 @@
 //! How much of a correction is taken.
 
-use super::problem::{Iterate, Problem, Wanted, dot};
+use super::problem::{Iterate, Problem, Wanted};
 use super::system::Solver;
 use crate::error::StepFailure;
+use mpm_assembly::UnknownVector;
 use mpm_grid::Vector;
 
 /// A correction overshoots where the work at its end is minus this, or less, times that at its start.
@@ -14,9 +15,9 @@ const SEARCHES: usize = 5;
 /// A correction of the displacement and what is known of it.
 pub(crate) struct Correction<'a, const D: usize> {
     /// The increment before it `[L]`.
-    pub start: &'a [Vector<D>],
+    pub start: &'a UnknownVector<D>,
     /// The correction, zero on prescribed components `[L]`.
-    pub free: &'a [Vector<D>],
+    pub free: &'a UnknownVector<D>,
     /// Prescribed increments that it brings along, whole whatever part of it is taken; only the first
     /// correction has them `[L]`.
     pub lift: &'a [Vector<D>],
@@ -27,12 +28,16 @@ pub(crate) struct Correction<'a, const D: usize> {
 }
 
 impl<const D: usize> Correction<'_, D> {
-    fn apply(&self, part: f64, increment: &mut [Vector<D>]) {
-        for ((increment, start), free) in increment.iter_mut().zip(self.start).zip(self.free) {
+    fn apply(&self, part: f64, increment: &mut UnknownVector<D>) {
+        let Self { start, free, lift, .. } = self;
+        for ((increment, start), free) in increment.nodes.iter_mut().zip(&start.nodes).zip(&free.nodes) {
             *increment = start + free * part;
         }
-        for (increment, lift) in increment.iter_mut().zip(self.lift) {
+        for (increment, lift) in increment.nodes.iter_mut().zip(*lift) {
             *increment += lift;
+        }
+        for ((increment, start), free) in increment.own.iter_mut().zip(&start.own).zip(&free.own) {
+            *increment = start + free * part;
         }
     }
 
@@ -52,8 +57,8 @@ impl<const D: usize> Correction<'_, D> {
         let mut part = 1.0;
         loop {
             self.apply(part, &mut iterate.increment);
-            match solver.evaluate(problem, iterate, wanted, &mut []) {
-                Err(StepFailure::Inverted { .. }) if part > self.least_part => {
+            match solver.evaluate(problem, iterate, wanted, None) {
+                Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) if part > self.least_part => {
                     part *= 0.5;
                     iterate.effort.shortened += 1;
                 }
@@ -62,7 +67,7 @@ impl<const D: usize> Correction<'_, D> {
         }
 
         let at_start = self.work;
-        let at_end = dot(self.free, &iterate.out_of_balance);
+        let at_end = self.free.dot(&iterate.out_of_balance);
         if part < 1.0 || at_start <= 0.0 || at_end > -OVERSHOT * at_start {
             return Ok(());
         }
@@ -71,8 +76,8 @@ impl<const D: usize> Correction<'_, D> {
         for _ in 0..SEARCHES {
             part = (low * high_work - high * low_work) / (high_work - low_work);
             self.apply(part, &mut iterate.increment);
-            solver.evaluate(problem, iterate, Wanted::Force, &mut [])?;
-            let here = dot(self.free, &iterate.out_of_balance);
+            solver.evaluate(problem, iterate, Wanted::Force, None)?;
+            let here = self.free.dot(&iterate.out_of_balance);
             if here.abs() <= 0.5 * at_start {
                 break;
             }
@@ -84,7 +89,7 @@ impl<const D: usize> Correction<'_, D> {
         }
         iterate.effort.shortened += 1;
         if wanted == Wanted::ForceAndTangent {
-            solver.evaluate(problem, iterate, wanted, &mut [])?;
+            solver.evaluate(problem, iterate, wanted, None)?;
         }
         Ok(())
     }

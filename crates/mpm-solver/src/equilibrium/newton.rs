@@ -1,10 +1,11 @@
 //! Equilibrium of one load step by Newton's method with the consistent tangent.
 
 use super::line_search::Correction;
-use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot};
+use super::problem::{Equilibrium, Iterate, Problem, Wanted};
 use super::system::{Solver, singular};
 use crate::error::StepFailure;
 use crate::timing::Phase;
+use mpm_assembly::UnknownVector;
 use mpm_grid::Vector;
 
 /// Smallest part of a correction that is tried before the load step is cut.
@@ -43,13 +44,16 @@ pub(crate) fn solve<const D: usize>(
     let mut rest = solver.at_rest(problem);
     if let Some(increment) = guess {
         let before = solver.timings.count(Phase::Solve);
-        let guessed = Iterate { increment, ..rest.clone() };
+        let mut guessed = rest.clone();
+        guessed.increment.nodes = increment;
+        guessed.is_first = false;
         let start = Start { iterate: guessed, lift: &[], patience: Patience::UntilSlow };
         match iterate(start, problem, solver) {
             Err(failure) if failure != StepFailure::Cancelled => {}
             outcome => return outcome.map(Iterate::into_equilibrium),
         }
         rest.effort.dropped = solver.timings.count(Phase::Solve) - before;
+        solver.restart();
     }
     solver.weakest_pivot = None;
     let lift = problem.constraints.increment();
@@ -105,7 +109,6 @@ pub(crate) fn iterate<const D: usize>(
 ) -> Result<Iterate<D>, StepFailure> {
     let Start { mut iterate, lift, patience } = start;
     let tolerance = problem.tolerance;
-    let n = problem.n_nodes();
     // All that the iterations write to: they allocate nothing, unless they are very many.
     iterate.effort.residuals.reserve_exact(tolerance.iterations.min(MOST_RESERVED) as usize);
     let goal = match patience {
@@ -119,8 +122,8 @@ pub(crate) fn iterate<const D: usize>(
         tangent: Tangent::Summed,
         goal,
         patience,
-        correction: vec![Vector::zeros(); n],
-        before: vec![Vector::zeros(); n],
+        correction: UnknownVector::zeros(problem.unknowns()),
+        before: UnknownVector::zeros(problem.unknowns()),
     };
     let outcome = newton.run(lift);
     if newton.tangent == Tangent::Skipped {
@@ -139,9 +142,9 @@ struct Newton<'a, 'p, const D: usize> {
     goal: f64,
     patience: Patience,
     /// `K⁻¹ f_oob`, zero on prescribed components `[L]`.
-    correction: Vec<Vector<D>>,
+    correction: UnknownVector<D>,
     /// The increment before the correction `[L]`.
-    before: Vec<Vector<D>>,
+    before: UnknownVector<D>,
 }
 
 /// Whether the iteration ends.
@@ -176,16 +179,16 @@ impl<const D: usize> Newton<'_, '_, D> {
     /// the tangent.
     fn begin(&mut self, lift: &[Vector<D>]) -> Result<Verdict, StepFailure> {
         let Self { problem, solver, iterate, .. } = self;
-        let mut lifted = vec![Vector::zeros(); lift.len()];
-        solver.evaluate(problem, iterate, Wanted::ForceAndTangent, &mut lifted)?;
+        let mut lifted = (!lift.is_empty()).then(|| UnknownVector::zeros(problem.unknowns()));
+        solver.evaluate(problem, iterate, Wanted::ForceAndTangent, lifted.as_mut())?;
         let is_balanced = || problem.is_rounding(iterate) || problem.residual(iterate) < self.goal;
         if lift.is_empty() && is_balanced() {
             return Ok(Verdict::Balanced);
         }
-        for (force, lifted) in iterate.out_of_balance.iter_mut().zip(&lifted) {
-            *force -= lifted;
+        if let Some(lifted) = lifted {
+            iterate.out_of_balance.subtract(&lifted);
         }
-        problem.constraints.free_part(&mut iterate.out_of_balance);
+        problem.constraints.free_part(&mut iterate.out_of_balance.nodes);
         Ok(Verdict::GoOn)
     }
 
@@ -212,12 +215,12 @@ impl<const D: usize> Newton<'_, '_, D> {
             self.tangent = Tangent::Summed;
             Wanted::ForceAndTangent
         };
-        self.before.copy_from_slice(&iterate.increment);
+        self.before.copy_from(&iterate.increment);
         let correction = Correction {
             start: &self.before,
             free: &self.correction,
             lift,
-            work: dot(&self.correction, &iterate.out_of_balance),
+            work: self.correction.dot(&iterate.out_of_balance),
             least_part,
         };
         correction.add_to(problem, iterate, wanted, solver)?;
@@ -234,7 +237,7 @@ impl<const D: usize> Newton<'_, '_, D> {
             }
             Tangent::Skipped => {
                 self.tangent = Tangent::Summed;
-                solver.evaluate(problem, iterate, Wanted::ForceAndTangent, &mut [])?;
+                solver.evaluate(problem, iterate, Wanted::ForceAndTangent, None)?;
             }
             Tangent::Summed => {}
         }

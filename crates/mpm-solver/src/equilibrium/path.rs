@@ -15,14 +15,14 @@
 //! One factorisation serves both right-hand sides; K stays symmetric and may be indefinite.
 
 use super::newton;
-use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot, inverted};
+use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot, inadmissible};
 use super::system::{BorderRow, BorderedSolution, Solver};
 use crate::error::{PathFailure, StepFailure};
-use crate::loading::{LoadingAt, StepLoading, impose};
+use crate::loading::{HALF_DIFFERENCE, LoadingAt, StepLoading, impose};
 use crate::predictor::Predictor;
 use crate::timing::Phase;
+use mpm_assembly::UnknownVector;
 use mpm_grid::{LoadFraction, Vector};
-use mpm_linear::Method;
 use std::sync::Arc;
 
 /// A step counts as solved although its length is off by this part of what it should be.
@@ -90,11 +90,10 @@ pub(crate) fn solve_measured<const D: usize>(
 ) -> Result<Equilibrium<D>, StepFailure> {
     step.end = end.get();
     let equilibrium = newton::solve(problem, None, solver)?;
-    let is_indefinite = equilibrium.effort.method > Method::Llt;
-    if step.measure == Length::Dissipation && is_indefinite && end.get() < 1.0 {
+    if step.measure == Length::Dissipation && equilibrium.effort.is_unstable && end.get() < 1.0 {
         return Err(StepFailure::Path(PathFailure::LimitPoint));
     }
-    step.length = gauge(problem, &weights(problem), step.measure, &equilibrium.increment, &[])?.length;
+    step.length = gauge(problem, &weights(problem), step.measure, &equilibrium.increment.nodes, &[])?.length;
     Ok(equilibrium)
 }
 
@@ -128,15 +127,15 @@ impl<'a, const D: usize> Problem<'a, D> {
     where
         'a: 'b,
     {
-        Problem { constraints: &loading.rates, external: &loading.external, ..*self }
+        Problem { constraints: &loading.rates, external: &loading.external, end: loading.at, ..*self }
     }
 }
 
 /// The loading at an iterate; the tangent is in the solver.
 struct Trial<const D: usize> {
     loading: LoadingAt<D>,
-    /// `∂f_ext/∂t - K ∂ū/∂t`, zero on prescribed components `[F]`.
-    rate: Vec<Vector<D>>,
+    /// `∂f_ext/∂t - ∂f_int/∂t - K ∂ū/∂t`, zero on prescribed components `[F]`.
+    rate: UnknownVector<D>,
 }
 
 /// A length and its derivative with respect to nodal displacements.
@@ -167,7 +166,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
         let mut iterate = self.solver.at_rest(self.problem);
         let mut at = self.guess(step, &mut iterate)?;
         let mut trial = self.evaluate(&mut iterate, at)?;
-        let mut gauge = self.gauge(step.measure, &iterate.increment)?;
+        let mut gauge = self.gauge(step.measure, &iterate.increment.nodes)?;
         let aim = step.aim.expect("the first guess sets it");
 
         for _ in 0..self.problem.tolerance.iterations {
@@ -185,12 +184,16 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             let (from, at_before, mut halvings) = (iterate.increment.clone(), at, 0);
             (trial, gauge) = loop {
                 at = at_before + part * change[0];
-                for (v, increment) in iterate.increment.iter_mut().enumerate() {
-                    *increment = from[v] + solution.displacement(v, &change) * part;
+                for (v, increment) in iterate.increment.nodes.iter_mut().enumerate() {
+                    *increment = from.nodes[v] + solution.displacement(v, &change) * part;
+                }
+                for (k, increment) in iterate.increment.own.iter_mut().enumerate() {
+                    *increment = from.own[k] + solution.own(k, &change) * part;
                 }
                 let tried = self.evaluate(&mut iterate, at);
-                match tried.and_then(|trial| Ok((trial, self.gauge(step.measure, &iterate.increment)?))) {
-                    Err(StepFailure::Inverted { .. }) if halvings < HALVINGS => {}
+                match tried.and_then(|trial| Ok((trial, self.gauge(step.measure, &iterate.increment.nodes)?))) {
+                    Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) if halvings < HALVINGS => {
+                    }
                     // Where nothing yields any more there is no way back.
                     Ok((_, gauge)) if gauge.length == 0.0 && halvings < HALVINGS => {}
                     result => break result?,
@@ -212,14 +215,18 @@ impl<const D: usize> PathIteration<'_, '_, D> {
     /// Forces and tangent at load fraction `at`, with the displacements that are prescribed there.
     fn evaluate(&mut self, iterate: &mut Iterate<D>, at: f64) -> Result<Trial<D>, StepFailure> {
         let loading = self.loading.linearised(at)?;
-        impose(&loading.rates, &loading.prescribed, &mut iterate.increment);
+        impose(&loading.rates, &loading.prescribed, &mut iterate.increment.nodes);
         let problem = self.problem.under(&loading);
-        let mut rate = vec![Vector::zeros(); problem.n_nodes()];
-        self.solver.evaluate(&problem, iterate, Wanted::ForceAndTangent, &mut rate)?;
-        for (rate, external) in rate.iter_mut().zip(&loading.external_rate) {
+        let mut rate = UnknownVector::zeros(problem.unknowns());
+        self.solver.evaluate(&problem, iterate, Wanted::ForceAndTangent, Some(&mut rate))?;
+        for (rate, external) in rate.nodes.iter_mut().zip(&loading.external_rate) {
             *rate = external - *rate;
         }
-        loading.rates.free_part(&mut rate);
+        rate.own.iter_mut().for_each(|rate| *rate = -*rate);
+        if problem.contributions.iter().any(|it| it.moves_with_load()) {
+            rate.subtract(&problem.force_rate(iterate, HALF_DIFFERENCE)?);
+        }
+        loading.rates.free_part(&mut rate.nodes);
         Ok(Trial { loading, rate })
     }
 
@@ -253,13 +260,11 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             // Across the path: along it the tangent is singular at a limit point.
             let shift = step.predictor.as_ref().map_or(0.0, |last| {
                 let onwards = last.carried(self.problem.connected);
-                -self.weighted(&onwards, first) / self.weighted(&onwards, second)
+                -self.weighted(&onwards, &first.nodes) / self.weighted(&onwards, &second.nodes)
             });
-            for (first, second) in first.iter_mut().zip(second) {
-                *first += second * shift;
-            }
+            first.add(shift, second);
             at += shift;
-            self.origin = first.clone();
+            self.origin.clone_from(&first.nodes);
             tangent = Some((trial, solution));
         }
         if let Some(end) = self.guess_from_last_step(step, iterate, at)? {
@@ -274,9 +279,9 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             }
         };
         let change = match step.measure {
-            Length::Displacement => self.displacing(step, &solution.of_columns[0])?,
+            Length::Displacement => self.displacing(step, &solution.of_columns[0].nodes)?,
             Length::Dissipation => {
-                let nodes = 0..iterate.increment.len();
+                let nodes = 0..iterate.increment.nodes.len();
                 let rates = &trial.loading.rates;
                 self.dissipating(step, |change| {
                     let mut increment: Vec<Vector<D>> =
@@ -288,8 +293,11 @@ impl<const D: usize> PathIteration<'_, '_, D> {
                 })?
             }
         };
-        for (v, increment) in iterate.increment.iter_mut().enumerate() {
+        for (v, increment) in iterate.increment.nodes.iter_mut().enumerate() {
             *increment = solution.displacement(v, &[change]);
+        }
+        for (k, increment) in iterate.increment.own.iter_mut().enumerate() {
+            *increment = solution.own(k, &[change]);
         }
         Ok(at + change)
     }
@@ -306,18 +314,18 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             return Ok(None);
         };
         let scale = aim / last.length;
-        iterate.increment = last.carried(self.problem.connected);
-        for (v, increment) in iterate.increment.iter_mut().enumerate() {
+        iterate.increment.nodes = last.carried(self.problem.connected);
+        for (v, increment) in iterate.increment.nodes.iter_mut().enumerate() {
             *increment *= scale;
             *increment += self.origin.get(v).copied().unwrap_or_else(Vector::zeros);
         }
         let end = at + scale * last.fraction;
         let loading = self.loading.linearised(end)?;
-        impose(&loading.rates, &loading.prescribed, &mut iterate.increment);
-        if matches!(self.gauge(step.measure, &iterate.increment), Ok(gauge) if gauge.length > 0.0) {
+        impose(&loading.rates, &loading.prescribed, &mut iterate.increment.nodes);
+        if matches!(self.gauge(step.measure, &iterate.increment.nodes), Ok(gauge) if gauge.length > 0.0) {
             return Ok(Some(end));
         }
-        iterate.increment.fill(Vector::zeros());
+        iterate.increment.clear();
         Ok(None)
     }
 
@@ -341,7 +349,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
     ) -> Result<f64, StepFailure> {
         let mut energy = |change: f64| match self.gauge(Length::Dissipation, &along(change)) {
             // A step that inverts a point is too long as well.
-            Err(StepFailure::Inverted { .. }) => Ok(f64::INFINITY),
+            Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) => Ok(f64::INFINITY),
             gauge => gauge.map(|gauge| gauge.length),
         };
         let longest = step.reach.max(8.0 * step.seed);
@@ -417,7 +425,7 @@ fn gauge<const D: usize>(
                 let energy = named
                     .body
                     .dissipation(connection, increment, &mut gradient)
-                    .map_err(|it| inverted(named, it))?;
+                    .map_err(|it| inadmissible(named, it))?;
                 length += energy;
             }
         }

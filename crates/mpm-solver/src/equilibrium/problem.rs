@@ -1,21 +1,33 @@
 //! The equations of a load step: out-of-balance force and tangent of a trial displacement.
 
-use crate::connection::{Connected, Ghost};
+use crate::connection::Connected;
 use crate::error::StepFailure;
-use crate::model::{NamedBody, Tolerance};
+use crate::model::{NamedBody, NamedContribution, Tolerance};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Constraints, InvertedPoint, PassInput, Sums, TangentSums, finish_tangent};
-use mpm_grid::{Mesh, NodeId, Vector};
+use mpm_assembly::{
+    Constraints, Contribution, Inadmissible, InadmissiblePoint, InadmissibleState, SystemSums, SystemTangent,
+    Trial, UnknownVector, Unknowns, finish_tangent,
+};
+use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
 use mpm_linear::Method;
+
+/// Residual of a contribution's own unknowns, over its own scale, that rounding alone can cause.
+const OWN_ROUND_OFF: f64 = 1e-14;
 
 /// Everything that stays fixed while one load step is balanced.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<'a, const D: usize> {
     pub bodies: &'a [NamedBody<D>],
+    /// What adds to force and tangent: the bodies, then the contributions of the model.
+    pub contributions: &'a [&'a dyn Contribution<D>],
+    /// The contributions of the model, for their names.
+    pub named: &'a [NamedContribution<D>],
     /// The mesh at the start of the step.
     pub mesh: &'a Mesh<D>,
     pub connected: &'a Connected<D>,
     pub constraints: &'a Constraints<D>,
+    /// Load fraction at the end of the step.
+    pub end: LoadFraction,
     /// `f_ext` of every active node `[F]`.
     pub external: &'a [Vector<D>],
     /// Out-of-balance force that rounding alone can cause `[F]`.
@@ -23,26 +35,28 @@ pub(crate) struct Problem<'a, const D: usize> {
     pub tolerance: Tolerance,
 }
 
-/// A trial displacement, its forces, and what has been spent on it.
+/// Trial values of the unknowns, their forces, and what has been spent on them.
 #[derive(Clone)]
 pub(crate) struct Iterate<const D: usize> {
-    /// `Δu_v` of every active node `[L]`.
-    pub increment: Vec<Vector<D>>,
+    /// `Δu_v` of every active node `[L]`, and the other unknowns.
+    pub increment: UnknownVector<D>,
     /// `f_int - f_ext` `[F]`.
-    pub reaction: Vec<Vector<D>>,
+    pub reaction: UnknownVector<D>,
     /// `f_ext - f_int`, zero on prescribed components `[F]`.
-    pub out_of_balance: Vec<Vector<D>>,
+    pub out_of_balance: UnknownVector<D>,
+    /// Whether the forces have not been evaluated since the iteration began at rest.
+    pub is_first: bool,
     /// Smallest `det ΔF` of any point.
     pub smallest_determinant: f64,
     pub effort: Effort,
 }
 
-/// Nodal displacement that balances the forces of a load step.
+/// Nodal displacement (with the other unknowns) that balances the forces of a load step.
 pub(crate) struct Equilibrium<const D: usize> {
-    /// `Δu_v` of every active node `[L]`.
-    pub increment: Vec<Vector<D>>,
+    /// `Δu_v` of every active node `[L]`, and the other unknowns.
+    pub increment: UnknownVector<D>,
     /// `f_int - f_ext`: on prescribed components the reaction `[F]`.
-    pub reaction: Vec<Vector<D>>,
+    pub reaction: UnknownVector<D>,
     /// Smallest `det ΔF` of any point.
     pub smallest_determinant: f64,
     pub effort: Effort,
@@ -53,8 +67,10 @@ pub(crate) struct Equilibrium<const D: usize> {
 pub(crate) struct Effort {
     /// Relative out-of-balance force after each linear solution.
     pub residuals: Vec<f64>,
-    /// The most general factorisation that was needed.
+    /// The method of the last linear solution.
     pub method: Method,
+    /// Whether a tangent was seen not to be positive definite.
+    pub is_unstable: bool,
     /// Iterations of conjugate gradients.
     pub linear_iterations: u64,
     /// Corrections of which only a part was taken.
@@ -74,11 +90,12 @@ pub(crate) struct Effort {
 }
 
 impl<const D: usize> Iterate<D> {
-    /// No node of `n` has moved, and linear systems will be solved by `method` until it fails.
-    pub(crate) fn at_rest(n: usize, method: Method) -> Self {
+    /// Nothing has moved, and linear systems will be solved by `method` until it fails.
+    pub(crate) fn at_rest(unknowns: &Unknowns<D>, method: Method) -> Self {
         let effort = Effort {
             residuals: Vec::new(),
             method,
+            is_unstable: false,
             linear_iterations: 0,
             shortened: 0,
             dropped: 0,
@@ -89,9 +106,10 @@ impl<const D: usize> Iterate<D> {
             pivot_spread: 0.0,
         };
         Self {
-            increment: vec![Vector::zeros(); n],
-            reaction: vec![Vector::zeros(); n],
-            out_of_balance: vec![Vector::zeros(); n],
+            increment: UnknownVector::zeros(unknowns),
+            reaction: UnknownVector::zeros(unknowns),
+            out_of_balance: UnknownVector::zeros(unknowns),
+            is_first: true,
             smallest_determinant: f64::INFINITY,
             effort,
         }
@@ -115,8 +133,8 @@ pub(crate) enum Wanted {
 pub(crate) struct TangentTarget<'a, const D: usize> {
     /// Entries of the tangent K.
     pub values: &'a mut [f64],
-    /// The product of K and the prescribed increments `[F]`; not wanted where empty.
-    pub lift: &'a mut [Vector<D>],
+    /// The product of K and the prescribed increments `[F]`, where it is wanted.
+    pub lift: Option<&'a mut UnknownVector<D>>,
 }
 
 impl<const D: usize> Problem<'_, D> {
@@ -125,10 +143,21 @@ impl<const D: usize> Problem<'_, D> {
         self.connected.active.len()
     }
 
+    /// Unknowns of the step.
+    pub(crate) fn unknowns(&self) -> &Unknowns<D> {
+        self.connected.unknowns()
+    }
+
+    /// The increment of an iterate as contributions see it.
+    pub(crate) fn trial<'a>(&'a self, increment: &'a UnknownVector<D>, is_first: bool) -> Trial<'a, D> {
+        let (pattern, constraints) = (&self.connected.pattern, self.constraints);
+        Trial { pattern, constraints, increment, end: self.end, is_first }
+    }
+
     /// Sets the forces of the iterate (and the tangent) under its increment.
     ///
     /// # Errors
-    /// The increment inverts a point; the forces are then undefined.
+    /// The increment is not admissible, for example because it inverts a point; the forces are then undefined.
     pub(crate) fn evaluate(
         &self,
         iterate: &mut Iterate<D>,
@@ -144,52 +173,103 @@ impl<const D: usize> Problem<'_, D> {
         for named in self.bodies {
             timings.skipped.count_pass(&*named.body);
         }
-        let Connected { connections, pattern, ghost, .. } = self.connected;
+        let pattern = &self.connected.pattern;
         timings.time(phase, || {
-            iterate.smallest_determinant = f64::INFINITY;
-            iterate.reaction.fill(Vector::zeros());
+            iterate.reaction.clear();
             if wanted == Wanted::ForceAndTangent {
                 values.fill(0.0);
             }
-            let input = PassInput { pattern, constraints: self.constraints, increment: &iterate.increment };
-            for (named, connection) in self.bodies.iter().zip(connections) {
-                let sums = sums(wanted, &mut iterate.reaction, values, lift);
-                let determinant =
-                    named.body.assemble(connection, input, sums).map_err(|it| inverted(named, it))?;
-                iterate.smallest_determinant = iterate.smallest_determinant.min(determinant);
+            let is_first = std::mem::take(&mut iterate.is_first);
+            let tangent =
+                (wanted == Wanted::ForceAndTangent).then_some(SystemTangent { values: &mut *values, lift });
+            let (force, smallest_determinant) = (&mut iterate.reaction, f64::INFINITY);
+            let mut sums = SystemSums { force, tangent, smallest_determinant };
+            let trial = self.trial(&iterate.increment, is_first);
+            for (index, contribution) in self.contributions.iter().enumerate() {
+                contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
             }
-            if let Some(Ghost { faces, slots }) = ghost {
-                faces.assemble(slots, input, sums(wanted, &mut iterate.reaction, values, lift));
-            }
+            iterate.smallest_determinant = sums.smallest_determinant;
             if wanted == Wanted::ForceAndTangent {
                 finish_tangent(pattern, self.constraints, values);
             }
             // Internal force becomes f_int - f_ext; its free components must vanish.
-            for (v, (reaction, external)) in iterate.reaction.iter_mut().zip(self.external).enumerate() {
+            let Iterate { reaction, out_of_balance, .. } = iterate;
+            for (v, (reaction, external)) in reaction.nodes.iter_mut().zip(self.external).enumerate() {
                 *reaction -= external;
-                iterate.out_of_balance[v] = -*reaction;
+                out_of_balance.nodes[v] = -*reaction;
             }
-            self.constraints.free_part(&mut iterate.out_of_balance);
+            for (out_of_balance, residual) in out_of_balance.own.iter_mut().zip(&reaction.own) {
+                *out_of_balance = -residual;
+            }
+            self.constraints.free_part(&mut out_of_balance.nodes);
             Ok(())
         })
     }
 
-    /// `|f_oob| / (|f_ext| + |f_reaction|)`.
+    /// The failure of a trial that is not admissible for the contribution with this index.
+    fn refuse(&self, index: usize, it: Inadmissible) -> StepFailure {
+        match it {
+            Inadmissible::Point(it) => inadmissible(&self.bodies[index], it),
+            Inadmissible::Contribution(reason) => StepFailure::Inadmissible {
+                contribution: self.named[index - self.bodies.len()].name.clone(),
+                reason,
+            },
+        }
+    }
+
+    /// `∂f_int/∂t` of contributions that move with the load fraction t, by central differences over `half` on either
+    /// side `[F]`; zero without any.
+    ///
+    /// # Errors
+    /// As [`Self::evaluate`].
+    pub(crate) fn force_rate(&self, iterate: &Iterate<D>, half: f64) -> Result<UnknownVector<D>, StepFailure> {
+        let mut rate = UnknownVector::zeros(self.unknowns());
+        let (before, after) =
+            (LoadFraction::clamped(self.end.get() - half), LoadFraction::clamped(self.end.get() + half));
+        for (index, contribution) in self.contributions.iter().enumerate().filter(|it| it.1.moves_with_load()) {
+            for (end, sign) in [(after, 1.0), (before, -1.0)] {
+                let mut force = UnknownVector::zeros(self.unknowns());
+                let trial = Trial { end, ..self.trial(&iterate.increment, false) };
+                let mut sums =
+                    SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
+                contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
+                rate.add(sign / (after.get() - before.get()), &force);
+            }
+        }
+        Ok(rate)
+    }
+
+    /// `|f_oob| / (|f_ext| + |f_reaction| + Σ scale)` with the [scales](Contribution::scale) of contributions; or the
+    /// largest residual of a contribution's own unknowns over its own scale, if that is larger.
     pub(crate) fn residual(&self, iterate: &Iterate<D>) -> f64 {
         let mut supported = 0.0;
-        for (v, force) in iterate.reaction.iter().enumerate() {
+        for (v, force) in iterate.reaction.nodes.iter().enumerate() {
             for i in (0..D).filter(|&i| self.constraints.is_prescribed(v, i)) {
                 supported += force[i] * force[i];
             }
         }
-        let scale = norm(self.external) + f64::sqrt(supported);
-        let force = norm(&iterate.out_of_balance);
-        if force == 0.0 { 0.0 } else { force / scale }
+        let trial = self.trial(&iterate.increment, false);
+        let of_contributions: f64 = self.contributions.iter().map(|it| it.scale(&trial)).sum();
+        let scale = norm(self.external) + f64::sqrt(supported) + of_contributions;
+        let force = norm(&iterate.out_of_balance.nodes);
+        let relative = if force == 0.0 { 0.0 } else { force / scale };
+        self.own_residuals(iterate).fold(relative, f64::max)
+    }
+
+    /// Residuals of contributions' own unknowns over their own scales.
+    fn own_residuals<'a>(&'a self, iterate: &'a Iterate<D>) -> impl Iterator<Item = f64> + 'a {
+        let trial = self.trial(&iterate.increment, false);
+        let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
+        with_own.map(move |(named, own)| {
+            let residual = &iterate.out_of_balance.own[own.clone()];
+            residual.iter().map(|it| it * it).sum::<f64>().sqrt() / named.contribution.own_scale(&trial)
+        })
     }
 
     /// Whether what is out of balance is no more than rounding.
     pub(crate) fn is_rounding(&self, iterate: &Iterate<D>) -> bool {
-        norm(&iterate.out_of_balance) <= self.round_off
+        norm(&iterate.out_of_balance.nodes) <= self.round_off
+            && self.own_residuals(iterate).all(|residual| residual <= OWN_ROUND_OFF)
     }
 
     /// Whether what is out of balance is small against the forces, or no more than rounding.
@@ -207,25 +287,14 @@ pub(crate) fn dot<const D: usize>(a: &[Vector<D>], b: &[Vector<D>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 
-/// What a pass adds to; no lift where `lift` is empty.
-fn sums<'a, const D: usize>(
-    wanted: Wanted,
-    internal: &'a mut [Vector<D>],
-    values: &'a mut [f64],
-    lift: &'a mut [Vector<D>],
-) -> Sums<'a, D> {
-    let lift = if lift.is_empty() { None } else { Some(lift) };
-    let tangent = TangentSums { values, lift };
-    Sums { internal, tangent: (wanted == Wanted::ForceAndTangent).then_some(tangent) }
-}
-
-/// The failure of a trial that inverts a point.
-pub(crate) fn inverted<const D: usize>(named: &NamedBody<D>, it: InvertedPoint) -> StepFailure {
-    StepFailure::Inverted {
-        body: named.name.clone(),
-        basis: named.body.basis(),
-        point: it.point,
-        position: named.body.point(it.point).position.iter().copied().collect(),
-        determinant: it.determinant,
+/// The failure of a trial under which a point has no admissible state.
+pub(crate) fn inadmissible<const D: usize>(named: &NamedBody<D>, it: InadmissiblePoint) -> StepFailure {
+    let (body, basis, point) = (named.name.clone(), named.body.basis(), it.point);
+    let position = named.body.point(point).position.iter().copied().collect();
+    match it.reason {
+        InadmissibleState::Inverted { determinant } => {
+            StepFailure::Inverted { body, basis, point, position, determinant }
+        }
+        InadmissibleState::NoReturn(reason) => StepFailure::NoReturn { body, point, position, reason },
     }
 }

@@ -29,8 +29,8 @@ pub(crate) fn solve<const D: usize>(
     solver: &mut Solver<D>,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut state = solver.at_rest(problem);
-    solver.evaluate(problem, &mut state, Wanted::Force, &mut [])?;
-    let imbalance = state.out_of_balance.clone();
+    solver.evaluate(problem, &mut state, Wanted::Force, None)?;
+    let imbalance = state.out_of_balance.nodes.clone();
     let mut residuals = Vec::new();
     let mut lift = problem.constraints.increment();
     // Parts grow until one is too large.
@@ -59,7 +59,10 @@ pub(crate) fn solve<const D: usize>(
             }
             Err(StepFailure::Cancelled) => return Err(StepFailure::Cancelled),
             Err(failure) if 0.5 * part < LEAST_PART => return Err(failure),
-            Err(_) => (part, growth) = (0.5 * part, 1.0),
+            Err(_) => {
+                solver.restart();
+                (part, growth) = (0.5 * part, 1.0);
+            }
         }
     }
 }

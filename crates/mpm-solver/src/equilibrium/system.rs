@@ -15,18 +15,16 @@ use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot};
 use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::Pattern;
+use mpm_assembly::{Pattern, UnknownVector};
 use mpm_grid::Vector;
-use mpm_linear::{
-    Analysis, Cause, LinearSolver, Method, Pivot, Place, Singular, StoredOrder, SymmetricPattern,
-};
+use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
 const LEFT_BESIDE_BORDER: f64 = 1e-9;
 
 /// What solves the systems of a run; it is kept from step to step.
 pub(crate) struct Solver<const D: usize> {
-    linear: LinearSolver<D>,
+    linear: Box<dyn LinearSolver>,
     /// Entries of the tangent that was summed last.
     values: Vec<f64>,
     rhs: Vec<f64>,
@@ -37,7 +35,7 @@ pub(crate) struct Solver<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> {
-    pub(crate) fn new(linear: LinearSolver<D>, cancellation: Cancellation, timings: Timings) -> Self {
+    pub(crate) fn new(linear: Box<dyn LinearSolver>, cancellation: Cancellation, timings: Timings) -> Self {
         Self { linear, values: Vec::new(), rhs: Vec::new(), weakest_pivot: None, cancellation, timings }
     }
 
@@ -45,8 +43,8 @@ impl<const D: usize> Solver<D> {
     ///
     /// # Errors
     /// The factor does not fit into memory.
-    pub(crate) fn analyse(&mut self, pattern: &Pattern<D>, place: Place<'_>) -> Result<Analysis, StepFailure> {
-        let analysis = self.timings.time(Phase::Analyse, || self.linear.analyse(columns(pattern), place));
+    pub(crate) fn analyse(&mut self, pattern: &Pattern<D>, hints: &Hints<'_>) -> Result<Analysis, StepFailure> {
+        let analysis = self.timings.time(Phase::Analyse, || self.linear.analyse(pattern.for_solver(), hints));
         let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
         if analysis == Analysis::Reused {
             self.timings.skipped.analyses += 1;
@@ -54,24 +52,35 @@ impl<const D: usize> Solver<D> {
         Ok(analysis)
     }
 
-    /// The load steps that were solved so far are done: see [`LinearSolver::settle`].
+    /// The load steps that were solved so far are done: see [`LinearSolver::end_step`].
     pub(crate) fn end_step(&mut self) {
-        self.linear.settle();
+        self.linear.end_step();
     }
 
-    /// The order of elimination that a resumed run needs, see [`LinearSolver::store`].
-    pub(crate) fn saved_order(&self) -> Option<StoredOrder> {
-        self.linear.store()
+    /// The iteration begins anew from another state: see [`LinearSolver::restart`].
+    pub(crate) fn restart(&mut self) {
+        self.linear.restart();
+    }
+
+    /// What a resumed run needs of the linear solver: see [`LinearSolver::save`].
+    pub(crate) fn save(&self) -> Option<Saved> {
+        self.linear.save()
+    }
+
+    /// # Errors
+    /// See [`LinearSolver::restore`].
+    pub(crate) fn restore(&mut self, saved: Saved) -> Result<(), NotSavedHere> {
+        self.linear.restore(saved)
     }
 
     /// No node has moved.
     pub(crate) fn at_rest(&self, problem: &Problem<'_, D>) -> Iterate<D> {
-        Iterate::at_rest(problem.n_nodes(), self.linear.first_method())
+        Iterate::at_rest(problem.unknowns(), self.linear.first_method())
     }
 
     /// Estimate of the condition number of the last tangent, if it can be had.
-    pub(crate) fn condition(&mut self) -> Option<f64> {
-        self.linear.condition(&self.values)
+    pub(crate) fn condition(&mut self, problem: &Problem<'_, D>) -> Option<f64> {
+        self.linear.condition(Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values })
     }
 
     /// # Errors
@@ -80,8 +89,8 @@ impl<const D: usize> Solver<D> {
         if self.cancellation.is_cancelled() { Err(StepFailure::Cancelled) } else { Ok(()) }
     }
 
-    /// Forces of the iterate, and the tangent, whose product with the prescribed increments goes to `lift` where that
-    /// is not empty.
+    /// Forces of the iterate, and the tangent, whose product with the prescribed increments goes to `lift`, if there is
+    /// one.
     ///
     /// # Errors
     /// As [`Problem::evaluate`].
@@ -90,7 +99,7 @@ impl<const D: usize> Solver<D> {
         problem: &Problem<'_, D>,
         iterate: &mut Iterate<D>,
         wanted: Wanted,
-        lift: &mut [Vector<D>],
+        lift: Option<&mut UnknownVector<D>>,
     ) -> Result<(), StepFailure> {
         self.values.resize(problem.connected.pattern.n_entries(), 0.0);
         let target = TangentTarget { values: &mut self.values, lift };
@@ -107,23 +116,25 @@ impl<const D: usize> Solver<D> {
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         self.check_cancellation()?;
-        let columns = columns(&problem.connected.pattern);
-        let report = self
+        let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values };
+        let factored = self
             .timings
-            .time(Phase::Factorise, || self.linear.factorise(columns, &self.values, effort.method))
+            .time(Phase::Factorise, || self.linear.factorise(matrix))
             .map_err(|error| linear_failure(problem, error))?;
-        effort.method = effort.method.max(report.method);
-        self.weakest_pivot = report.weakest;
-        if let Some(ratio) = report.pivot_ratio {
+        effort.method = factored.method;
+        effort.is_unstable |= factored.shows_instability();
+        self.weakest_pivot = factored.weakest;
+        if let Some(ratio) = factored.pivot_ratio {
             effort.pivot_spread = effort.pivot_spread.max(ratio.recip());
         }
-        if let Some(pivot) = report.not_positive {
-            effort.unstable_node = Some(problem.connected.active.nodes()[pivot.equation / D]);
+        if let Some(pivot) = factored.not_positive {
+            let node = problem.unknowns().node_of(pivot.equation);
+            effort.unstable_node = node.map(|(node, _)| problem.connected.active.nodes()[node]);
         }
         Ok(())
     }
 
-    /// `K⁻¹ f` with the factorisation at hand, zero on prescribed components; conjugate gradients may leave
+    /// `K⁻¹ f` with the factorisation at hand, zero on prescribed components; an iterative solver may leave
     /// `accuracy · |f|`.
     ///
     /// # Errors
@@ -131,28 +142,25 @@ impl<const D: usize> Solver<D> {
     pub(crate) fn substitute(
         &mut self,
         problem: &Problem<'_, D>,
-        force: &[Vector<D>],
+        force: &UnknownVector<D>,
         accuracy: f64,
-        solution: &mut [Vector<D>],
+        solution: &mut UnknownVector<D>,
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         let Self { linear, values, rhs, timings, .. } = self;
-        rhs.clear();
-        rhs.extend(force.iter().flat_map(|force| force.iter().copied()));
-        let columns = columns(&problem.connected.pattern);
-        let report = timings
-            .time(Phase::Solve, || linear.solve(columns, values, rhs, accuracy))
+        force.write_equations(rhs);
+        let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values };
+        let solved = timings
+            .time(Phase::Solve, || linear.solve(matrix, rhs, accuracy))
             .map_err(|error| linear_failure(problem, error))?;
-        effort.linear_iterations += u64::from(report.iterations);
-        effort.method = effort.method.max(report.method);
-        // What conjugate gradients leave is chosen, and no error.
-        if report.method != Method::ConjugateGradients {
-            effort.backward_error = effort.backward_error.max(report.backward_error);
+        effort.linear_iterations += u64::from(solved.iterations);
+        effort.method = solved.method;
+        effort.is_unstable |= solved.taken_over.is_some_and(|factored| factored.shows_instability());
+        if let Some(backward_error) = solved.backward_error {
+            effort.backward_error = effort.backward_error.max(backward_error);
         }
-        effort.refinements += report.refinements as u32;
-        for (solution, x) in solution.iter_mut().zip(rhs.chunks_exact(D)) {
-            solution.copy_from_slice(x);
-        }
+        effort.refinements += solved.refinements as u32;
+        solution.read_equations(rhs);
         Ok(())
     }
 
@@ -163,13 +171,13 @@ impl<const D: usize> Solver<D> {
     pub(crate) fn solve_bordered(
         &mut self,
         problem: &Problem<'_, D>,
-        force: &[Vector<D>],
-        columns: &[&[Vector<D>]],
+        force: &UnknownVector<D>,
+        columns: &[&UnknownVector<D>],
         effort: &mut Effort,
     ) -> Result<BorderedSolution<D>, StepFailure> {
         self.factorise(problem, effort)?;
-        let mut solve = |force: &[Vector<D>]| {
-            let mut solution = vec![Vector::zeros(); force.len()];
+        let mut solve = |force: &UnknownVector<D>| {
+            let mut solution = UnknownVector::zeros(problem.unknowns());
             self.substitute(problem, force, LEFT_BESIDE_BORDER, &mut solution, effort)?;
             Ok(solution)
         };
@@ -182,9 +190,9 @@ impl<const D: usize> Solver<D> {
 /// The parts of the solution of a bordered system.
 pub(crate) struct BorderedSolution<const D: usize> {
     /// `K⁻¹ f` `[L]`.
-    pub of_force: Vec<Vector<D>>,
+    pub of_force: UnknownVector<D>,
     /// `K⁻¹ B`, column by column `[L]` per unit of the border unknown.
-    pub of_columns: Vec<Vec<Vector<D>>>,
+    pub of_columns: Vec<UnknownVector<D>>,
 }
 
 /// The equation of a border unknown.
@@ -201,17 +209,27 @@ impl<const D: usize> BorderedSolution<D> {
     /// The border unknowns δλ; none where the Schur complement is singular.
     pub(crate) fn border_unknowns(&self, rows: &[BorderRow<'_, D>]) -> Option<Vec<f64>> {
         let slopes = |row: &BorderRow<'_, D>| {
-            self.of_columns.iter().zip(&row.border).map(|(column, e)| dot(row.gradient, column) + e).collect()
+            self.of_columns
+                .iter()
+                .zip(&row.border)
+                .map(|(column, e)| dot(row.gradient, &column.nodes) + e)
+                .collect()
         };
         let complement: Vec<Vec<f64>> = rows.iter().map(slopes).collect();
-        let rhs = rows.iter().map(|row| row.wanted - dot(row.gradient, &self.of_force)).collect();
+        let rhs = rows.iter().map(|row| row.wanted - dot(row.gradient, &self.of_force.nodes)).collect();
         solve_dense(complement, rhs)
     }
 
     /// `δu = K⁻¹f + K⁻¹B δλ` of a node.
     pub(crate) fn displacement(&self, node: usize, border_unknowns: &[f64]) -> Vector<D> {
         let columns = self.of_columns.iter().zip(border_unknowns);
-        columns.fold(self.of_force[node], |sum, (column, unknown)| sum + column[node] * *unknown)
+        columns.fold(self.of_force.nodes[node], |sum, (column, unknown)| sum + column.nodes[node] * *unknown)
+    }
+
+    /// The change of an unknown that belongs to no node's displacement.
+    pub(crate) fn own(&self, unknown: usize, border_unknowns: &[f64]) -> f64 {
+        let columns = self.of_columns.iter().zip(border_unknowns);
+        columns.fold(self.of_force.own[unknown], |sum, (column, it)| sum + column.own[unknown] * it)
     }
 }
 
@@ -242,11 +260,6 @@ fn solve_dense(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
     Some(rhs)
 }
 
-/// The tangent's pattern as the linear solver takes it.
-pub(crate) fn columns<const D: usize>(pattern: &Pattern<D>) -> SymmetricPattern<'_> {
-    SymmetricPattern { column_start: pattern.column_start(), row: pattern.row() }
-}
-
 fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> StepFailure {
     match error.cause {
         Cause::EmptyRow | Cause::NoPivot | Cause::Inaccurate { .. } => {
@@ -264,13 +277,20 @@ pub(crate) fn singular<const D: usize>(
     equation: usize,
     cause: String,
 ) -> StepFailure {
-    let node = problem.connected.active.nodes()[equation / D];
+    let unknowns = problem.unknowns();
+    let Some((node, component)) = unknowns.node_of(equation) else {
+        let own = equation - unknowns.displacement(unknowns.n_nodes(), 0).equation();
+        let owner = problem.connected.own.iter().position(|range| range.contains(&own));
+        let contribution = owner.map_or(String::new(), |owner| problem.named[owner].name.clone());
+        return StepFailure::SingularContribution { contribution, cause };
+    };
+    let node = problem.connected.active.nodes()[node];
     StepFailure::Singular {
         node: node.index(),
         position: problem.mesh.position(node).iter().copied().collect(),
-        component: equation % D,
+        component,
         cause,
-        stabilised: problem.connected.ghost.is_some(),
+        stabilised: problem.contributions.iter().any(|it| it.stabilises()),
     }
 }
 
@@ -283,7 +303,8 @@ mod tests {
         // K = diag(2, 4, 5, 10), which BorderedSolution has applied already.
         let field = |x: [f64; 4]| vec![Vector::<2>::new(x[0], x[1]), Vector::<2>::new(x[2], x[3])];
         let k = [2.0, 4.0, 5.0, 10.0];
-        let inverse = |x: [f64; 4]| field(std::array::from_fn(|i| x[i] / k[i]));
+        let inverse =
+            |x: [f64; 4]| UnknownVector { nodes: field(std::array::from_fn(|i| x[i] / k[i])), own: Vec::new() };
         let (f, b) = ([1.0, 2.0, 3.0, 4.0], [[1.0, 0.0, 2.0, 0.0], [0.0, 3.0, 0.0, 1.0]]);
         let (c, e, g) = ([[0.0, 2.0, 1.0, 0.0], [1.0, 0.0, 0.0, 4.0]], [[0.0, 3.0], [1.0, 0.0]], [5.0, 6.0]);
         let solution = BorderedSolution { of_force: inverse(f), of_columns: b.map(inverse).to_vec() };

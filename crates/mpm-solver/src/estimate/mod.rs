@@ -3,13 +3,12 @@
 mod rehearsal;
 
 use crate::clock::processor_seconds;
-use crate::connection::{Connected, connect, lines, periods};
-use crate::equilibrium::system::columns;
+use crate::connection::{Connected, Interval, connect, lines, periods};
 use crate::error::{Error, StepFailure};
 use crate::model::{Model, NamedBody};
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Place, Prediction, predict, predict_factor_entries};
+use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
 pub use rehearsal::Seconds;
 use rehearsal::{Stage, rehearse};
 
@@ -100,7 +99,7 @@ impl Memory {
 /// # Errors
 /// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
 /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
-pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
+pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;
@@ -115,24 +114,25 @@ pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
         }
     }
 
-    let (columns, lattice, lines) = (columns(pattern), active.lattice_indices(), lines(&model.layout));
-    let place = Place { index: &lattice, lines: &lines, periodic: periods(&mesh) };
-    let prediction = predict::<D>(columns, place);
+    let (lattice, lines) = (active.lattice_indices(), lines(&model.layout));
+    let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(&mesh) };
+    let prediction = predict(pattern.for_solver(), places);
     let stage = Stage {
         model,
         mesh: &mesh,
         connected: &connected,
         connect,
         constraints: &constraints,
-        place,
+        places,
         prediction: &prediction,
     };
     let seconds = rehearse(&stage)?;
-    let is_iterative = model.linear_solver().is_iterative(&prediction);
+    // Of a solver of one's own nothing is known; it is taken to factorise.
+    let is_iterative = model.choice().is_some_and(|choice| choice.is_iterative(&prediction));
     let factor_entries = if is_iterative {
         prediction.factor_entries as usize
     } else {
-        predict_factor_entries(columns, &lattice, periods(&mesh), D)
+        predict_factor_entries(pattern.for_solver(), &Hints::on_lattice(places))
             .map_err(|it| Error::TooLarge(it.to_string()))?
     };
 
@@ -180,10 +180,12 @@ pub fn estimate<const D: usize>(model: &Model<D>) -> Result<Estimate, Error> {
 
 /// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
 /// memory `[s]`.
-fn connected<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
-    let once = || {
+fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
+    let to = LoadFraction::clamped(1.0 / f64::from(model.schedule.steps));
+    let mut once = || {
         let clock = processor_seconds();
-        let (connected, _) = connect(model, mesh, None).map_err(Error::Start)?;
+        let interval = Interval { from: LoadFraction::START, to };
+        let (connected, _) = connect(model, mesh, interval, None).map_err(Error::Start)?;
         Ok::<_, Error>((connected, processor_seconds() - clock))
     };
     let (first, cold) = once()?;

@@ -2,13 +2,12 @@
 
 use crate::clock::processor_seconds;
 use crate::connection::Connected;
-use crate::equilibrium::problem::inverted;
-use crate::equilibrium::system::columns;
+use crate::equilibrium::problem::inadmissible;
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
-use mpm_assembly::{Constraints, PassInput, Sums, TangentSums, finish_tangent, views};
-use mpm_grid::{Block, Mesh, Vector};
-use mpm_linear::{Choice, LinearSolver, Place, Prediction, SymmetricPattern, dense_operation};
+use mpm_assembly::{Constraints, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views};
+use mpm_grid::{Block, LoadFraction, Mesh};
+use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation};
 use std::hint::black_box;
 
 /// Newton iterations of a load step that are reckoned with: elastic bodies, and those that can yield.
@@ -86,7 +85,7 @@ pub(crate) struct Stage<'a, const D: usize> {
     /// What connecting took `[s]`.
     pub connect: f64,
     pub constraints: &'a Constraints<D>,
-    pub place: Place<'a>,
+    pub places: LatticePlaces<'a>,
     pub prediction: &'a Prediction,
 }
 
@@ -98,19 +97,22 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
     let Stage { model, connected, constraints, .. } = *stage;
     let pattern = &connected.pattern;
     let mut values = vec![0.0; pattern.n_entries()];
-    let mut internal = vec![Vector::zeros(); pattern.n_equations() / D];
     // At rest laws have less to do: nothing yields, and no direction is a principal one.
     let strain = Block::<D>::from_fn(|i, j| if i == j { STRAIN / (1.0 + i as f64) } else { STRAIN });
-    let strained = stage.connected.active.nodes().iter().map(|&node| strain * stage.mesh.position(node));
-    let strained: Vec<Vector<D>> = strained.collect();
-    let rest = vec![Vector::zeros(); internal.len()];
-    let mut assemble = |increment: &[Vector<D>], values: &mut [f64]| {
+    let nodes = connected.active.nodes().iter();
+    let rest = UnknownVector::zeros(connected.unknowns());
+    let strained = nodes.map(|&node| strain * stage.mesh.position(node)).collect();
+    let strained = UnknownVector { nodes: strained, ..rest.clone() };
+    let mut force = rest.clone();
+    let bodies = connected.bodies(&model.bodies);
+    let mut assemble = |increment: &UnknownVector<D>, values: &mut [f64]| {
         values.fill(0.0);
-        for (named, connection) in model.bodies.iter().zip(&connected.connections) {
-            let tangent = Some(TangentSums { values: &mut *values, lift: None });
-            let input = PassInput { pattern, constraints, increment };
-            let summed = named.body.assemble(connection, input, Sums { internal: &mut internal, tangent });
-            summed.map_err(|it| inverted(named, it))?;
+        let tangent = Some(SystemTangent { values, lift: None });
+        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: false };
+        for (named, connected) in model.bodies.iter().zip(&bodies) {
+            let summed = connected.body.assemble(connected.connection, trial.nodes(), sums.nodes());
+            summed.map_err(|it| inadmissible(named, it))?;
         }
         Ok::<_, StepFailure>(())
     };
@@ -146,33 +148,39 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
 /// Seconds of preparing for a pattern and of a solution, where they are few and the matrix can be solved at all.
 fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<(f64, f64)> {
     let Prediction { factor_operations, iterative_traffic, .. } = *stage.prediction;
-    let choice: Choice = stage.model.linear_solver();
-    let is_quick = match choice.is_iterative(stage.prediction) {
+    let is_quick = match is_iterative(stage) {
         true => iterative_traffic <= MOST_TRAFFIC,
         false => factor_operations <= MOST_OPERATIONS,
     };
     if !is_quick {
         return None;
     }
-    let pattern: SymmetricPattern<'_> = columns(&stage.connected.pattern);
-    let mut linear = LinearSolver::<D>::new(choice);
+    let pattern = stage.connected.pattern.for_solver();
+    let matrix = Matrix { pattern, values };
+    let mut linear = stage.model.linear_solver();
     let clock = processor_seconds();
-    linear.analyse(pattern, stage.place).ok()?;
+    linear.analyse(pattern, &Hints::on_lattice(stage.places)).ok()?;
     let analyse = processor_seconds() - clock;
     let solve = shortest(|| {
-        let mut rhs = vec![1.0; stage.connected.pattern.n_equations()];
-        linear.factorise(pattern, values, linear.first_method())?;
-        linear.solve(pattern, values, &mut rhs, LEFT)
+        let mut rhs = vec![1.0; pattern.n_equations()];
+        linear.restart();
+        linear.factorise(matrix)?;
+        linear.solve(matrix, &mut rhs, LEFT)
     });
     let solve = solve.ok()?;
     Some((analyse, solve))
+}
+
+/// Whether the linear systems are solved by iteration.
+fn is_iterative<const D: usize>(stage: &Stage<'_, D>) -> bool {
+    stage.model.choice().is_some_and(|choice| choice.is_iterative(stage.prediction))
 }
 
 /// The same from operations and bytes, and from what the machine does with small ones.
 fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
     let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
     let operation = dense_operation(processor_seconds);
-    if stage.model.linear_solver().is_iterative(stage.prediction) {
+    if is_iterative(stage) {
         let solve = BYTE_SHARE * iterative_traffic * operation;
         return (solve, solve);
     }

@@ -2,15 +2,17 @@
 
 mod control;
 mod loads;
+mod solver;
 mod supports;
 
 pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance};
 pub use loads::{BodyForce, Loads, PointLoad};
+pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Prescribed, Support, Turn};
 
-use mpm_assembly::Body;
+use mpm_assembly::{Body, Contribution};
 use mpm_grid::{Layout, MeshMotion, Region, Vector};
-use mpm_linear::Choice;
+use mpm_linear::{Automatic, Choice, LinearSolver};
 
 /// All that a run needs to know.
 ///
@@ -34,12 +36,11 @@ pub struct Model<const D: usize> {
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
     /// How linear systems are solved.
-    pub solver: Choice,
+    pub solver: SolverChoice,
     /// What is done about domains that have outgrown their cells, if anything.
     pub domain_limit: Option<DomainLimit>,
-    /// Stiffness of the jumps of displacement gradient at the edge of the bodies over Young's modulus, where
-    /// they are to be penalised; see [`mpm_assembly::GhostFaces`].
-    pub ghost: Option<f64>,
+    /// What adds to force and tangent besides the bodies, in the order of the sums.
+    pub contributions: Vec<NamedContribution<D>>,
     /// Whether the history tells the health of the points' domains.
     pub domain_history: bool,
     /// Whether the history tells the condition number of the tangent.
@@ -62,9 +63,9 @@ impl<const D: usize> Model<D> {
             schedule: Schedule::equal(1),
             path: None,
             tolerance: Tolerance::default(),
-            solver: Choice::Auto,
+            solver: SolverChoice::default(),
             domain_limit: None,
-            ghost: None,
+            contributions: Vec::new(),
             domain_history: false,
             condition_history: false,
             energies: false,
@@ -72,18 +73,38 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// How its linear systems are solved: path control in the plane takes the signs of pivots to see limit points,
-    /// which conjugate gradients can pass without notice.
-    pub(crate) fn linear_solver(&self) -> Choice {
+    /// The choice among the shipped solvers, if one of them is to be taken: path control in the plane takes the
+    /// signs of pivots to see limit points, which conjugate gradients can pass without notice.
+    pub(crate) fn choice(&self) -> Option<Choice> {
         match self.solver {
-            Choice::Auto if D == 2 && self.path.is_some() => Choice::Direct,
-            chosen => chosen,
+            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.path.is_some() => Some(Choice::Direct),
+            SolverChoice::Automatic(choice) => Some(choice),
+            SolverChoice::Custom(_) => None,
+        }
+    }
+
+    /// A linear solver for a run.
+    pub(crate) fn linear_solver(&self) -> Box<dyn LinearSolver> {
+        match (&self.solver, self.choice()) {
+            (SolverChoice::Custom(make), _) => make(),
+            (_, choice) => Box::new(Automatic::new(choice.unwrap_or_default())),
         }
     }
 
     /// Puts a body behind the others.
     pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
         self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });
+    }
+
+    /// Puts a contribution to force and tangent behind the others. Its name is that of its state in checkpoints.
+    pub fn add_contribution(&mut self, name: impl Into<String>, contribution: Box<dyn Contribution<D>>) {
+        self.contributions.push(NamedContribution { name: name.into(), contribution });
+    }
+
+    /// Makes what the last load step has prepared the present state.
+    pub(crate) fn commit(&mut self) {
+        self.bodies.iter_mut().for_each(|named| named.body.commit());
+        self.contributions.iter_mut().for_each(|named| named.contribution.commit());
     }
 
     /// Puts a support of the mesh's nodes in a region (at rest) behind the others.
@@ -119,4 +140,12 @@ pub struct NamedBody<const D: usize> {
     pub body: Box<dyn Body<D>>,
     /// Volume of the shape that its points fill, where theirs is found in another way `[L^D]`.
     pub shape_volume: Option<f64>,
+}
+
+/// A contribution to force and tangent, and its name.
+pub struct NamedContribution<const D: usize> {
+    /// Its name in messages and checkpoints.
+    pub name: String,
+    /// What it adds.
+    pub contribution: Box<dyn Contribution<D>>,
 }

@@ -21,9 +21,12 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
             DomainControl::Split { .. } => "domains_split",
         }));
     }
-    if model.ghost.is_some() {
-        columns.push(count("ghost_faces"));
-    }
+    let of_contributions = model.contributions.iter().flat_map(|named| named.contribution.history_columns());
+    columns.extend(of_contributions.map(|it| Column {
+        name: it.name,
+        kind: if it.is_count { ColumnKind::Count } else { ColumnKind::Real },
+        width: it.width,
+    }));
     if model.condition_history {
         columns.push(real("condition", 1));
     }
@@ -84,11 +87,11 @@ fn columns_of_every_run() -> Vec<Column> {
 /// Nodes of a grid in the plane up to which nothing is predicted to be iterated.
 const SMALL: usize = 2000;
 
-/// Whether conjugate gradients may solve a model's linear systems.
+/// Whether a model's linear systems may be solved by iteration; a solver of one's own may do so.
 pub(crate) fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
-    match model.linear_solver() {
-        Choice::Direct => false,
-        Choice::Iterative => true,
-        Choice::Auto => D == 3 || model.layout.lattice().n_nodes() > SMALL,
+    match model.choice() {
+        Some(Choice::Direct) => false,
+        Some(Choice::Iterative) | None => true,
+        Some(Choice::Auto) => D == 3 || model.layout.lattice().n_nodes() > SMALL,
     }
 }

@@ -1,6 +1,6 @@
 //! Energies of a run: what is stored, what is dissipated, what was done from outside, and whether they agree.
 
-use crate::equilibrium::problem::{Equilibrium, Problem, inverted};
+use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible};
 use crate::error::StepFailure;
 use crate::model::NamedBody;
 use mpm_assembly::{Constraints, PassInput, Sums, views};
@@ -14,6 +14,8 @@ pub(crate) struct StepEnergy {
     pub dissipated: f64,
     /// `½ Σ_v (f_v,start + f_v,end) · Δu_v`, with f the external force, on prescribed components with the reaction.
     pub work: f64,
+    /// Stored in contributions at the end of the step.
+    pub stored: f64,
 }
 
 impl StepEnergy {
@@ -27,13 +29,13 @@ impl StepEnergy {
         before: &[Vector<D>],
         equilibrium: &Equilibrium<D>,
     ) -> Result<Self, StepFailure> {
-        let increment = &equilibrium.increment;
+        let increment = &equilibrium.increment.nodes;
         let rest = vec![Vector::zeros(); increment.len()];
         let free = Constraints::none(increment.len());
         let (mut internal, mut unused) = (rest.clone(), rest.clone());
         let mut dissipated = 0.0;
         for (named, connection) in problem.bodies.iter().zip(&problem.connected.connections) {
-            let refuse = |it| inverted(named, it);
+            let refuse = |it| inadmissible(named, it);
             let input = PassInput { pattern: &problem.connected.pattern, constraints: &free, increment: &rest };
             let sums = Sums { internal: &mut internal, tangent: None };
             named.body.assemble(connection, input, sums).map_err(refuse)?;
@@ -45,11 +47,19 @@ impl StepEnergy {
                 // On prescribed components what holds the body is internal force and external force in one.
                 let prescribed = problem.constraints.is_prescribed(v, i);
                 let start = if prescribed { internal[v][i] } else { before[v][i] };
-                let end = problem.external[v][i] + if prescribed { equilibrium.reaction[v][i] } else { 0.0 };
+                let end =
+                    problem.external[v][i] + if prescribed { equilibrium.reaction.nodes[v][i] } else { 0.0 };
                 work += 0.5 * (start + end) * u[i];
             }
         }
-        Ok(Self { dissipated, work })
+        let (trial, mut stored) = (problem.trial(&equilibrium.increment, false), 0.0);
+        for named in problem.named {
+            let energy = named.contribution.energy(&trial);
+            stored += energy.stored;
+            dissipated += energy.dissipated;
+            work += energy.work;
+        }
+        Ok(Self { dissipated, work, stored })
     }
 }
 

@@ -1,16 +1,16 @@
 //! The history of a run: one row per load step.
 
-use super::StepResult;
 use super::columns::{columns, may_iterate};
 use super::energy::elastic;
 use super::fields::BodyFields;
 use super::summary::Summary;
+use super::{Balanced, StepResult};
 use crate::error::Error;
-use crate::model::{Model, Support};
+use crate::model::{Model, NamedContribution, Support};
 use crate::observe::{Column, ColumnKind, Entry, LoadStep, Observer, Resumed, RunStart};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
-use mpm_assembly::views;
+use mpm_assembly::{HistoryColumn, views};
 use mpm_basis::DomainReport;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Analysis, Method};
@@ -165,18 +165,18 @@ impl Record {
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
-        let mesh_after = mesh_after(model, result.end, &result.mesh);
+        let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         row.extend(self.optional_entries(model, result, &mesh_after));
         row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
 
-        self.at = result.end;
+        self.at = result.balanced.end;
         self.totals.cuts = cuts;
         self.totals.add(result);
         let shown = Shown {
             mesh: &mesh_after,
-            fraction: result.end.get(),
+            fraction: result.balanced.end.get(),
             row: &row,
-            residuals: &result.equilibrium.effort.residuals,
+            residuals: &result.balanced.equilibrium.effort.residuals,
         };
         self.show(model, &shown, observer, timings)
     }
@@ -188,29 +188,27 @@ impl Record {
         result: &StepResult<D>,
         mesh_after: &Mesh<D>,
     ) -> Vec<Entry> {
-        let StepResult { connected, equilibrium, domains, energy, condition, .. } = result;
+        let StepResult { balanced, domains, .. } = result;
         let mut entries = Vec::new();
         if model.domain_limit.is_some() {
             entries.push(Entry::Count(vec![domains.capped + domains.split]));
         }
-        if model.ghost.is_some() {
-            let faces = connected.ghost.as_ref().map_or(0, |ghost| ghost.faces.len());
-            entries.push(Entry::Count(vec![faces as u64]));
-        }
+        entries.extend(model.contributions.iter().flat_map(contribution_entries));
         if model.condition_history {
-            entries.push(Entry::Real(vec![condition.unwrap_or(0.0)]));
+            entries.push(Entry::Real(vec![balanced.condition.unwrap_or(0.0)]));
         }
         if may_iterate(model) {
-            entries.push(Entry::Count(vec![equilibrium.effort.linear_iterations]));
+            entries.push(Entry::Count(vec![balanced.equilibrium.effort.linear_iterations]));
         }
         if model.domain_history {
             entries.extend(domain_entries(model, mesh_after));
         }
-        if let Some(energy) = energy {
+        if let Some(energy) = &balanced.energy {
             let totals = &mut self.totals;
             totals.dissipated += energy.dissipated;
             totals.external_work += energy.work;
-            let (stored, dissipated, work) = (elastic(&model.bodies), totals.dissipated, totals.external_work);
+            let stored = elastic(&model.bodies) + energy.stored;
+            let (dissipated, work) = (totals.dissipated, totals.external_work);
             let unbalanced = work - stored - dissipated;
             entries.extend([stored, dissipated, work, unbalanced].map(|it| Entry::Real(vec![it])));
         }
@@ -250,20 +248,21 @@ struct Shown<'a, const D: usize> {
 
 /// Entries of the columns that every run has.
 fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: f64) -> Vec<Entry> {
-    let StepResult { end, connected, equilibrium, equations, analysis, .. } = result;
+    let Balanced { end, equilibrium, equations, analysis, .. } = &result.balanced;
     let effort = &equilibrium.effort;
     let method = match effort.method {
         Method::Llt => 0,
         Method::Lblt => 1,
         Method::Lu => 2,
         Method::ConjugateGradients => 3,
+        Method::Other(_) => 4,
     };
     vec![
         Entry::Real(vec![end.get()]),
         Entry::Count(vec![effort.residuals.len() as u64]),
         Entry::Real(vec![effort.residuals.last().copied().unwrap_or(0.0)]),
         Entry::Count(vec![*equations as u64]),
-        Entry::Count(vec![connected.active.len() as u64]),
+        Entry::Count(vec![result.connected.active.len() as u64]),
         Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),
         Entry::Count(vec![method]),
         // Number of the node from 1; 0 where the tangent was positive definite.
@@ -286,21 +285,22 @@ fn support_entries<const D: usize>(
     result: &StepResult<D>,
     displacement: &mut [f64],
 ) -> Vec<Entry> {
-    let StepResult { mesh, connected, equilibrium, .. } = result;
+    let StepResult { mesh, connected, balanced, .. } = result;
+    let equilibrium = &balanced.equilibrium;
     let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
     let mut moment = 0.0;
     for &node in &support.nodes {
         let Some(number) = connected.active.number(node) else { continue };
-        moved += equilibrium.increment[number];
+        moved += equilibrium.increment.nodes[number];
         carrying += 1;
-        let mut force = equilibrium.reaction[number];
+        let mut force = equilibrium.reaction.nodes[number];
         for i in (0..D).filter(|&i| support.components[i].is_none()) {
             force[i] = 0.0;
         }
         reaction += force;
         if let Some([x, y]) = support.moment_about {
             // The arm reaches to where the node is at the end of the step.
-            let end = mesh.position(node) + equilibrium.increment[number];
+            let end = mesh.position(node) + equilibrium.increment.nodes[number];
             moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
         }
     }
@@ -312,6 +312,23 @@ fn support_entries<const D: usize>(
         entries.push(Entry::Real(vec![moment]));
     }
     entries
+}
+
+/// Entries of a contribution's columns.
+fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
+    let mut values = Vec::new();
+    named.contribution.record(&mut values);
+    let mut rest = values.as_slice();
+    let mut entry = |column: HistoryColumn| {
+        let (here, behind) = rest.split_at(column.width);
+        rest = behind;
+        if column.is_count {
+            Entry::Count(here.iter().map(|&count| count as u64).collect())
+        } else {
+            Entry::Real(here.to_vec())
+        }
+    };
+    named.contribution.history_columns().into_iter().map(&mut entry).collect()
 }
 
 /// The mesh that the points meet next; `present` where the motion cannot place it.

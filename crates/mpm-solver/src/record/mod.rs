@@ -16,18 +16,23 @@ use mpm_linear::Analysis;
 
 /// What one converged load step leaves for the record.
 pub(crate) struct StepResult<const D: usize> {
-    /// Load fraction at its end.
-    pub end: LoadFraction,
     /// The mesh at its start, in which it was balanced.
     pub mesh: Mesh<D>,
     pub connected: Connected<D>,
+    pub balanced: Balanced<D>,
+    /// Domains that were shortened or split after the step.
+    pub domains: DomainCounts,
+}
+
+/// A load step in equilibrium.
+pub(crate) struct Balanced<const D: usize> {
+    /// Load fraction at its end.
+    pub end: LoadFraction,
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
     pub equations: usize,
     /// Whether order and structure of the factor could be kept.
     pub analysis: Analysis,
-    /// Domains that were shortened or split after the step.
-    pub domains: DomainCounts,
     /// Where energies are recorded.
     pub energy: Option<StepEnergy>,
     /// Estimate of the condition number of the last tangent, where it is asked for.

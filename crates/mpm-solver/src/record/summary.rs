@@ -1,10 +1,9 @@
 //! A run in a few numbers.
 
-use super::StepResult;
+use super::{Balanced, StepResult};
 use crate::model::Model;
 use crate::progress::Totals;
 use crate::timing::{Timing, Timings};
-use mpm_linear::Method;
 
 /// A run in a few numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +81,7 @@ impl Summary {
 impl Totals {
     /// Adds a converged load step; energies and halvings are added where they are known.
     pub(crate) fn add<const D: usize>(&mut self, result: &StepResult<D>) {
-        let StepResult { equilibrium, domains, condition, .. } = result;
+        let StepResult { balanced: Balanced { equilibrium, condition, .. }, domains, .. } = result;
         let effort = &equilibrium.effort;
         self.iterations += effort.residuals.len() as u64;
         self.dropped += effort.dropped;
@@ -90,7 +89,7 @@ impl Totals {
         self.relaxed_steps += u64::from(effort.relaxations > 0);
         self.domains.capped += domains.capped;
         self.domains.split += domains.split;
-        self.indefinite_steps += u64::from(effort.method > Method::Llt);
+        self.indefinite_steps += u64::from(effort.is_unstable);
         let smallest = self.smallest_determinant.unwrap_or(f64::INFINITY);
         self.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
         self.residual = self.residual.max(effort.residuals.last().copied().unwrap_or(0.0));

@@ -69,7 +69,7 @@ impl<const D: usize> LoadSteps<D> {
         let is_last = self.done == self.schedule.steps;
         let predicts = self.schedule.predictor == PredictorKind::LastStep && !is_last;
         self.predictor = predicts.then(|| {
-            let increment = done.equilibrium.increment.iter().copied();
+            let increment = done.balanced.equilibrium.increment.nodes.iter().copied();
             let change = plan.end.get() - plan.start.get();
             Arc::new(Predictor::of(&done.connected.active, increment, change, 0.0))
         });

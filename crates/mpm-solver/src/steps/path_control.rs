@@ -158,11 +158,11 @@ impl<const D: usize> PathSteps<D> {
         let (StepKind::Measured(step) | StepKind::Along(step)) = &plan.kind else {
             unreachable!("path control plans no other steps");
         };
-        let increment = done.equilibrium.increment.iter().enumerate();
+        let increment = done.balanced.equilibrium.increment.nodes.iter().enumerate();
         let increment = increment.map(|(v, u)| u - step.origin.get(v).copied().unwrap_or_else(Vector::zeros));
         let change = step.end - plan.start.get();
         let last = Predictor::of(&done.connected.active, increment, change, step.length);
-        self.go_on(last, step.end, done.equilibrium.effort.residuals.len());
+        self.go_on(last, step.end, done.balanced.equilibrium.effort.residuals.len());
     }
 
     /// See [`super::Steps::reject`].

@@ -134,6 +134,7 @@ impl Turned {
             Err(Error::Step { reason, .. }) => match reason {
                 StepFailure::NotConverged { .. } => "no equilibrium".into(),
                 StepFailure::Inverted { .. } => "a point would be inverted".into(),
+                StepFailure::NoReturn { reason, .. } => reason.to_string(),
                 StepFailure::Outside { .. } => "a domain reaches too far out of the mesh".into(),
                 StepFailure::Advance { .. } => "a domain turned inside out".into(),
                 other => other.to_string(),

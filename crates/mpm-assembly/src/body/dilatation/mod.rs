@@ -21,30 +21,35 @@
 //! # Force and tangent
 //!
 //! The force is the derivative of the incremental potential `Σ_p V⁰_p ψ(ΔF̄_p b_e,n ΔF̄_pᵀ)`, so that the tangent is
-//! symmetric. With `g_vp = ΔF_p⁻ᵀ ∇S_vp`, the shares `s_q = w_q J_q / Σ w J`, and `ḡ_v = Σ_q s_q g_vq = ∂ ln θ/∂u_v`:
+//! symmetric where that of the law is. With `g_vp = ΔF_p⁻ᵀ ∇S_vp`, the shares `s_q = w_q J_q / Σ w J`, and `ḡ_v = Σ_q s_q g_vq = ∂ ln θ/∂u_v`:
 //!
 //! ```text
 //! δΔF̄ ΔF̄⁻¹ = Σ_v (δu_v ⊗ g_vp + (ḡ_v - g_vp)·δu_v I/D)
 //! f_v  = Σ_p V⁰_p (τ_p - π_p I) g_vp + Π ḡ_v,      π = tr τ / D (of the D × D part),   Π = Σ_p V⁰_p π_p
-//! K_vw = Σ_p V⁰_p g_vp · A_p · g_wp + q_v ⊗ ḡ_w + ḡ_v ⊗ q_w + (Σ_p V⁰_p κ_p - Π) ḡ_v ⊗ ḡ_w
+//! K_vw = Σ_p V⁰_p g_vp · A_p · g_wp + q_v ⊗ ḡ_w + ḡ_v ⊗ q'_w + (Σ_p V⁰_p κ_p - Π) ḡ_v ⊗ ḡ_w
 //!        + Π Σ_q s_q (g_vq ⊗ g_wq - g_wq ⊗ g_vq)
-//! A_ikjl = a_ikjl - (δ_ik P_jl + P_ik δ_jl)/D + κ δ_ik δ_jl + π δ_il δ_jk
-//! P_ik = C_ikll + 2 τ_ik,     κ = tr P / D²,     q_v = Σ_p V⁰_p (P_p/D - κ_p I) g_vp
+//! A_ikjl = a_ikjl - (δ_ik P'_jl + P_ik δ_jl)/D + κ δ_ik δ_jl + π δ_il δ_jk
+//! P_ik = C_ikll + 2 τ_ik,      q_v  = Σ_p V⁰_p (P_p/D - κ_p I) g_vp,      κ = tr P / D²
+//! P'_jl = C_iijl + 2 τ_jl,     q'_v = Σ_p V⁰_p (P'_p/D - κ_p I) g_vp
 //! ```
 //!
-//! with the spatial tangent `a_ikjl = C_ikjl + τ_kl δ_ij` of [`mpm_material::Modes::spatial_tangent`] at ΔF̄. The
-//! terms with π and Π are the second derivatives of `ln J_p` and `ln θ`. All nodes of a cell couple: a cell is one
-//! set of [`Couplings`](crate::Couplings).
+//! with the spatial tangent `a_ikjl = C_ikjl + τ_kl δ_ij` of [`mpm_material::PrincipalTangent::spatial_tangent`] at ΔF̄.
+//! P' = P and q' = q where C is symmetric. The terms with π and Π are the second derivatives of `ln J_p` and `ln θ`. All
+//! nodes of a cell couple: a cell is one set of [`Couplings`](crate::Couplings).
 
 mod cells;
+mod moduli;
 
 pub use cells::{Dilatation, MeanDilatation};
+
+use moduli::{Moduli, moduli};
 
 use crate::body::kinematics::{
     block, determinant, determinant_excess, gradient, inverse_and_determinant, trial_excess,
 };
 use crate::body::points::Points;
-use crate::body::trial::InvertedPoint;
+use crate::body::scatter::{FORCE, LOWER, n_blocks};
+use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{CellPart, Links};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, log_strain, respond};
@@ -72,6 +77,8 @@ pub(crate) struct Scratch<const D: usize, M: Material> {
     mean: Vec<Vector<D>>,
     /// `q_v` of the nodes of the cell.
     coupling: Vec<Vector<D>>,
+    /// `q'_v` of the nodes of the cell; empty where it is `q_v`.
+    pressure_coupling: Vec<Vector<D>>,
     responses: Vec<Response<M::History>>,
     /// `Δu_v` of one part's nodes, or of the corners.
     increment: Vec<Vector<D>>,
@@ -110,6 +117,7 @@ impl<const D: usize, M: Material> Default for Scratch<D, M> {
             g: Vec::new(),
             mean: Vec::new(),
             coupling: Vec::new(),
+            pressure_coupling: Vec::new(),
             responses: Vec::new(),
             increment: Vec::new(),
             share: Vec::new(),
@@ -137,7 +145,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
     }
 
     /// Fills the scratch but for responses and `q`.
-    fn change(&self, cell: usize, s: &mut Scratch<D, M>) -> Result<Change, InvertedPoint> {
+    fn change(&self, cell: usize, s: &mut Scratch<D, M>) -> Result<Change, InadmissiblePoint> {
         let nodes = self.dilatation.cells.nodes(cell);
         let quadrature = self.dilatation.quadrature.of(cell);
         s.points.clear();
@@ -159,7 +167,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                 let (inverse, determinant_of_step) = inverse_and_determinant(&(Block::identity() + h));
                 // Written so that a trial that is not a number is refused as well.
                 if !(determinant_of_step > 0.0 && determinant_of_step.is_finite()) {
-                    return Err(InvertedPoint { point, determinant: determinant_of_step });
+                    return Err(InadmissiblePoint::inverted(point, determinant_of_step));
                 }
                 smallest = smallest.min(determinant_of_step);
                 let excess = determinant_excess(&h);
@@ -189,7 +197,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         }
         let excess = change / volume;
         if !(excess > -1.0 && excess.is_finite()) {
-            return Err(InvertedPoint { point: s.points[0].point, determinant: 1.0 + excess });
+            return Err(InadmissiblePoint::inverted(s.points[0].point, 1.0 + excess));
         }
 
         let per_volume = 1.0 / (volume + change);
@@ -214,21 +222,25 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         Ok(Change { excess, smallest })
     }
 
-    fn respond(&self, point: &CellPoint<D>, change: &Change) -> Response<M::History> {
+    fn respond(
+        &self,
+        point: &CellPoint<D>,
+        change: &Change,
+    ) -> Result<Response<M::History>, InadmissiblePoint> {
         let p = point.point;
         let trial = trial_excess(&point.dilated(change.excess), &self.points.elastic_excess[p]);
-        respond(self.law, &trial, &self.points.history[p])
+        let response = respond(self.law, &trial, &self.points.history[p]);
+        response.map_err(|reason| InadmissiblePoint::no_return(p, reason))
     }
 
-    /// Sums force and, where wanted, the lower triangle of the tangent of a cell, column by column of
-    /// blocks; returns the smallest `det ΔF`.
-    pub(crate) fn sum<const TANGENT: bool>(
+    /// Sums force and, where wanted, the tangent of a cell as in `DenseTangent`; returns the smallest `det ΔF`.
+    pub(crate) fn sum<const TANGENT: u8>(
         &self,
         cell: usize,
         force: &mut [Vector<D>],
         tangent: &mut [Block<D>],
         s: &mut Scratch<D, M>,
-    ) -> Result<f64, InvertedPoint> {
+    ) -> Result<f64, InadmissiblePoint> {
         let change = self.change(cell, s)?;
         force.fill(Vector::zeros());
         s.responses.clear();
@@ -237,10 +249,10 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         let mut at = 0;
         for part in self.parts(cell) {
             for point in &s.points[at..at + part.points.len()] {
-                let response = self.respond(point, &change);
+                let response = self.respond(point, &change)?;
                 let tau = block::<D>(&response.kirchhoff) * self.points.reference_volume[point.point];
                 pressure += push(&tau, &part, &s.g[point.at..], force);
-                if TANGENT {
+                if TANGENT != FORCE {
                     s.responses.push(response);
                 }
             }
@@ -249,21 +261,30 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         for (force, mean) in force.iter_mut().zip(&s.mean) {
             *force += mean * pressure;
         }
-        if TANGENT {
-            self.tangent(cell, pressure, tangent, s);
+        if TANGENT != FORCE {
+            self.tangent::<TANGENT>(cell, pressure, tangent, s);
         }
         Ok(change.smallest)
     }
 
-    fn tangent(&self, cell: usize, pressure: f64, tangent: &mut [Block<D>], s: &mut Scratch<D, M>) {
+    fn tangent<const TANGENT: u8>(
+        &self,
+        cell: usize,
+        pressure: f64,
+        tangent: &mut [Block<D>],
+        s: &mut Scratch<D, M>,
+    ) {
         let n = s.mean.len();
         tangent.fill(Block::zeros());
         s.coupling.clear();
         s.coupling.resize(n, Vector::zeros());
-        // Position of the block in row v of column w, v ≥ w.
+        let is_lower = TANGENT == LOWER;
+        s.pressure_coupling.clear();
+        s.pressure_coupling.resize(if is_lower { 0 } else { n }, Vector::zeros());
+        // Position of the block in row v of column w.
         let position = |v: u32, w: u32| {
             let (v, w) = (v as usize, w as usize);
-            w * n - w * (w + 1) / 2 + v
+            if is_lower { w * n - w * (w + 1) / 2 + v } else { w * n + v }
         };
         // Σ V⁰ κ.
         let mut bulk = 0.0;
@@ -271,19 +292,25 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         for part in self.parts(cell) {
             let m = part.place.len();
             s.tangent.clear();
-            s.tangent.resize(m * (m + 1) / 2, Block::zeros());
+            s.tangent.resize(n_blocks::<TANGENT>(m), Block::zeros());
             for _ in part.points {
                 let (point, response) = (&s.points[k], &s.responses[k]);
                 k += 1;
                 let volume = self.points.reference_volume[point.point];
-                let (a, by_volume): ([[Block<D>; D]; D], Block<D>) =
-                    moduli(response, volume, pressure * point.share);
+                let Moduli { a, by_volume, of_pressure }: Moduli<D> =
+                    moduli::<D, _, TANGENT>(response, volume, pressure * point.share);
                 let kappa = by_volume.trace() / (D * D) as f64;
                 bulk += kappa;
                 let g = &s.g[point.at..point.at + m];
                 let coupling = by_volume / D as f64 - Block::identity() * kappa;
                 for (&at, g) in part.place.iter().zip(g) {
                     s.coupling[at as usize] += coupling * g;
+                }
+                if !is_lower {
+                    let coupling = of_pressure / D as f64 - Block::identity() * kappa;
+                    for (&at, g) in part.place.iter().zip(g) {
+                        s.pressure_coupling[at as usize] += coupling * g;
+                    }
                 }
                 let mut at = 0;
                 for w in 0..m {
@@ -295,17 +322,19 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                         }
                         sum
                     });
-                    for (sum, g) in s.tangent[at..].iter_mut().zip(&g[w..]) {
+                    let from = if is_lower { w } else { 0 };
+                    for (sum, g) in s.tangent[at..].iter_mut().zip(&g[from..]) {
                         for k in 0..D {
                             *sum += half[k] * g[k];
                         }
                     }
-                    at += m - w;
+                    at += m - from;
                 }
             }
             let mut blocks = s.tangent.iter();
             for (k, &w) in part.place.iter().enumerate() {
-                for (&v, sum) in part.place[k..].iter().zip(&mut blocks) {
+                let from = if is_lower { k } else { 0 };
+                for (&v, sum) in part.place[from..].iter().zip(&mut blocks) {
                     tangent[position(v, w)] += sum;
                 }
             }
@@ -313,7 +342,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         if let Some((_, corners, _)) = self.dilatation.quadrature.of(cell) {
             for (share, g) in s.share.iter().zip(s.corner_g.chunks_exact(1 << D)) {
                 for (&w, g_w) in corners.iter().zip(g) {
-                    for (&v, g_v) in corners.iter().zip(g).filter(|&(&v, _)| v >= w) {
+                    for (&v, g_v) in corners.iter().zip(g).filter(|&(&v, _)| !is_lower || v >= w) {
                         let product = g_v * g_w.transpose();
                         tangent[position(v, w)] += (product - product.transpose()) * (pressure * share);
                     }
@@ -322,17 +351,19 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         }
         let mut blocks = tangent.iter_mut();
         for w in 0..n {
-            let column = s.coupling[w] + s.mean[w] * (bulk - pressure);
-            for (v, block) in (w..n).zip(&mut blocks) {
+            let q = if is_lower { &s.coupling } else { &s.pressure_coupling };
+            let column = q[w] + s.mean[w] * (bulk - pressure);
+            let from = if is_lower { w } else { 0 };
+            for (v, block) in (from..n).zip(&mut blocks) {
                 *block += s.mean[v] * column.transpose() + s.coupling[v] * s.mean[w].transpose();
             }
         }
     }
 
     /// `ΔF̄ - I` of every point.
-    pub(crate) fn steps(&self) -> Result<Vec<Block<D>>, InvertedPoint> {
+    pub(crate) fn steps(&self) -> Result<Vec<Block<D>>, InadmissiblePoint> {
         let cells = self.dilatation.cells.len();
-        let chunks: Vec<Result<Vec<(usize, Block<D>)>, InvertedPoint>> = (0..cells.div_ceil(CELLS))
+        let chunks: Vec<Result<Vec<(usize, Block<D>)>, InadmissiblePoint>> = (0..cells.div_ceil(CELLS))
             .into_par_iter()
             .map(|chunk| {
                 let mut s = Scratch::default();
@@ -354,7 +385,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
     }
 
     /// As [`crate::dissipation`].
-    pub(crate) fn dissipation(&self, gradient_sum: &mut [Vector<D>]) -> Result<f64, InvertedPoint> {
+    pub(crate) fn dissipation(&self, gradient_sum: &mut [Vector<D>]) -> Result<f64, InadmissiblePoint> {
         let mut s = Scratch::default();
         let mut force = Vec::new();
         let mut energy = 0.0;
@@ -366,7 +397,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
             let mut at = 0;
             for part in self.parts(cell) {
                 for point in &s.points[at..at + part.points.len()] {
-                    let response = self.respond(point, &change);
+                    let response = self.respond(point, &change)?;
                     if !response.plastic {
                         continue;
                     }
@@ -398,39 +429,4 @@ fn push<const D: usize>(tau: &Block<D>, part: &CellPart<'_>, g: &[Vector<D>], fo
         force[at as usize] += deviator * g;
     }
     pressure
-}
-
-/// V⁰ A of a point as blocks `[k][l](i, j)`, and V⁰ P; A holds the point's part `twist` `= Π s_p` of the second
-/// derivative of `ln θ`, too.
-fn moduli<const D: usize, H>(
-    response: &Response<H>,
-    volume: f64,
-    twist: f64,
-) -> ([[Block<D>; D]; D], Block<D>) {
-    let tau = block::<D>(&response.kirchhoff);
-    let mut a = response.modes.spatial_tangent::<D>();
-    let mut by_volume = tau;
-    for i in 0..D {
-        for k in 0..D {
-            for l in 0..D {
-                by_volume[(i, k)] += a[k][l][(i, l)];
-            }
-        }
-    }
-    by_volume *= volume;
-    let kappa = by_volume.trace() / (D * D) as f64;
-    let pressure = tau.trace() / D as f64 * volume;
-    for k in 0..D {
-        for l in 0..D {
-            let a = &mut a[k][l];
-            *a *= volume;
-            for other in 0..D {
-                a[(k, other)] -= by_volume[(other, l)] / D as f64;
-                a[(other, l)] -= by_volume[(other, k)] / D as f64;
-            }
-            a[(k, l)] += kappa + twist;
-            a[(l, k)] += pressure - twist;
-        }
-    }
-    (a, by_volume)
 }

@@ -83,14 +83,47 @@ fn cases() -> Vec<Case> {
     cases
 }
 
+/// The lower triangle of a pattern that couples `components` equations of each node.
+fn in_blocks(start: &[usize], row: &[usize], components: usize) -> (Vec<usize>, Vec<usize>) {
+    let (mut block_start, mut block_row) = (vec![0], Vec::new());
+    for (v, entries) in start.windows(2).enumerate() {
+        for component in 0..components {
+            let first = |w: usize| if w == v { component } else { 0 };
+            let rows = row[entries[0]..entries[1]].iter();
+            block_row.extend(rows.flat_map(|&w| (first(w)..components).map(move |i| w * components + i)));
+            block_start.push(block_row.len());
+        }
+    }
+    (block_start, block_row)
+}
+
+#[test]
+fn equations_of_no_node_come_last() {
+    // Four nodes in a row with two equations each, and two equations that couple with everything.
+    let lattice: Vec<[u32; 3]> = (0..4).map(|x| [x, 0, 0]).collect();
+    let (mut start, mut row) = (vec![0], Vec::new());
+    for j in 0..10 {
+        row.extend((j..8).filter(|i| i / 2 - j / 2 <= 1).chain(8.max(j)..10));
+        start.push(row.len());
+    }
+    let pattern = Pattern { blocks: 4, ..Pattern::symmetric(&start, &row, 2) };
+    let order = elimination_order(pattern, &lattice, [None; 3]);
+    assert_eq!(order[8..], [8, 9]);
+    let nodes: Vec<usize> = order[..8].chunks(2).map(|pair| pair[0] / 2).collect();
+    assert_eq!(
+        nodes,
+        elimination_order(Pattern::symmetric(&[0, 2, 4, 6, 7], &[0, 1, 1, 2, 2, 3, 3], 1), &lattice, [None; 3])
+    );
+}
+
 #[test]
 fn orders_of_random_active_sets_are_permutations() {
     for (lattice, reach, periodic) in cases() {
         for components in [1, 2, 3] {
             let (start, row) = couplings(&lattice, reach, periodic);
-            // The scalar graph of the nodes, expanded: only the order's form is at stake here.
-            let graph = BlockGraph::new(&start, &row, 1);
-            let order = elimination_order(&graph, &lattice, periodic, components);
+            let (start, row) = in_blocks(&start, &row, components);
+            let pattern = Pattern::symmetric(&start, &row, components);
+            let order = elimination_order(pattern, &lattice, periodic);
             let mut sorted = order.clone();
             sorted.sort_unstable();
             assert!(sorted.into_iter().eq(0..components * lattice.len()));
@@ -101,7 +134,7 @@ fn orders_of_random_active_sets_are_permutations() {
                         .all(|(i, e)| e % components == i && e / components == node[0] / components)
                 );
             }
-            assert_eq!(order, elimination_order(&graph, &lattice, periodic, components), "deterministic");
+            assert_eq!(order, elimination_order(pattern, &lattice, periodic), "deterministic");
         }
     }
 }
@@ -125,7 +158,7 @@ fn separators_separate() {
     let mut cuts = 0;
     for (lattice, reach, periodic) in cases() {
         let (start, row) = couplings(&lattice, reach, periodic);
-        let graph = BlockGraph::new(&start, &row, 1);
+        let graph = BlockGraph::new(Pattern::symmetric(&start, &row, 1));
         let mut dissection = Dissection::new(&graph, &lattice, periodic);
         let mut set: Vec<u32> = (0..lattice.len() as u32).collect();
         cuts += assert_separates(&graph, &mut dissection, &mut set, periodic);
@@ -138,7 +171,7 @@ fn reach_is_measured_the_short_way_round() {
     let lattice = full_lattice([8, 6, 1]);
     for (reach, periodic) in [([1, 2, 0], [None; 3]), ([2, 1, 0], [Some(8), Some(6), None])] {
         let (start, row) = couplings(&lattice, reach, periodic);
-        assert_eq!(BlockGraph::new(&start, &row, 1).reach(&lattice, periodic), reach);
+        assert_eq!(BlockGraph::new(Pattern::symmetric(&start, &row, 1)).reach(&lattice, periodic), reach);
     }
 }
 
@@ -146,7 +179,7 @@ fn reach_is_measured_the_short_way_round() {
 fn postorder_keeps_the_fill_and_puts_children_before_parents() {
     let lattice = full_lattice([9, 7, 3]);
     let (start, row) = couplings(&lattice, [1; 3], [None; 3]);
-    let graph = BlockGraph::new(&start, &row, 1);
+    let graph = BlockGraph::new(Pattern::symmetric(&start, &row, 1));
     let dissected = nested_dissection(&graph, &lattice, [None; 3]);
     let post = graph.postorder(&dissected);
     assert_eq!(fill(&graph, &dissected), fill(&graph, &post));
@@ -158,14 +191,14 @@ fn thick_separators_and_rings_pay() {
     // What the order would be without looking at the couplings: reach 1, no ring.
     let naive = |lattice: &[[u32; 3]]| {
         let (start, row) = couplings(lattice, [1, 1, 0], [None; 3]);
-        nested_dissection(&BlockGraph::new(&start, &row, 1), lattice, [None; 3])
+        nested_dissection(&BlockGraph::new(Pattern::symmetric(&start, &row, 1)), lattice, [None; 3])
     };
     for (n, reach, periodic) in
         [([40, 40, 1], [2, 2, 0], [None; 3]), ([120, 8, 1], [1, 1, 0], [Some(120), None, None])]
     {
         let lattice = full_lattice(n);
         let (start, row) = couplings(&lattice, reach, periodic);
-        let graph = BlockGraph::new(&start, &row, 1);
+        let graph = BlockGraph::new(Pattern::symmetric(&start, &row, 1));
         let ours = fill(&graph, &nested_dissection(&graph, &lattice, periodic));
         let naive = fill(&graph, &naive(&lattice));
         let natural = fill(&graph, &(0..lattice.len() as u32).collect::<Vec<_>>());
@@ -179,7 +212,7 @@ fn separate_bodies_are_cut_apart_for_nothing() {
     let mut lattice = full_lattice([5, 5, 1]);
     lattice.extend(full_lattice([5, 5, 1]).iter().map(|&[x, y, z]| [x + 8, y, z]));
     let (start, row) = couplings(&lattice, [1, 1, 0], [None; 3]);
-    let graph = BlockGraph::new(&start, &row, 1);
+    let graph = BlockGraph::new(Pattern::symmetric(&start, &row, 1));
     let mut set: Vec<u32> = (0..50).collect();
     let (left, right, _) = Dissection::new(&graph, &lattice, [None; 3]).bisect(&mut set, [None; 3]).unwrap();
     assert_eq!((left, right), (25, 25));

@@ -1,8 +1,9 @@
 //! Matrices to solve: elasticity on boxes, random values on lattice couplings.
 
 use crate::direct::Factorization;
-use crate::matrix::SymmetricPattern;
-use crate::report::{Method, Report, SolveReport};
+use crate::matrix::{Matrix, Pattern, Symmetry};
+use crate::report::{Factored, Method, Solved};
+use crate::solver::{Hints, LatticePlaces, LinearSolver};
 use std::collections::BTreeMap;
 
 /// A matrix with the places of its nodes.
@@ -13,6 +14,8 @@ pub(super) struct Problem {
     pub(super) lattice: Vec<[u32; 3]>,
     pub(super) periodic: [Option<u32>; 3],
     pub(super) components: usize,
+    pub(super) symmetry: Symmetry,
+    lines: [Vec<f64>; 3],
 }
 
 impl Problem {
@@ -31,11 +34,31 @@ impl Problem {
         for j in 0..n {
             column_start[j + 1] += column_start[j];
         }
-        Self { column_start, row, values, lattice, periodic: [None; 3], components }
+        let lines = std::array::from_fn(|_| (0..80).map(f64::from).collect());
+        let (periodic, symmetry) = ([None; 3], Symmetry::Symmetric);
+        Self { column_start, row, values, lattice, periodic, components, symmetry, lines }
     }
 
-    pub(super) fn pattern(&self) -> SymmetricPattern<'_> {
-        SymmetricPattern { column_start: &self.column_start, row: &self.row }
+    pub(super) fn pattern(&self) -> Pattern<'_> {
+        let Self { column_start, row, symmetry, components, lattice, .. } = self;
+        Pattern { column_start, row, symmetry: *symmetry, block: *components, blocks: lattice.len() }
+    }
+
+    pub(super) fn matrix(&self) -> Matrix<'_> {
+        self.with(&self.values)
+    }
+
+    /// The matrix with other values.
+    pub(super) fn with<'a>(&'a self, values: &'a [f64]) -> Matrix<'a> {
+        Matrix { pattern: self.pattern(), values }
+    }
+
+    pub(super) fn places(&self) -> LatticePlaces<'_> {
+        LatticePlaces { index: &self.lattice, lines: &self.lines, periods: self.periodic }
+    }
+
+    pub(super) fn hints(&self) -> Hints<'_> {
+        Hints::on_lattice(self.places())
     }
 
     pub(super) fn n(&self) -> usize {
@@ -44,33 +67,19 @@ impl Problem {
 
     pub(super) fn analysed(&self) -> Factorization {
         let mut factorization = Factorization::new();
-        factorization.analyse(self.pattern(), &self.lattice, self.periodic, self.components).unwrap();
+        factorization.analyse(self.pattern(), &self.hints()).unwrap();
         factorization
     }
 
-    /// K x.
-    pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
-        let mut y = vec![0.0; self.n()];
-        for j in 0..self.n() {
-            for e in self.column_start[j]..self.column_start[j + 1] {
-                let i = self.row[e];
-                y[i] += self.values[e] * x[j];
-                if i != j {
-                    y[j] += self.values[e] * x[i];
-                }
-            }
-        }
-        y
-    }
-
     /// ‖b − K x‖ / ‖b‖ after a solution by `start` or what follows it.
-    pub(super) fn solve(&self, factorization: &mut Factorization, start: Method) -> (Report, SolveReport, f64) {
+    pub(super) fn solve(&self, factorization: &mut Factorization, start: Method) -> (Factored, Solved, f64) {
         let b: Vec<f64> = (0..self.n()).map(|i| ((i * 7919) % 1000) as f64 / 1000.0 - 0.3).collect();
-        let report = factorization.factorise(&self.values, start).unwrap();
+        let report = factorization.factorise_from(self.matrix(), start).unwrap();
         let mut x = b.clone();
-        let solved = factorization.solve(&self.values, &mut x).unwrap();
+        let solved = factorization.solve(self.matrix(), &mut x, 0.0).unwrap();
         let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
-        let r = norm(&mut self.times(&x).iter().zip(&b).map(|(kx, b)| b - kx)) / norm(&mut b.iter().copied());
+        let r = norm(&mut self.matrix().times(&x).iter().zip(&b).map(|(kx, b)| b - kx))
+            / norm(&mut b.iter().copied());
         (report, solved, r)
     }
 

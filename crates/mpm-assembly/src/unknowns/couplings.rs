@@ -1,14 +1,15 @@
-//! Sets of nodes that couple all with all: what the pattern, the strips, and the scatter are made from.
+//! Sets of places (nodes, for bodies) that couple all with all: what the pattern, the strips, and the scatter are made
+//! from.
 
-use crate::Dilatation;
+use crate::body::Dilatation;
 use mpm_basis::Links;
 
-/// Sets of nodes that the tangent couples, all with all.
-pub trait Couplings: Sync {
+/// Sets of places that the tangent couples, all with all.
+pub trait Couplings: Send + Sync {
     /// Number of sets.
     fn n_sets(&self) -> usize;
 
-    /// Active numbers of the nodes of a set, ascending.
+    /// Places of a set, ascending; of a node that is its active number.
     fn set(&self, set: usize) -> &[u32];
 }
 

@@ -1,5 +1,9 @@
 //! Prescribed components of nodal displacement.
+//!
+//! Unknowns that belong to no node's displacement are never prescribed: a contribution that wants one of its own to stay
+//! gives it stiffness and no force.
 
+use super::Unknowns;
 use mpm_grid::Vector;
 
 /// Which components of which active nodes are prescribed in a load step, and their increments.
@@ -30,6 +34,11 @@ impl<const D: usize> Constraints<D> {
     #[inline]
     pub fn is_prescribed(&self, node: usize, component: usize) -> bool {
         self.mask[node] & (1 << component) != 0
+    }
+
+    /// Whether the unknown of an equation is prescribed.
+    pub fn is_held(&self, unknowns: &Unknowns<D>, equation: usize) -> bool {
+        unknowns.node_of(equation).is_some_and(|(node, component)| self.is_prescribed(node, component))
     }
 
     /// Bits of the prescribed components of a node.

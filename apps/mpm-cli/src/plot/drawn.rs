@@ -1,0 +1,30 @@
+//! The results file that is drawn.
+
+use crate::complaint::Complaint;
+use mpm_io::Results;
+use mpm_scene::Scene;
+use std::path::Path;
+
+/// A results file and its scene.
+pub struct Drawn {
+    pub results: Results,
+    pub scene: Scene,
+}
+
+impl Drawn {
+    pub fn open(path: &Path) -> Result<Self, Complaint> {
+        let results = Results::open(path).map_err(complain)?;
+        if results.fractions().is_empty() {
+            return Err(Complaint::input(format!("results file {} holds no recorded step", path.display())));
+        }
+        let scene = Scene::from_ron(results.scene()).map_err(|error| {
+            Complaint::input(format!("results file {}: its scene cannot be read: {error}", path.display()))
+        })?;
+        Ok(Self { results, scene })
+    }
+}
+
+/// What is wrong with a results file, told to the user.
+pub fn complain(error: mpm_io::ResultsError) -> Complaint {
+    Complaint::input(error.to_string())
+}

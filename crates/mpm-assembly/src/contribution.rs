@@ -1,0 +1,307 @@
+//! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
+
+use crate::body::{Body, Connection, InadmissiblePoint, PassInput, Sums, TangentSums};
+use crate::unknowns::{Constraints, Couplings, Pattern, UnknownId, UnknownVector, Unknowns};
+use mpm_basis::{ActiveNodes, Links};
+use mpm_grid::{LoadFraction, Mesh};
+use mpm_linear::Symmetry;
+
+/// Adds to the out-of-balance force and to the tangent of a load step.
+///
+/// The solver asks in this order, in every load step:
+/// 1. [`begin`](Self::begin) freezes what does not change while the step is balanced, and
+///    [`locate`](Self::locate) finds where the contribution's couplings are stored, if the pattern is new;
+/// 2. [`add`](Self::add), for every trial; it is pure, so that any trial may be the last one;
+/// 3. [`prepare`](Self::prepare) once the step is balanced, and [`commit`](Self::commit) once the points are committed.
+///    A step that fails is begun again from 1, so that what was prepared is dropped.
+///
+/// A contribution that remembers something from step to step (a slip, an anchor, a carried force) keeps it apart from
+/// what it has prepared, and [saves](Self::save) it for a run that is resumed.
+///
+/// Unknowns that belong to no node's displacement (a nodal field, the free motion of a rigid tool) are
+/// [pushed](Unknowns::push) in `begin`. They count from the start of the step, as displacements do.
+pub trait Contribution<const D: usize>: Send + Sync {
+    /// Begins a load step.
+    ///
+    /// # Errors
+    /// Why no load step can begin here; the solver reports the reason and cuts the step.
+    fn begin(&mut self, step: &StepStart<'_, D>, unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
+        let _ = (step, unknowns);
+        Ok(Begun::AsBefore)
+    }
+
+    /// The places that it couples in this step; they make the pattern of the tangent.
+    fn couplings(&self) -> &dyn Couplings;
+
+    /// Whether its tangent is symmetric; the pattern takes the worst of all contributions.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Unsymmetric
+    }
+
+    /// Finds where its couplings are stored in a new pattern. [`SystemSums::add`] needs no such preparation.
+    fn locate(&mut self, pattern: &Pattern<D>) {
+        let _ = pattern;
+    }
+
+    /// Adds its force, and its tangent where that is wanted, under a trial.
+    ///
+    /// # Errors
+    /// The trial is not admissible, for example because a point is inverted.
+    fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible>;
+
+    /// Its share in the size of the forces with which an out-of-balance force is compared `[F]`: nothing, if the
+    /// supports and the external force carry it all.
+    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
+        let _ = trial;
+        0.0
+    }
+
+    /// The size with which the residuals of its own unknowns are compared; in the units of those residuals.
+    fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
+        let _ = trial;
+        1.0
+    }
+
+    /// Whether its force depends on the load fraction besides the displacement, as where a wall or a tool moves.
+    fn moves_with_load(&self) -> bool {
+        false
+    }
+
+    /// Whether it gives stiffness to nodes that points barely reach.
+    fn stabilises(&self) -> bool {
+        false
+    }
+
+    /// Energies of a balanced trial.
+    fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
+        let _ = trial;
+        ContributionEnergy::default()
+    }
+
+    /// Works out its state at the end of a balanced step, apart from the present one.
+    fn prepare(&mut self, trial: &Trial<'_, D>) {
+        let _ = trial;
+    }
+
+    /// Makes the prepared state the present one.
+    fn commit(&mut self) {}
+
+    /// Its present state as finite numbers, from which a run goes on bit for bit.
+    fn save(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Takes the numbers that [`Self::save`] returned in an earlier run.
+    ///
+    /// # Errors
+    /// What the numbers are, and what was expected; nothing has changed.
+    fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
+        if saved.is_empty() { Ok(()) } else { Err(format!("has {} numbers, expected none", saved.len())) }
+    }
+
+    /// Its columns of the history.
+    fn history_columns(&self) -> Vec<HistoryColumn> {
+        Vec::new()
+    }
+
+    /// Appends the values of its history columns after the last committed step, column by column.
+    fn record(&self, to: &mut Vec<f64>) {
+        let _ = to;
+    }
+}
+
+/// A column of the history of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HistoryColumn {
+    /// Path below `/history`.
+    pub name: String,
+    /// Numbers per row.
+    pub width: usize,
+    /// Whether the numbers are counts.
+    pub is_count: bool,
+}
+
+/// Whether a contribution couples the places that it coupled in the load step that was begun before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begun {
+    /// It does, so that the pattern may be kept.
+    AsBefore,
+    /// It may not.
+    Anew,
+}
+
+/// Why a contribution cannot begin a load step.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+pub struct Refused {
+    /// A clause that follows the contribution's name.
+    pub reason: String,
+    /// Whether a shorter step may be begun.
+    pub is_step_too_long: bool,
+}
+
+/// Why a trial is not admissible.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Inadmissible {
+    /// A point of a body has no admissible state.
+    #[error("{0}")]
+    Point(InadmissiblePoint),
+    /// A contribution has none; a clause that follows its name.
+    #[error("{0}")]
+    Contribution(String),
+}
+
+/// Energies of a contribution `[F L]` (in the plane: per unit thickness).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContributionEnergy {
+    /// Stored at the end of the step.
+    pub stored: f64,
+    /// Dissipated in the step.
+    pub dissipated: f64,
+    /// Work done on the contribution from outside in the step, as by a wall that is moved.
+    pub work: f64,
+}
+
+/// A load step at its start.
+#[derive(Clone, Copy)]
+pub struct StepStart<'a, const D: usize> {
+    /// Mesh of the step.
+    pub mesh: &'a Mesh<D>,
+    /// Nodes that carry material.
+    pub active: &'a ActiveNodes<D>,
+    /// The bodies, in the order of the model.
+    pub bodies: &'a [BodyAtStart<'a, D>],
+    /// Load fraction at the start.
+    pub from: LoadFraction,
+    /// Load fraction at the end; along a path only the balanced step knows its own, see [`Trial::end`].
+    pub to: LoadFraction,
+    /// Whether the last step that was begun started here too, and failed: mesh and points are the same.
+    pub is_retry: bool,
+}
+
+/// A body at the start of a load step.
+#[derive(Clone, Copy)]
+pub struct BodyAtStart<'a, const D: usize> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its points.
+    pub body: &'a dyn Body<D>,
+    /// Which nodes its points influence.
+    pub links: &'a Links<D>,
+}
+
+/// A trial solution of a load step.
+#[derive(Clone, Copy)]
+pub struct Trial<'a, const D: usize> {
+    /// Where entries of the tangent are stored.
+    pub pattern: &'a Pattern<D>,
+    /// Prescribed components of displacement.
+    pub constraints: &'a Constraints<D>,
+    /// `Δu` of the active nodes `[L]`, and the other unknowns.
+    pub increment: &'a UnknownVector<D>,
+    /// Load fraction at the end of the step.
+    pub end: LoadFraction,
+    /// Whether nothing has moved yet: the first trial of an iteration from rest. Contact predicts sticking there.
+    pub is_first: bool,
+}
+
+impl<'a, const D: usize> Trial<'a, D> {
+    /// What a pass over points reads.
+    pub fn nodes(&self) -> PassInput<'a, D> {
+        PassInput { pattern: self.pattern, constraints: self.constraints, increment: &self.increment.nodes }
+    }
+}
+
+/// What contributions add to: internal forces, and where it is wanted the tangent.
+pub struct SystemSums<'a, const D: usize> {
+    /// `fⁱⁿᵗ` of every active node `[F]`, and the residuals of the other unknowns.
+    pub force: &'a mut UnknownVector<D>,
+    /// The tangent.
+    pub tangent: Option<SystemTangent<'a, D>>,
+    /// Smallest `det ΔF` of any point so far.
+    pub smallest_determinant: f64,
+}
+
+/// Entries of the tangent, and optionally its product with prescribed increments.
+pub struct SystemTangent<'a, const D: usize> {
+    /// One value per entry of the [`Pattern`].
+    pub values: &'a mut [f64],
+    /// The tangent times the prescribed increments, where asked for.
+    pub lift: Option<&'a mut UnknownVector<D>>,
+}
+
+impl<const D: usize> SystemSums<'_, D> {
+    /// What passes over points add to.
+    pub fn nodes(&mut self) -> Sums<'_, D> {
+        let tangent = self.tangent.as_mut().map(|tangent| TangentSums {
+            values: &mut *tangent.values,
+            lift: tangent.lift.as_mut().map(|lift| &mut lift.nodes[..]),
+        });
+        Sums { internal: &mut self.force.nodes, tangent }
+    }
+
+    /// Whether a tangent is wanted.
+    pub fn wants_tangent(&self) -> bool {
+        self.tangent.is_some()
+    }
+
+    /// Adds the force on some unknowns, and where a tangent is wanted its derivative `stiffness` with respect to them:
+    /// a dense matrix, column by column. The unknowns are of places that the contribution couples.
+    pub fn add(&mut self, trial: &Trial<'_, D>, unknowns: &[UnknownId], force: &[f64], stiffness: &[f64]) {
+        let numbering = trial.pattern.unknowns();
+        for (&unknown, &force) in unknowns.iter().zip(force) {
+            *entry(self.force, numbering, unknown) += force;
+        }
+        let Some(tangent) = &mut self.tangent else { return };
+        trial.pattern.add_dense(unknowns, stiffness, trial.constraints, tangent.values);
+        let Some(lift) = &mut tangent.lift else { return };
+        for (column, &unknown) in unknowns.iter().enumerate() {
+            let Some((node, component)) = numbering.node_of(unknown.equation()) else { continue };
+            let prescribed = trial.constraints.increment()[node][component];
+            if prescribed != 0.0 {
+                for (row, &other) in unknowns.iter().enumerate() {
+                    *entry(lift, numbering, other) += stiffness[column * unknowns.len() + row] * prescribed;
+                }
+            }
+        }
+    }
+}
+
+/// The number of an unknown.
+fn entry<'a, const D: usize>(
+    vector: &'a mut UnknownVector<D>,
+    numbering: &Unknowns<D>,
+    unknown: UnknownId,
+) -> &'a mut f64 {
+    match numbering.node_of(unknown.equation()) {
+        Some((node, component)) => &mut vector.nodes[node][component],
+        None => &mut vector.own[unknown.equation() - numbering.displacement(numbering.n_nodes(), 0).equation()],
+    }
+}
+
+/// A body and its connection in a load step.
+#[derive(Clone, Copy)]
+pub struct ConnectedBody<'a, const D: usize> {
+    /// Its points.
+    pub body: &'a dyn Body<D>,
+    /// How they are connected to the nodes.
+    pub connection: &'a Connection<D>,
+}
+
+/// The life of a body's points is that of [`Body`]; in a load step it is a contribution like any other.
+impl<const D: usize> Contribution<D> for ConnectedBody<'_, D> {
+    fn couplings(&self) -> &dyn Couplings {
+        self.connection.linked()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.body.symmetry()
+    }
+
+    fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
+        let determinant = self.body.assemble(self.connection, trial.nodes(), sums.nodes());
+        let determinant = determinant.map_err(Inadmissible::Point)?;
+        sums.smallest_determinant = sums.smallest_determinant.min(determinant);
+        Ok(())
+    }
+}

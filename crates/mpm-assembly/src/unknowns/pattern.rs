@@ -1,0 +1,367 @@
+//! Sparsity of the tangent: which node couples with which, and where each coupling is stored.
+//!
+//! Entries are stored by columns, in the order of the unknowns: the lower triangle of a symmetric tangent, both triangles
+//! of another. The pattern depends on connectivity alone: prescribed
+//! components stay in the matrix, as rows and columns with nothing but their diagonal.
+
+use super::numbering::node_equation;
+use super::{Constraints, Couplings, UnknownId, Unknowns};
+use mpm_linear::Symmetry;
+use rayon::prelude::*;
+
+/// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
+const CHUNK: usize = 1024;
+
+/// Block-sparse tangent: blocks of a place and a place, `D × D` where both are nodes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern<const D: usize> {
+    symmetry: Symmetry,
+    unknowns: Unknowns<D>,
+    /// Start of every place's neighbours in `neighbour`, and its length at the end.
+    neighbour_start: Vec<usize>,
+    /// Places that a place couples with, ascending: those with a higher number of a symmetric tangent, all of another,
+    /// the place itself included.
+    neighbour: Vec<u32>,
+    /// Start of every equation's column.
+    column_start: Vec<usize>,
+    /// Rows, ascending in each column; the diagonal of a symmetric tangent is the first.
+    row: Vec<usize>,
+}
+
+impl<const D: usize> Pattern<D> {
+    /// Couples all nodes that share a set; there are no other unknowns than their displacement.
+    pub fn of(n_active: usize, symmetry: Symmetry, couplings: &[&dyn Couplings]) -> Self {
+        Self::reusing(None, &Unknowns::of_nodes(n_active), symmetry, couplings)
+    }
+
+    /// Couples all places that share a set, in the memory of a pattern that is no longer needed.
+    pub fn reusing(
+        former: Option<Self>,
+        unknowns: &Unknowns<D>,
+        symmetry: Symmetry,
+        couplings: &[&dyn Couplings],
+    ) -> Self {
+        let mut pattern = former.unwrap_or_else(|| Self {
+            symmetry,
+            unknowns: unknowns.clone(),
+            neighbour_start: Vec::new(),
+            neighbour: Vec::new(),
+            column_start: Vec::new(),
+            row: Vec::new(),
+        });
+        pattern.symmetry = symmetry;
+        pattern.unknowns.clone_from(unknowns);
+        let n_places = unknowns.n_places();
+        let incidence: Vec<Incidence> = couplings.iter().map(|it| Incidence::of(n_places, *it)).collect();
+        let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_places.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_places);
+                let mut end = Vec::with_capacity(nodes.len());
+                let mut neighbour: Vec<u32> = Vec::new();
+                let mut found: Vec<u32> = Vec::new();
+                let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
+                for node in nodes {
+                    found.clear();
+                    for (couplings, incidence) in couplings.iter().zip(&incidence) {
+                        for &(set, position) in incidence.at(node) {
+                            found.extend_from_slice(&couplings.set(set as usize)[position as usize + 1..]);
+                        }
+                    }
+                    found_by.once(&mut found, node);
+                    neighbour.extend_from_slice(&found);
+                    end.push(neighbour.len());
+                }
+                (end, neighbour)
+            })
+            .collect();
+
+        let Self { neighbour_start, neighbour, column_start, row, .. } = &mut pattern;
+        neighbour_start.clear();
+        neighbour_start.push(0);
+        neighbour.clear();
+        for (end, list) in chunks {
+            let offset = neighbour.len();
+            neighbour_start.extend(end.into_iter().map(|end| end + offset));
+            neighbour.extend(list);
+        }
+        if symmetry == Symmetry::Unsymmetric {
+            (*neighbour_start, *neighbour) = both_ways(neighbour_start, neighbour);
+        }
+        scalar_columns(symmetry, unknowns, neighbour_start, neighbour, column_start, row);
+        pattern
+    }
+
+    /// The unknowns of its rows and columns.
+    pub fn unknowns(&self) -> &Unknowns<D> {
+        &self.unknowns
+    }
+
+    /// Which triangles are stored.
+    pub fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    /// Number of equations, prescribed ones included.
+    pub fn n_equations(&self) -> usize {
+        self.column_start.len() - 1
+    }
+
+    /// Start of every column in [`Pattern::row`], and its length at the end.
+    pub fn column_start(&self) -> &[usize] {
+        &self.column_start
+    }
+
+    /// Row of every stored entry.
+    pub fn row(&self) -> &[usize] {
+        &self.row
+    }
+
+    /// The pattern as linear solvers take it: `D` equations for each node, then those of no node.
+    pub fn for_solver(&self) -> mpm_linear::Pattern<'_> {
+        mpm_linear::Pattern {
+            column_start: &self.column_start,
+            row: &self.row,
+            symmetry: self.symmetry,
+            block: D,
+            blocks: self.unknowns.n_nodes(),
+        }
+    }
+
+    /// Number of stored entries.
+    pub fn n_entries(&self) -> usize {
+        self.row.len()
+    }
+
+    /// Place of the stiffness of an unknown against itself.
+    pub(crate) fn diagonal(&self, equation: usize) -> usize {
+        match self.symmetry {
+            Symmetry::Symmetric => self.column_start[equation],
+            Symmetry::Unsymmetric => self.find(equation, equation),
+        }
+    }
+
+    /// Place of the entry in a row and a column; of a symmetric tangent the row is not above the column.
+    fn find(&self, row: usize, column: usize) -> usize {
+        let entries = self.column_start[column]..self.column_start[column + 1];
+        let at = self.row[entries.clone()].binary_search(&row).expect("coupled unknowns have an entry");
+        entries.start + at
+    }
+
+    /// Adds the dense `stiffness` of some unknowns, column by column, leaving out what is prescribed.
+    pub(crate) fn add_dense(
+        &self,
+        unknowns: &[UnknownId],
+        stiffness: &[f64],
+        constraints: &Constraints<D>,
+        values: &mut [f64],
+    ) {
+        let n = unknowns.len();
+        let is_free = |unknown: UnknownId| match self.unknowns.node_of(unknown.equation()) {
+            Some((node, component)) => !constraints.is_prescribed(node, component),
+            None => true,
+        };
+        for (w, &column) in unknowns.iter().enumerate() {
+            for (v, &row) in unknowns.iter().enumerate() {
+                let is_stored = self.symmetry == Symmetry::Unsymmetric || row >= column;
+                // A prescribed component keeps its own stiffness, alone in its row and column.
+                if is_stored && (row == column || (is_free(row) && is_free(column))) {
+                    values[self.find(row.equation(), column.equation())] += stiffness[w * n + v];
+                }
+            }
+        }
+    }
+
+    /// Neighbours that the place's columns hold.
+    fn neighbours(&self, node: usize) -> &[u32] {
+        &self.neighbour[self.neighbour_start[node]..self.neighbour_start[node + 1]]
+    }
+
+    /// Number of [slots](Self::slots) of a set of `n` nodes.
+    pub(crate) fn n_slots(&self, n: usize) -> usize {
+        match self.symmetry {
+            Symmetry::Symmetric => n * n.saturating_sub(1) / 2,
+            Symmetry::Unsymmetric => n * n,
+        }
+    }
+
+    /// For each pair (column node, row node) of each set in turn, column by column: position of the row among the
+    /// column's neighbours. The pairs are those with the column before the row where the tangent is symmetric, else all.
+    pub(crate) fn slots(&self, couplings: &dyn Couplings) -> Vec<u32> {
+        let is_symmetric = self.symmetry == Symmetry::Symmetric;
+        let n_slots = (0..couplings.n_sets()).map(|set| self.n_slots(couplings.set(set).len()));
+        let mut slots = Vec::with_capacity(n_slots.sum());
+        for set in 0..couplings.n_sets() {
+            let nodes = couplings.set(set);
+            for (k, &node) in nodes.iter().enumerate() {
+                let neighbours = self.neighbours(node as usize);
+                let mut at = 0;
+                for &other in &nodes[if is_symmetric { k + 1 } else { 0 }..] {
+                    while neighbours[at] != other {
+                        at += 1;
+                    }
+                    slots.push(u32::try_from(at).expect("fewer than 2^32 neighbours"));
+                }
+            }
+        }
+        slots
+    }
+
+    /// Adds `stiffness · I` for each pair of nodes (columns in turn from the diagonal down, the same both ways), leaving
+    /// out what is prescribed; `slots` as from [`Pattern::slots`].
+    pub(crate) fn add_isotropic(
+        &self,
+        nodes: &[u32],
+        slots: &[u32],
+        stiffness: &[f64],
+        constraints: &Constraints<D>,
+        values: &mut [f64],
+    ) {
+        let n = nodes.len();
+        let is_symmetric = self.symmetry == Symmetry::Symmetric;
+        let (mut stiffness, mut slot) = (stiffness.iter(), 0);
+        for (w, &column) in nodes.iter().enumerate() {
+            let column = column as usize;
+            let diagonal = stiffness.next().expect("one for each pair");
+            for j in 0..D {
+                // A prescribed component keeps its own stiffness, alone in its row and column.
+                values[self.diagonal(node_equation::<D>(column, j))] += diagonal;
+            }
+            for (v, &row) in nodes.iter().enumerate().skip(w + 1) {
+                let (row, value) = (row as usize, stiffness.next().expect("one for each pair"));
+                let free =
+                    |j: &usize| !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row, *j);
+                for j in (0..D).filter(free) {
+                    let column_start = self.column_start[node_equation::<D>(column, j)];
+                    if is_symmetric {
+                        values[column_start + (D - j) + node_equation::<D>(slots[slot] as usize, j)] += value;
+                    } else {
+                        values[column_start + node_equation::<D>(slots[w * n + v] as usize, j)] += value;
+                        let column_start = self.column_start[node_equation::<D>(row, j)];
+                        values[column_start + node_equation::<D>(slots[v * n + w] as usize, j)] += value;
+                    }
+                }
+                slot += 1;
+            }
+        }
+    }
+}
+
+/// From the neighbours with a higher number to all of them, both ways, and each node itself; ascending.
+fn both_ways(start: &[usize], neighbour: &[u32]) -> (Vec<usize>, Vec<u32>) {
+    let n = start.len() - 1;
+    let of = |node: usize| &neighbour[start[node]..start[node + 1]];
+    let mut count = vec![1; n];
+    for node in 0..n {
+        count[node] += of(node).len();
+        of(node).iter().for_each(|&higher| count[higher as usize] += 1);
+    }
+    let mut all_start = Vec::with_capacity(n + 1);
+    all_start.push(0);
+    all_start.extend(count.iter().scan(0, |end, count| {
+        *end += count;
+        Some(*end)
+    }));
+    let (mut next, mut all) = (all_start.clone(), vec![0; all_start[n]]);
+    let mut push = |node: usize, other: u32| {
+        all[next[node]] = other;
+        next[node] += 1;
+    };
+    // Every node has its lower neighbours by the time that its own turn comes.
+    for node in 0..n {
+        push(node, node as u32);
+        for &higher in of(node) {
+            push(node, higher);
+            push(higher as usize, node as u32);
+        }
+    }
+    (all_start, all)
+}
+
+/// Node that each node from `first` on was last found to be a neighbour of.
+struct FoundBy {
+    first: usize,
+    node: Vec<u32>,
+}
+
+impl FoundBy {
+    /// Sorts the nodes found above `node`, each once.
+    fn once(&mut self, found: &mut Vec<u32>, node: usize) {
+        // Few are sorted as they are; of many most are repeated.
+        if found.len() > 32 {
+            found.retain(|&other| {
+                let other = other as usize - self.first;
+                if self.node.len() <= other {
+                    self.node.resize(other + 1, u32::MAX);
+                }
+                std::mem::replace(&mut self.node[other], node as u32) != node as u32
+            });
+        }
+        found.sort_unstable();
+        found.dedup();
+    }
+}
+
+/// Which sets each node belongs to, and at which position.
+struct Incidence {
+    start: Vec<usize>,
+    entry: Vec<(u32, u32)>,
+}
+
+impl Incidence {
+    fn of(n_active: usize, couplings: &dyn Couplings) -> Self {
+        let mut start = vec![0; n_active + 1];
+        for set in 0..couplings.n_sets() {
+            for &node in couplings.set(set) {
+                start[node as usize + 1] += 1;
+            }
+        }
+        for node in 0..n_active {
+            start[node + 1] += start[node];
+        }
+        let mut next = start.clone();
+        let mut entry = vec![(0, 0); start[n_active]];
+        for set in 0..couplings.n_sets() {
+            for (position, &node) in couplings.set(set).iter().enumerate() {
+                let slot = &mut next[node as usize];
+                entry[*slot] = (set as u32, position as u32);
+                *slot += 1;
+            }
+        }
+        Self { start, entry }
+    }
+
+    fn at(&self, node: usize) -> &[(u32, u32)] {
+        &self.entry[self.start[node]..self.start[node + 1]]
+    }
+}
+
+/// Columns of the equations from neighbours of the places.
+fn scalar_columns<const D: usize>(
+    symmetry: Symmetry,
+    unknowns: &Unknowns<D>,
+    neighbour_start: &[usize],
+    neighbour: &[u32],
+    column_start: &mut Vec<usize>,
+    row: &mut Vec<usize>,
+) {
+    column_start.clear();
+    column_start.reserve(unknowns.n_equations() + 1);
+    column_start.push(0);
+    row.clear();
+    let is_symmetric = symmetry == Symmetry::Symmetric;
+    let diagonals = if is_symmetric { unknowns.n_nodes() * D * (D + 1) / 2 } else { 0 };
+    row.reserve(neighbour.len() * D * D + diagonals);
+    for place in 0..unknowns.n_places() {
+        let own = unknowns.equations(place);
+        for equation in own.clone() {
+            if is_symmetric {
+                row.extend(equation..own.end);
+            }
+            for &other in &neighbour[neighbour_start[place]..neighbour_start[place + 1]] {
+                row.extend(unknowns.equations(other as usize));
+            }
+            column_start.push(row.len());
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! What a constitutive law is, and what it answers to a trial state.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::spectral::Spectrum;
+use crate::{Elasticity, History, PointParameters, PrincipalTangent, SymmetricTensor};
+
+/// An isotropic law in principal logarithmic space, always three-dimensional.
+///
+/// The three principal directions have equal rights: a law must not read anything into their
+/// order, which is fixed by the data but not sorted.
+pub trait Material: Send + Sync {
+    /// What a point remembers besides b_e; `()` where there is nothing.
+    type History: History;
+
+    /// Whether the law can yield.
+    const PLASTIC: bool;
+
+    /// Whether the algorithmic tangent ∂τ_a/∂ε_b is symmetric in every state that these parameters allow, and with
+    /// it the stiffness matrix. A tangent that is called symmetric and is not loses its upper triangle.
+    fn has_symmetric_tangent(&self) -> bool;
+
+    /// What a point remembers before the first load step.
+    fn initial(&self, point: &PointParameters) -> Self::History;
+
+    /// Answers principal elastic trial strains `trial` [-] with stress, tangent and the elastic
+    /// strain that is left. Non-finite strains give non-finite stresses.
+    ///
+    /// # Errors
+    /// The law finds no admissible state that `trial` returns to. The load step is then cut.
+    fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn>;
+
+    /// Elastic constants of the undeformed material. Their P-wave modulus is the size of the tangent's entries,
+    /// against which round-off is judged; ghost stiffness is measured in their Young's modulus.
+    fn elasticity(&self) -> Elasticity;
+}
+
+/// A return mapping that found no admissible state.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{reason}")]
+pub struct NoReturn {
+    /// What the law could not do, as a clause: "the hardening equation has no root in its bracket".
+    pub reason: &'static str,
+}
+
+/// Answer of a [`Material`] in principal axes.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Update<H> {
+    /// Elastic strains ε_e after the update [-].
+    pub elastic_strain: Vector3<f64>,
+    /// Kirchhoff stresses τ [F/L²].
+    pub kirchhoff: Vector3<f64>,
+    /// Algorithmic tangent ∂τ_a/∂ε_bᵗʳ [F/L²], `[(a, b)]`.
+    pub tangent: Matrix3<f64>,
+    /// Secants (τ_a − τ_b)/(ε_aᵗʳ − ε_bᵗʳ) of the pairs (0,1), (1,2), (2,0) [F/L²], each with its
+    /// limit where the strains are equal. A law gives them in closed form: the quotient of
+    /// differences would lose all digits as two strains approach each other.
+    pub secant: Vector3<f64>,
+    /// Whether the point yielded in this update.
+    pub plastic: bool,
+    /// What the point remembers from here on.
+    pub history: H,
+}
+
+/// Answer of a point to a trial elastic state.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Response<H> {
+    /// Kirchhoff stress τ = J σ [F/L²].
+    pub kirchhoff: SymmetricTensor,
+    /// Elastic excess b_e − I after the update [-].
+    pub elastic_excess: SymmetricTensor,
+    /// Whether the point yielded.
+    pub plastic: bool,
+    /// What the point remembers from here on.
+    pub history: H,
+    /// Principal axes and moduli, from which the spatial tangent is made when it is wanted.
+    pub tangent: PrincipalTangent,
+}
+
+/// Answers the trial elastic state b_eᵗʳ = ΔF b_e ΔFᵀ, given by its excess
+/// `trial_excess` = b_eᵗʳ − I.
+///
+/// The principal values c_a of the excess give εᵗʳ_a = ½ ln(1 + c_a); what yields is returned to
+/// b_e = exp(2 ε_e) in the axes of the trial state. An elastic point keeps its trial excess, bit
+/// for bit. States with `yz == zx == 0` take a closed-form path about ten times faster than the
+/// general one.
+///
+/// Where b_eᵗʳ is not positive definite, or not finite, every component of the stress is NaN (but
+/// for yz and zx of a plane state, always zero). The caller, who knows det ΔF, should refuse such
+/// a state before asking.
+///
+/// # Errors
+/// What the law's [`Material::update`] says.
+// Always inlined: a pass that wants stresses only then pays for nothing that `tangent` holds.
+#[inline(always)]
+pub fn respond<M: Material>(
+    law: &M,
+    trial_excess: &SymmetricTensor,
+    history: &M::History,
+) -> Result<Response<M::History>, NoReturn> {
+    let Spectrum { values, frame } = Spectrum::of(trial_excess);
+    let strain = log_strains(&values);
+    let update = law.update(&strain, history)?;
+
+    let elastic_excess = if update.plastic {
+        frame.compose(&update.elastic_strain.map(|eps| (2.0 * eps).exp_m1()))
+    } else {
+        *trial_excess
+    };
+    Ok(Response {
+        kirchhoff: frame.compose(&update.kirchhoff),
+        elastic_excess,
+        plastic: update.plastic,
+        history: update.history,
+        tangent: PrincipalTangent {
+            frame,
+            excess: values,
+            strain,
+            kirchhoff: update.kirchhoff,
+            tangent: update.tangent,
+            secant: update.secant,
+        },
+    })
+}
+
+/// Elastic logarithmic strain ε_e = ½ ln b_e [-] from the excess b_e − I; NaN where b_e is not
+/// positive definite.
+#[inline]
+pub fn log_strain(excess: &SymmetricTensor) -> SymmetricTensor {
+    let Spectrum { values, frame } = Spectrum::of(excess);
+    frame.compose(&log_strains(&values))
+}
+
+/// ε_a = ½ ln(1 + c_a).
+#[inline]
+fn log_strains(excess: &Vector3<f64>) -> Vector3<f64> {
+    // One bad value spoils all three: a stress must not look healthy in some components only.
+    if excess.iter().all(|&c| c > -1.0 && c < f64::INFINITY) {
+        excess.map(|c| 0.5 * c.ln_1p())
+    } else {
+        Vector3::repeat(f64::NAN)
+    }
+}
