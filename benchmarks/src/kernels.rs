@@ -5,7 +5,7 @@ use mpm_assembly::{
     Body, Connection, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Links, Stencils};
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symmetry};
 use mpm_material::{
     Elasticity, Hencky, Material, PointParameters, SymmetricTensor, VonMises, log_strain, respond,
@@ -153,7 +153,7 @@ pub(crate) struct Connected<const D: usize> {
 type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
 
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let pattern = Pattern::of(active.len(), Symmetry::Symmetric, &[&links]);
     let connection = Connection::new(links, &pattern);

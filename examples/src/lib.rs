@@ -1,9 +1,9 @@
 //! What the examples share: a square of 2 × 2 cells with 2 × 2 points each, made without a scene.
 
-use mpm_assembly::MaterialBody;
-use mpm_basis::Basis;
-use mpm_grid::{Axis, Layout, Mesh, MeshMotion, Region, Vector};
-use mpm_material::Material;
+use mpm_assembly::{Contribution, MaterialBody};
+use mpm_basis::{Basis, Smpm};
+use mpm_grid::{Axis, Layout, Mesh, MeshMotion, NodeId, NodeSpace, Region, Vector};
+use mpm_material::{Elasticity, Hencky, Material};
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
 use mpm_solver::{Model, PredictorKind, Prescribed, Schedule, Support, Tolerance};
 use std::error::Error;
@@ -31,7 +31,8 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
             basis.seed(&mesh.piece([i, j], &from, &to), &mut |seed| points.push(seed));
         }
     }
-    let mut model = Model::new(layout);
+    let nodes = NodeSpace::of(basis.node_kind(), &mesh)?;
+    let mut model = Model::on(layout, nodes);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
     model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(steps) };
@@ -45,7 +46,31 @@ pub fn support(
     region: Region<2>,
     components: [Option<Prescribed>; 2],
 ) -> Result<Support<2>, Box<dyn Error>> {
-    Ok(Support { name: name.into(), nodes: region.nodes(&layout()?), components, moment_about: None })
+    Ok(Support {
+        name: name.into(),
+        nodes: region.nodes(&NodeSpace::vertices(layout()?.lattice()), &layout()?),
+        components,
+        moment_about: None,
+    })
+}
+
+/// The square of an elastic bar (Young's modulus 1000) that is held at its right side and cannot widen; `contribution`
+/// gets the nodes of its left side.
+pub fn held_bar<C: Contribution<2> + 'static>(
+    contribution: impl FnOnce(Vec<NodeId>) -> C,
+    steps: u32,
+) -> Result<Model<2>, Box<dyn Error>> {
+    let all = Region::Box { from: Vector::zeros(), to: Vector::repeat(1.0) };
+    let supports = vec![
+        support("right", Region::Plane { axis: 0, at: 1.0 }, [Some(Prescribed::Held), None])?,
+        support("flat", all, [None, Some(Prescribed::Held)])?,
+    ];
+    let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.0)?);
+    let mut model = model((Smpm, law), MeshMotion::Fixed, supports, steps)?;
+    let left = Region::Plane { axis: 0, at: 0.0 };
+    let left = left.nodes(&model.nodes, &model.layout);
+    model.add_contribution("springs", Box::new(contribution(left)));
+    Ok(model)
 }
 
 /// Keeps the relative out-of-balance force of every Newton iterate, step by step.

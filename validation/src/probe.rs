@@ -7,7 +7,7 @@ use mpm_assembly::{
     PointView, StepStart, SystemSums, SystemTangent, Trial, UnknownVector, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Links};
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_linear::Matrix;
 use mpm_scene::Compiled;
 use mpm_scene::Scene;
@@ -135,7 +135,7 @@ fn connect<const D: usize>(
 ) -> Result<Connected<D>, Broken> {
     let body = &*named.body;
     let stencils = body.stencils(mesh)?;
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let dilatation = body.dilatation(&links, mesh, &active)?;
     let linked = Linked { links, dilatation };

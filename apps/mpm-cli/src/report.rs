@@ -53,7 +53,8 @@ pub fn method(code: u64) -> &'static str {
         0 => "LLᵀ",
         1 => "LBLᵀ",
         2 => "LU",
-        _ => "CG",
+        3 => "CG",
+        _ => "another solver",
     }
 }
 

@@ -24,7 +24,7 @@ pub struct Row {
     pub residuals: Vec<f64>,
     /// Free components of displacement.
     pub equations: u64,
-    /// 0 LLᵀ, 1 LBLᵀ, 2 LU.
+    /// 0 LLᵀ, 1 LBLᵀ, 2 LU, 3 conjugate gradients, 4 another solver.
     pub method: u64,
     /// Times the step was halved before it converged.
     pub cuts: u64,

@@ -220,6 +220,9 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("motion.rs", "a box has {needed} corners", "the compiler gives them all"),
     ("motion.rs", "rotations need two or three", "scenes have two or three dimensions"),
     ("motion.rs", "an affine motion", "scenes have none"),
+    ("node_space.rs", "", "every basis of a scene is on vertices"),
+    ("nodes.rs", "", "every basis of a scene is on vertices"),
+    ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on vertices"),
     ("motion.rs", "a twist needs a ring layout", "the compiler says so before"),
     ("motion.rs", "a twist turns about", "the compiler gives the ring's centre"),
     ("motion.rs", "a twist needs 0 <= inner", "the compiler gives the ring's radii"),
@@ -270,6 +273,8 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("error.rs", "the equilibrium found is", "steps are shortened before"),
     ("error.rs", "nothing in the step changes", "load steps are taken in its place"),
     ("linear/src/report.rs", "", "of singular matrices, in the tests of linear solvers"),
+    ("linear/src/solver.rs", "is of another", "of checkpoints"),
+    ("direct/order.rs", "is no order", "of checkpoints, in `mpm-solver/tests/resume.rs`"),
     ("multigrid/outcome.rs", "", "another solver takes over"),
 ];
 

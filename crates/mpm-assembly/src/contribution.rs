@@ -67,6 +67,11 @@ pub trait Contribution<const D: usize>: Send + Sync {
         false
     }
 
+    /// Whether it takes nodes for the corners of cells, so that it exists on the vertices of a mesh only.
+    fn needs_vertices(&self) -> bool {
+        false
+    }
+
     /// Whether it gives stiffness to nodes that points barely reach.
     fn stabilises(&self) -> bool {
         false
@@ -99,26 +104,40 @@ pub trait Contribution<const D: usize>: Send + Sync {
         if saved.is_empty() { Ok(()) } else { Err(format!("has {} numbers, expected none", saved.len())) }
     }
 
-    /// Its columns of the history.
-    fn history_columns(&self) -> Vec<HistoryColumn> {
+    /// What the history of the run tells of it after the last committed step: always the same columns.
+    fn history(&self) -> Vec<Recorded> {
         Vec::new()
-    }
-
-    /// Appends the values of its history columns after the last committed step, column by column.
-    fn record(&self, to: &mut Vec<f64>) {
-        let _ = to;
     }
 }
 
-/// A column of the history of a run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HistoryColumn {
+/// A column of the history, and its values in one row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recorded {
     /// Path below `/history`.
     pub name: String,
-    /// Numbers per row.
-    pub width: usize,
-    /// Whether the numbers are counts.
-    pub is_count: bool,
+    /// The values.
+    pub values: RecordedValues,
+}
+
+/// Values of a column in one row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RecordedValues {
+    /// A count.
+    Count(u64),
+    /// Real numbers.
+    Real(Vec<f64>),
+}
+
+impl Recorded {
+    /// A count.
+    pub fn count(name: impl Into<String>, count: u64) -> Self {
+        Self { name: name.into(), values: RecordedValues::Count(count) }
+    }
+
+    /// Real numbers.
+    pub fn real(name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
+        Self { name: name.into(), values: RecordedValues::Real(values.into()) }
+    }
 }
 
 /// Whether a contribution couples the places that it coupled in the load step that was begun before.
@@ -138,6 +157,18 @@ pub struct Refused {
     pub reason: String,
     /// Whether a shorter step may be begun.
     pub is_step_too_long: bool,
+}
+
+impl Refused {
+    /// A shorter step may be begun.
+    pub fn step_too_long(reason: impl Into<String>) -> Self {
+        Self { reason: reason.into(), is_step_too_long: true }
+    }
+
+    /// No step can be begun from here, however short.
+    pub fn here(reason: impl Into<String>) -> Self {
+        Self { reason: reason.into(), is_step_too_long: false }
+    }
 }
 
 /// Why a trial is not admissible.

@@ -18,11 +18,11 @@
 //! gradient is continuous.
 
 use crate::contribution::{
-    Begun, BodyAtStart, Contribution, HistoryColumn, Inadmissible, Refused, StepStart, SystemSums, Trial,
+    Begun, BodyAtStart, Contribution, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
 };
 use crate::{Couplings, PassInput, Pattern, Sums, Unknowns};
 use mpm_basis::{ActiveNodes, Links};
-use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, Vector};
+use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 
 /// Material in one cell of the mesh.
@@ -81,7 +81,11 @@ impl<const D: usize> GhostFaces<D> {
     /// Young's modulus; `cells` as the bodies gave them, in any order.
     ///
     /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
+    ///
+    /// # Panics
+    /// The nodes are not the vertices of the mesh.
     pub fn of(mesh: &Mesh<D>, active: &ActiveNodes<D>, mut cells: Vec<OccupiedCell>, factor: f64) -> Self {
+        assert_eq!(active.space().kind(), NodeKind::Vertices, "faces join corners of cells");
         // Stable: cells that occur more than once are summed in the order of the bodies.
         cells.sort_by_key(|it| it.cell);
         cells.dedup_by(|next, kept| {
@@ -271,16 +275,16 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
         Ok(())
     }
 
+    fn needs_vertices(&self) -> bool {
+        true
+    }
+
     fn stabilises(&self) -> bool {
         true
     }
 
-    fn history_columns(&self) -> Vec<HistoryColumn> {
-        vec![HistoryColumn { name: "ghost_faces".into(), width: 1, is_count: true }]
-    }
-
-    fn record(&self, to: &mut Vec<f64>) {
-        to.push(self.faces.len() as f64);
+    fn history(&self) -> Vec<Recorded> {
+        vec![Recorded::count("ghost_faces", self.faces.len() as u64)]
     }
 }
 

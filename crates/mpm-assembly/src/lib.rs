@@ -27,8 +27,10 @@ pub use body::{
     StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent, views,
 };
 pub use contribution::{
-    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, HistoryColumn, Inadmissible, Refused,
-    StepStart, SystemSums, SystemTangent, Trial,
+    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
+    RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
 };
 pub use ghost::{GhostFaces, GhostStabilisation, OccupiedCell};
-pub use unknowns::{Block, Constraints, Couplings, Linked, Pattern, Place, UnknownId, UnknownVector, Unknowns};
+pub use unknowns::{
+    Block, Constraints, CoupledPlaces, Couplings, Linked, Pattern, Place, UnknownId, UnknownVector, Unknowns,
+};

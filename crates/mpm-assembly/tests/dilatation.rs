@@ -7,7 +7,7 @@ use mpm_assembly::{
     Pattern, Sums, TangentSums, views,
 };
 use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Links, Smpm};
-use mpm_grid::{Block, Vector};
+use mpm_grid::{Block, NodeSpace, Vector};
 use mpm_material::{Elasticity, VonMises};
 use setup::{Setup, apart, connect, field, flat, law, sum, times};
 
@@ -240,7 +240,8 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
         let before = field(&rest, 0.03);
         let Setup { body, mesh, .. } = advanced(rest, &before);
         let stencils = body.stencils(&mesh).unwrap();
-        let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+        let active =
+            ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
         let links = Links::of(stencils, &active);
         let mut cells = Vec::new();
         body.occupied_cells(&links, mesh.lattice(), &active, &mut cells);

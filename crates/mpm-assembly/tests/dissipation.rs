@@ -2,7 +2,7 @@
 
 use mpm_assembly::{Body, Connection, MaterialBody, Pattern};
 use mpm_basis::{ActiveNodes, Basis, Links, Smpm};
-use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, Vector};
+use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
 use mpm_material::{Elasticity, Material, VonMises};
 
 const YIELD_RADIUS: f64 = 10.0;
@@ -18,7 +18,7 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, Connection<2>, Vec<Ve
     }
     let body = MaterialBody::new(Smpm, law, points);
     let stencils = body.stencils(&mesh).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let pattern = Pattern::of(active.len(), body.symmetry(), &[&links]);
     let positions = active.nodes().iter().map(|&node| mesh.position(node)).collect();

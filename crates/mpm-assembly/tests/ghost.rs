@@ -4,7 +4,9 @@ use mpm_assembly::{
     Body, Constraints, GhostFaces, MaterialBody, PassInput, Pattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Cpdi1, Cpdi2q, Gimp, Links, Smpm};
-use mpm_grid::{Axis, Block, Layout, LoadFraction, Mesh, MeshMotion, Ramp, Reindexing, Span, Vector};
+use mpm_grid::{
+    Axis, Block, Layout, LoadFraction, Mesh, MeshMotion, NodeSpace, Ramp, Reindexing, Span, Vector,
+};
 use mpm_material::{Elasticity, Hencky};
 
 const YOUNG: f64 = 30.0;
@@ -32,7 +34,7 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     let law = Hencky(Elasticity::from_young_poisson(YOUNG, 0.0).unwrap());
     let body = MaterialBody::new(basis, law, points);
     let stencils = body.stencils(&mesh).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = [Links::of(stencils, &active)];
     let mut cells = Vec::new();
     body.occupied_cells(&links[0], mesh.lattice(), &active, &mut cells);

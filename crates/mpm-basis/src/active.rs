@@ -2,7 +2,7 @@
 
 use crate::Stencils;
 use crate::connectivity::{ACTIVE, narrow, widen};
-use mpm_grid::{Lattice, NodeId};
+use mpm_grid::{NodeId, NodeSpace};
 
 /// The nodes that carry material in this load step, numbered in ascending order.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,13 +18,13 @@ const INACTIVE: u32 = u32::MAX;
 /// The box of lattice indices that the stencils touch.
 #[derive(Clone, Debug, PartialEq)]
 struct Window<const D: usize> {
-    lattice: Lattice<D>,
+    space: NodeSpace<D>,
     low: [u32; D],
     extent: [u32; D],
 }
 
 impl<const D: usize> Window<D> {
-    fn around(lattice: &Lattice<D>, stencils: &[Stencils<D>]) -> Self {
+    fn around(space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> Self {
         let nothing = ([u32::MAX; D], [0; D]);
         let chunks = stencils.iter().flat_map(|body| &body.chunks).filter(|chunk| !chunk.nodes.is_empty());
         let (low, high) = chunks.fold(nothing, |all, chunk| widen(widen(all, chunk.bounds.0), chunk.bounds.1));
@@ -32,7 +32,7 @@ impl<const D: usize> Window<D> {
         for d in 0..D {
             extent[d] = (high[d] + 1).saturating_sub(low[d]);
         }
-        Self { lattice: lattice.clone(), low, extent }
+        Self { space: space.clone(), low, extent }
     }
 
     fn size(&self) -> usize {
@@ -41,7 +41,7 @@ impl<const D: usize> Window<D> {
 
     #[inline]
     fn slot(&self, node: NodeId) -> Option<usize> {
-        let index = self.lattice.node_index(node);
+        let index = self.space.lattice().node_index(node);
         let mut slot = 0;
         for d in (0..D).rev() {
             let offset = index[d].wrapping_sub(self.low[d]);
@@ -60,14 +60,14 @@ impl<const D: usize> Window<D> {
             *index += narrow(slot % extent);
             slot /= extent;
         }
-        self.lattice.node(index)
+        self.space.lattice().node(index)
     }
 }
 
 impl<const D: usize> ActiveNodes<D> {
-    /// Nodes with `Σ_p |S_vp| > 1e-14` over the points of all bodies.
-    pub fn of(lattice: &Lattice<D>, stencils: &[Stencils<D>]) -> Self {
-        let window = Window::around(lattice, stencils);
+    /// Nodes of `space` with `Σ_p |S_vp| > 1e-14` over the points of all bodies.
+    pub fn of(space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> Self {
+        let window = Window::around(space, stencils);
         let slot = |node| window.slot(node).expect("the window holds every node of the stencils");
         let mut number = vec![INACTIVE; window.size()];
         let chunks = || stencils.iter().flat_map(|body| &body.chunks);
@@ -96,8 +96,13 @@ impl<const D: usize> ActiveNodes<D> {
 
     /// Nodes, active or not, in the box of lattice indices that the stencils touch: a table of that length
     /// is made of them.
-    pub fn nodes_around(lattice: &Lattice<D>, stencils: &[Stencils<D>]) -> usize {
-        Window::around(lattice, stencils).size()
+    pub fn nodes_around(space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> usize {
+        Window::around(space, stencils).size()
+    }
+
+    /// The nodes among which these are.
+    pub fn space(&self) -> &NodeSpace<D> {
+        &self.window.space
     }
 
     /// Number of active nodes.
@@ -127,7 +132,7 @@ impl<const D: usize> ActiveNodes<D> {
         self.nodes
             .iter()
             .map(|&node| {
-                let index = self.window.lattice.node_index(node);
+                let index = self.window.space.lattice().node_index(node);
                 std::array::from_fn(|d| if d < D { index[d] } else { 0 })
             })
             .collect()

@@ -156,7 +156,7 @@ impl Cells {
 mod tests {
     use super::*;
     use crate::{ActiveNodes, Gimp, Seed, Stencils};
-    use mpm_grid::{Axis, Layout, Mesh, Vector};
+    use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
 
     #[test]
     fn every_point_is_in_its_cell_with_its_nodes() {
@@ -175,7 +175,8 @@ mod tests {
         let positions: Vec<Vector<2>> = seeds.iter().map(|seed| seed.position).collect();
         let domains: Vec<_> = seeds.iter().map(|seed| seed.domain).collect();
         let stencils = Stencils::of(&Gimp::default(), &mesh, &positions, &domains).unwrap();
-        let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+        let active =
+            ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
         let links = Links::of(stencils, &active);
         let cell: Vec<u32> = positions.iter().map(|x| x.x as u32 + 4 * x.y as u32).collect();
         let cells = Cells::of(&links, &cell, |cell| if cell == 9 { vec![2, 0] } else { Vec::new() });

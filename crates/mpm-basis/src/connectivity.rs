@@ -6,7 +6,7 @@
 //! three follows the material, not the grid.
 
 use crate::{Basis, Influence, Stencil};
-use mpm_grid::{Lattice, Mesh, NodeId, OutsideMesh, Vector};
+use mpm_grid::{Lattice, Mesh, NodeId, NodeSpace, OutsideMesh, Vector};
 use rayon::prelude::*;
 
 /// Points per parallel task; fixed, so that nothing depends on the number of threads. A run of points
@@ -74,6 +74,9 @@ impl<const D: usize> Stencils<D> {
     ///
     /// # Errors
     /// The first point (in order) that the mesh does not cover.
+    ///
+    /// # Panics
+    /// The mesh has no nodes of the basis' kind.
     pub fn of<B: Basis<D>>(
         basis: &B,
         mesh: &Mesh<D>,
@@ -81,6 +84,7 @@ impl<const D: usize> Stencils<D> {
         domain: &[B::Domain],
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(x.len(), domain.len(), "one domain per point");
+        let nodes = NodeSpace::of(basis.node_kind(), mesh).expect("the mesh has nodes of the basis' kind");
         let chunks: Vec<Result<_, UnconnectedPoint<D>>> = (0..x.len().div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
@@ -96,7 +100,7 @@ impl<const D: usize> Stencils<D> {
                     stencil.finish();
                     made.push(stencil.entries());
                 }
-                made.finish(mesh.lattice());
+                made.finish(nodes.lattice());
                 Ok(made)
             })
             .collect();

@@ -3,7 +3,7 @@
 use crate::{
     Basis, Convection, ConvectionError, Cpdi1, DomainReport, Parallelepiped, Part, Piece, Seed, Stencil,
 };
-use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
+use mpm_grid::{Block, Mesh, NodeKind, OutsideMesh, Vector};
 
 /// Another basis, except for points whose domain's [`Basis::distortion`] has passed `beyond`, or
 /// whose domain has turned inside out: these go on, for good, with the CPDI1 parallelepiped of their
@@ -49,11 +49,18 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         self.basis.name()
     }
 
+    fn node_kind(&self) -> NodeKind {
+        self.basis.node_kind()
+    }
+
     fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
         self.basis.pieces_per_cell(points_per_cell)
     }
 
     fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
+        if self.node_kind() != NodeKind::Vertices {
+            return Err("the fallback to CPDI1 needs a basis on the vertices of the mesh");
+        }
         self.basis.suits(mesh)
     }
 

@@ -27,6 +27,7 @@
 
 mod active;
 mod cells;
+mod completeness;
 mod connectivity;
 pub mod control;
 mod cpdi1;
@@ -46,6 +47,7 @@ mod tensor;
 
 pub use active::ActiveNodes;
 pub use cells::{CellPart, Cells};
+pub use completeness::Completeness;
 pub use connectivity::{Stencils, UnconnectedPoint};
 /// See [`control`].
 pub use control::{DomainControl, Part};
@@ -64,7 +66,7 @@ pub use simplex::Simplex;
 pub use smpm::Smpm;
 pub use stored::StoredDomain;
 
-use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
+use mpm_grid::{Block, Mesh, NodeId, NodeKind, OutsideMesh, Vector};
 
 /// A basis says how a point's domain spreads its influence, and how that domain deforms.
 pub trait Basis<const D: usize>: Send + Sync {
@@ -73,6 +75,11 @@ pub trait Basis<const D: usize>: Send + Sync {
 
     /// Its name in one word, as people write it.
     fn name(&self) -> &'static str;
+
+    /// The nodes that it influences. All bodies of a model share one kind.
+    fn node_kind(&self) -> NodeKind {
+        NodeKind::Vertices
+    }
 
     /// Pieces per direction that a cell is cut into for `points_per_cell` points per direction, or
     /// what the number must be instead.

@@ -19,7 +19,8 @@
 //! ```
 //!
 //! A mesh finds the cell of a position ([`Mesh::locate`]) and hands out the nodes' shape functions
-//! there ([`Mesh::values`], [`Mesh::values_and_gradients`]). A [`Region`] names sets of nodes.
+//! there ([`Mesh::values`], [`Mesh::values_and_gradients`]). A [`NodeSpace`] numbers the nodes on which
+//! functions live, vertices or control points; a [`Region`] names sets of them.
 
 mod affine;
 mod axis;
@@ -30,6 +31,7 @@ mod layout;
 mod location;
 mod mesh;
 mod motion;
+mod node_space;
 mod placed;
 mod ramp;
 mod region;
@@ -43,6 +45,7 @@ pub use layout::{Layout, LayoutError, Span};
 pub use location::{OutsideMesh, Place};
 pub use mesh::Mesh;
 pub use motion::{AffineMotion, DrivenPlane, MeshMotion, MotionError, Reindexing};
+pub use node_space::{NodeKind, NodeSpace, NodeSpaceError};
 pub use ramp::{LoadFraction, Ramp, RampError};
 pub use region::Region;
 

@@ -99,6 +99,23 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
+    /// Whether its cells come from a box.
+    pub(crate) fn is_box(&self) -> bool {
+        !matches!(self.shape, Shape::Ring(_))
+    }
+
+    /// Position `[L]` of what has these coordinates on the axes (of the box at rest, where it is bent);
+    /// `None` in a ring.
+    #[inline]
+    pub(crate) fn image(&self, coordinate: impl Fn(usize, &Axis) -> f64) -> Option<Vector<D>> {
+        let on = |axes: &[Axis; D]| Vector::from_fn(|d, _| coordinate(d, &axes[d]));
+        match &self.shape {
+            Shape::Rectilinear(axes) => Some(on(axes)),
+            Shape::Bent { axes, motion } => Some(motion.place(&on(axes))),
+            Shape::Ring(_) => None,
+        }
+    }
+
     /// Positions `[L]` of the corners of a cell: the first 2^D entries, lexicographic.
     #[inline]
     pub fn corner_positions(&self, cell: [u32; D]) -> [Vector<D>; 8] {

@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use crate::layout::Layout;
 use crate::mesh::Mesh;
-use crate::{Axis, NodeId, Vector};
+use crate::node_space::{NodeLine, NodeSpace};
+use crate::{Lattice, NodeId, Vector};
 
 /// Nodes are in a region up to this share of the smallest cell edge beside them.
 const TOLERANCE: f64 = 1e-9;
@@ -61,42 +62,43 @@ pub enum Region<const D: usize> {
 }
 
 impl<const D: usize> Region<D> {
-    /// The nodes of the region, ascending.
+    /// The nodes of a space on this layout that stand in the region at rest, ascending.
     ///
     /// In a box the search is confined to the part of the lattice that can belong to the region.
-    pub fn nodes(&self, layout: &Layout<D>) -> Vec<NodeId> {
+    pub fn nodes(&self, space: &NodeSpace<D>, layout: &Layout<D>) -> Vec<NodeId> {
         match layout {
-            Layout::Box { axes } => self.nodes_of_box(layout, axes),
+            Layout::Box { axes } => self.nodes_of_box(space.lattice(), &space.axis_lines(axes)),
             Layout::Ring { .. } => self.nodes_of_ring(layout),
         }
     }
 
     /// Nodes among which [`Self::nodes`] seeks: its cost, and at least as many as it finds.
-    pub fn candidates(&self, layout: &Layout<D>) -> f64 {
+    pub fn candidates(&self, space: &NodeSpace<D>, layout: &Layout<D>) -> f64 {
         match layout {
-            Layout::Box { axes } => self.ranges(axes).iter().map(|range| range.len() as f64).product(),
-            Layout::Ring { .. } => layout.lattice().n_nodes() as f64,
+            Layout::Box { axes } => {
+                self.ranges(&space.axis_lines(axes)).iter().map(|range| range.len() as f64).product()
+            }
+            Layout::Ring { .. } => space.lattice().n_nodes() as f64,
         }
     }
 
     /// Indices of the nodes of a box that can belong to the region.
-    fn ranges(&self, axes: &[Axis; D]) -> [Range<u32>; D] {
-        let mut ranges = from_fn(|d| 0..axes[d].cells() + 1);
-        self.confine(axes, &mut ranges);
+    fn ranges(&self, lines: &[NodeLine<'_>; D]) -> [Range<u32>; D] {
+        let mut ranges = from_fn(|d| 0..lines[d].len());
+        self.confine(lines, &mut ranges);
         ranges
     }
 
-    fn nodes_of_box(&self, layout: &Layout<D>, axes: &[Axis; D]) -> Vec<NodeId> {
-        let lattice = layout.lattice();
-        let ranges = self.ranges(axes);
+    fn nodes_of_box(&self, lattice: &Lattice<D>, lines: &[NodeLine<'_>; D]) -> Vec<NodeId> {
+        let ranges = self.ranges(lines);
         if ranges.iter().any(Range::is_empty) {
             return Vec::new();
         }
         let mut nodes = Vec::new();
         let mut index: [u32; D] = from_fn(|d| ranges[d].start);
         loop {
-            let x = Vector::from_fn(|d, _| axes[d].node(index[d]));
-            let edges = (0..D).map(|d| axes[d].finest_at(index[d]));
+            let x = Vector::from_fn(|d, _| lines[d].at(index[d]));
+            let edges = (0..D).map(|d| lines[d].finest_at(index[d]));
             // The ranges decide all but circles and rays, which see the tolerance of their cell.
             if self.on_oblique(&x, TOLERANCE * edges.fold(f64::INFINITY, f64::min)) {
                 nodes.push(lattice.node(index));
@@ -129,9 +131,9 @@ impl<const D: usize> Region<D> {
     }
 
     /// Narrows ranges of node indices to those that can belong to the region.
-    fn confine(&self, axes: &[Axis; D], ranges: &mut [Range<u32>; D]) {
+    fn confine(&self, lines: &[NodeLine<'_>; D], ranges: &mut [Range<u32>; D]) {
         let mut to = |d: usize, low: f64, high: f64| {
-            let allowed = axes[d].nodes_within(low, high);
+            let allowed = lines[d].within(low, high, TOLERANCE);
             ranges[d] = ranges[d].start.max(allowed.start)..ranges[d].end.min(allowed.end);
         };
         match self {
@@ -152,7 +154,7 @@ impl<const D: usize> Region<D> {
                 let high = if along[d] > 0.0 { f64::INFINITY } else { centre[d] };
                 to(d, low, high);
             }),
-            Self::All(regions) => regions.iter().for_each(|r| r.confine(axes, ranges)),
+            Self::All(regions) => regions.iter().for_each(|r| r.confine(lines, ranges)),
         }
     }
 

@@ -219,7 +219,7 @@ fn vouched_for(mut bytes: Vec<u8>) -> Vec<u8> {
     let sum = crc32fast::hash(&bytes[BLOCK..]);
     let length = bytes.len() - BLOCK;
     let mut block =
-        format!("mpm-checkpoint 3\n{length} bytes follow this block, CRC-32 {sum:08x}\n").into_bytes();
+        format!("mpm-checkpoint 4\n{length} bytes follow this block, CRC-32 {sum:08x}\n").into_bytes();
     block.resize(BLOCK, 0);
     bytes[..BLOCK].copy_from_slice(&block);
     bytes

@@ -9,7 +9,7 @@ use mpm_assembly::{
     Unknowns,
 };
 use mpm_basis::{ActiveNodes, Links, Stencils, UnconnectedPoint};
-use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion};
 use mpm_linear::Symmetry;
 use std::cell::Cell;
 use std::ops::Range;
@@ -85,7 +85,7 @@ pub(crate) fn connect_step<const D: usize>(
     };
     let skipped = &mut timings.skipped;
     kept.count(skipped);
-    skipped.nodes = (mesh.lattice().n_nodes() - connected.active.len()) as u64;
+    skipped.nodes = (model.nodes.lattice().n_nodes() - connected.active.len()) as u64;
     skipped.upper_triangle = match connected.pattern.symmetry() {
         Symmetry::Symmetric => (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64,
         Symmetry::Unsymmetric => 0,
@@ -136,7 +136,7 @@ pub(crate) fn connect<const D: usize>(
     former: Option<Connected<D>>,
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let stencils = stencils(model, mesh)?;
-    let active = ActiveNodes::of(mesh.lattice(), &stencils);
+    let active = ActiveNodes::of(&model.nodes, &stencils);
     let linked: Vec<Linked<D>> = stencils
         .into_iter()
         .zip(&model.bodies)
@@ -250,17 +250,17 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
     Ok(Numbered { unknowns, own, begun })
 }
 
-/// Where the lattice lines of each direction stand at rest `[L]`; in directions that do not exist there is one.
-pub(crate) fn lines<const D: usize>(layout: &Layout<D>) -> [Vec<f64>; 3] {
+/// Where the lines of nodes of each direction stand at rest `[L]`; in directions that do not exist there is one.
+pub(crate) fn lines<const D: usize>(model: &Model<D>) -> [Vec<f64>; 3] {
     let mut lines: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0]);
-    for (padded, lines) in lines.iter_mut().zip(layout.lines()) {
+    for (padded, lines) in lines.iter_mut().zip(model.nodes.lines(&model.layout)) {
         *padded = lines;
     }
     lines
 }
 
-/// Lattice lines of the directions that close on themselves.
-pub(crate) fn periods<const D: usize>(mesh: &Mesh<D>) -> [Option<u32>; 3] {
-    let (periodic, nodes) = (mesh.lattice().periodic(), mesh.lattice().nodes());
+/// Lines of nodes of the directions that close on themselves.
+pub(crate) fn periods<const D: usize>(model: &Model<D>) -> [Option<u32>; 3] {
+    let (periodic, nodes) = (model.nodes.lattice().periodic(), model.nodes.lattice().nodes());
     std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d]))
 }

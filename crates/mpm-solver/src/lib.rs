@@ -17,6 +17,7 @@ mod estimate;
 mod load_step;
 mod loading;
 mod model;
+mod nodes;
 pub mod observe;
 mod predictor;
 mod progress;
@@ -35,6 +36,7 @@ pub use model::{
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
+pub use nodes::NodeMismatch;
 pub use progress::{Progress, StepsProgress};
 pub use record::summary::Summary;
 pub use run::{resume, run};

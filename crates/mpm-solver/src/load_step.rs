@@ -82,11 +82,11 @@ fn balance<const D: usize>(
         round_off: loading.round_off(),
         tolerance: model.tolerance,
     };
-    let lines = lines(&model.layout);
+    let lines = lines(model);
     let index = connected.active.lattice_indices();
     let hints = Hints {
-        lattice: Some(LatticePlaces { index: &index, lines: &lines, periods: periods(mesh) }),
-        position: Some(&|node| position(mesh, connected.active.nodes()[node])),
+        lattice: Some(LatticePlaces { index: &index, lines: &lines, periods: periods(model) }),
+        position: Some(&|node| position(model, mesh, connected.active.nodes()[node])),
         is_held: Some(&|equation| constraints.is_held(connected.unknowns(), equation)),
         is_kept: connected.is_analysed.get(),
         owned: None,
@@ -119,8 +119,8 @@ fn balance<const D: usize>(
 }
 
 /// Where a node stands `[L]`, 0 in directions that do not exist.
-fn position<const D: usize>(mesh: &Mesh<D>, node: NodeId) -> [f64; 3] {
-    let position = mesh.position(node);
+fn position<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, node: NodeId) -> [f64; 3] {
+    let position = model.nodes.position(mesh, node);
     std::array::from_fn(|d| if d < D { position[d] } else { 0.0 })
 }
 

@@ -50,11 +50,11 @@ impl<const D: usize> StepLoading<'_, D> {
                         Some(Prescribed::Held) => 0.0,
                         Some(Prescribed::Driven(ramp)) => ramp.value(end) - ramp.value(start),
                         Some(Prescribed::Turned(turn)) => {
-                            turn.displacement(&mesh.position(node), start, end)[component]
+                            turn.displacement(&model.nodes.position(mesh, node), start, end)[component]
                         }
                         Some(Prescribed::FollowMesh) => model
-                            .motion
-                            .displacement(&model.layout, node, mesh, start, end)
+                            .nodes
+                            .displacement((&model.motion, &model.layout), node, mesh, (start, end))
                             .map_err(|it| StepFailure::Mesh(it.to_string()))?[component],
                     };
                     constraints.prescribe(number, component, increment);

@@ -5,7 +5,7 @@ use mpm_assembly::{
     Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
 };
 use mpm_basis::{ActiveNodes, Basis, Links};
-use mpm_grid::{Axis, CellId, Layout, Mesh, Vector};
+use mpm_grid::{Axis, CellId, Layout, Mesh, NodeSpace, Vector};
 
 #[test]
 fn the_tangent_is_the_derivative_of_the_stress() -> Result<(), Box<dyn Error>> {
@@ -46,7 +46,7 @@ fn body_error<const D: usize>(mean: Option<MeanDilatation>) -> Result<f64, Box<d
     }
     let body = MaterialBody::new(Cpdi1, law(0.2)?, seeds).with_mean_dilatation(mean);
     let stencils = body.stencils(&mesh)?;
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let linked = Linked { dilatation: body.dilatation(&links, &mesh, &active)?, links };
     let pattern = Pattern::of(active.len(), body.symmetry(), &[&linked]);

@@ -85,6 +85,16 @@ pub(crate) const fn n_blocks<const TANGENT: u8>(n: usize) -> usize {
     }
 }
 
+/// Position of the block of the nodes `v` and `w` of `n`, in row v of column w, among [`n_blocks`] blocks.
+#[inline(always)]
+pub(crate) const fn block_position<const TANGENT: u8>(n: usize, v: u32, w: u32) -> usize {
+    let (v, w) = (v as usize, w as usize);
+    match TANGENT {
+        LOWER => w * n - w * (w + 1) / 2 + v,
+        _ => w * n + v,
+    }
+}
+
 impl<'a, const D: usize> DenseTangent<'a, D> {
     /// The blocks that a pass has summed.
     #[inline(always)]

@@ -5,7 +5,7 @@ use mpm_assembly::{
     finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Links};
-use mpm_grid::{Axis, Layout, Mesh, Vector};
+use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{Elasticity, Material, VonMises};
 
@@ -62,7 +62,7 @@ pub fn connect<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>) -> Setup<D
 /// Connects a body to a mesh, in a pattern of a symmetry that may be worse than its own.
 pub fn connect_as<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>, symmetry: Symmetry) -> Setup<D> {
     let stencils = body.stencils(&mesh).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let dilatation = body.dilatation(&links, &mesh, &active).unwrap();
     let linked = Linked { links, dilatation };

@@ -2,8 +2,8 @@
 
 use crate::random::{Case, Random, cases};
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, FallbackDomain,
-    Gimp, HalfLengths, Influence, Smpm, Stencil,
+    Basis, Completeness, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback,
+    FallbackDomain, Gimp, HalfLengths, Influence, Smpm, Stencil,
 };
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 
@@ -28,26 +28,9 @@ pub fn check<const D: usize, B: Basis<D>>(
     x: Vector<D>,
     domain: &B::Domain,
 ) {
-    let entries = influences(basis, mesh, &x, domain).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let (mut one, mut here) = (0.0, Vector::<D>::zeros());
-    let (mut zero, mut identity) = (Vector::<D>::zeros(), Block::<D>::zeros());
-    let (mut values, mut gradients, mut moments, mut far) = (0.0, 0.0, 0.0, 0.0_f64);
-    for entry in &entries {
-        let (s, g, x_v) = (entry.value, entry.gradient, mesh.position(entry.node));
-        one += s;
-        here += x_v * s;
-        zero += g;
-        identity += x_v * g.transpose();
-        values += s.abs();
-        gradients += g.norm();
-        moments += x_v.norm() * g.norm();
-        far = far.max(x_v.norm());
-    }
-    assert!((one - 1.0).abs() < 1e-13 * values, "{name}: Σ S - 1 = {:e}", one - 1.0);
-    assert!((here - x).norm() < 1e-12 * values * far, "{name}: Σ S x is off by {:e}", (here - x).norm());
-    assert!(zero.norm() < 1e-12 * gradients, "{name}: Σ ∇S = {zero}");
-    let error = (identity - Block::identity()).norm();
-    assert!(error < 1e-12 * moments, "{name}: Σ x ⊗ ∇S is off by {error:e} of {moments:e}");
+    let found = Completeness::of(basis, mesh, &x, domain).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert!(found.is_within(1e-12), "{name}: {found}");
+    assert!(found.unity < 1e-13, "{name}: {found}");
 }
 
 /// Bases that exist in any dimension.

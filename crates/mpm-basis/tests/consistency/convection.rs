@@ -7,7 +7,7 @@ use mpm_basis::{
     Cpdi2q, Cpdi2t, Fallback, FallbackDomain, Gimp, GimpUpdate, HalfLengths, Parallelepiped, Quadrilateral,
     Simplex, Smpm, Stencils,
 };
-use mpm_grid::{Axis, Block, Layout, Mesh, Vector};
+use mpm_grid::{Axis, Block, Layout, Mesh, NodeSpace, Vector};
 
 /// A point carried through a step in which node v moves by `field(x_v)`.
 struct Step<const D: usize, Domain> {
@@ -26,7 +26,7 @@ fn step<const D: usize, B: Basis<D>>(
     mut field: impl FnMut(Vector<D>) -> Vector<D>,
 ) -> Step<D, B::Domain> {
     let stencils = Stencils::of(basis, mesh, &[x], std::slice::from_ref(domain)).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), &[stencils]);
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), &[stencils]);
     let increment: Vec<Vector<D>> = active.nodes().iter().map(|&v| field(mesh.position(v))).collect();
     let (mut displacement, mut deformation) = (Vector::zeros(), Block::identity());
     for entry in influences(basis, mesh, &x, domain).unwrap() {
@@ -141,7 +141,7 @@ fn with_gradient<const D: usize, B: Basis<D>>(
     f: Block<D>,
 ) -> (Result<(), ConvectionError>, B::Domain) {
     let mesh = unit_cells::<D>();
-    let active = ActiveNodes::of(mesh.lattice(), &[]);
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), &[]);
     let mut domain = domain.clone();
     let mut position = Vector::repeat(2.5);
     let convection = Convection {
@@ -226,7 +226,7 @@ fn folded_domains_are_refused() {
 fn corners_far_outside_end_the_step() {
     let mesh = unit_cells::<2>();
     let at = |x, y| Vector::<2>::new(x, y);
-    let active = ActiveNodes::of(mesh.lattice(), &[]);
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), &[]);
     let convection = Convection {
         displacement: at(0.0, 0.0),
         deformation_gradient: Block::identity(),
@@ -293,7 +293,7 @@ fn fallen_domains_are_not_inverted() {
     assert!(matches!(plain.outcome, Err(ConvectionError::Inverted { volume }) if volume < 0.0));
 
     let stencils = Stencils::of(&Cpdi2q::default(), &mesh, &[x], &[quad]).unwrap();
-    let active = ActiveNodes::of(mesh.lattice(), &[stencils]);
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), &[stencils]);
     let increment: Vec<_> = active.nodes().iter().map(|&v| far_corner(mesh.position(v))).collect();
     let healthy = Block::<2>::new(1.1, 0.2, 0.0, 0.9);
     let convection = Convection {

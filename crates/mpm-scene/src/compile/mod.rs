@@ -24,7 +24,7 @@ use mesh::{layout, motion};
 use mpm_assembly::GhostStabilisation;
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
-use mpm_grid::{LoadFraction, Mesh};
+use mpm_grid::{LoadFraction, Mesh, NodeKind, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{
     Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, StepFailure,
@@ -81,9 +81,11 @@ fn model<const D: usize, B: FillBody<D>>(
 
     let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
     let probes = probes(scene, &bodies)?;
-    let mut model = Model::new(layout);
+    let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
+    let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
+    let mut model = Model::on(layout, nodes);
     model.motion = motion;
-    model.supports = supports(scene, &model.layout)?;
+    model.supports = supports(scene, &model.layout, &model.nodes)?;
     model.loads = loads(scene, &bodies, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
@@ -102,6 +104,7 @@ fn model<const D: usize, B: FillBody<D>>(
         SolverInput::Iterative => Choice::Iterative,
     });
     model.tolerance = tolerance(&scene.tolerance)?;
+    model.check_nodes().map_err(|it| SceneError::new("basis", it))?;
     check_start(&model, &mesh, memory)?;
     Ok(model)
 }
@@ -145,10 +148,10 @@ fn check_start<const D: usize>(
 ) -> Result<(), SceneError> {
     let stencils: Vec<Stencils<D>> =
         model.bodies.iter().map(|body| stencils(body, mesh)).collect::<Result<_, _>>()?;
-    let around = ActiveNodes::nodes_around(mesh.lattice(), &stencils);
+    let around = ActiveNodes::nodes_around(&model.nodes, &stencils);
     let room_for = memory.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
     room_for.map_err(|it| SceneError::new("bodies", it))?;
-    let active = ActiveNodes::of(mesh.lattice(), &stencils);
+    let active = ActiveNodes::of(&model.nodes, &stencils);
     for (k, support) in model.supports.iter().enumerate() {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {

@@ -5,7 +5,7 @@ use super::names::{A_NAME, is_name};
 use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
-use mpm_grid::{Layout, NodeId, Region, Vector};
+use mpm_grid::{Layout, NodeId, NodeSpace, Region, Vector};
 use mpm_solver::{Prescribed, Support, Turn};
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
@@ -41,6 +41,7 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
 pub(super) fn supports<const D: usize, B>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
+    space: &NodeSpace<D>,
 ) -> Result<Vec<Support<D>>, SceneError> {
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
     let mut sought = 0.0;
@@ -52,9 +53,9 @@ pub(super) fn supports<const D: usize, B>(
             return Err(SceneError::new(format!("{path}.name"), reason));
         }
         let region = region(&input.region, &format!("{path}.region"))?;
-        sought += region.candidates(layout);
+        sought += region.candidates(space, layout);
         check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
-        let nodes = region.nodes(layout);
+        let nodes = region.nodes(space, layout);
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout)));
         }

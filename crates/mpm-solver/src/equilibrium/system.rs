@@ -287,7 +287,7 @@ pub(crate) fn singular<const D: usize>(
     let node = problem.connected.active.nodes()[node];
     StepFailure::Singular {
         node: node.index(),
-        position: problem.mesh.position(node).iter().copied().collect(),
+        position: problem.connected.active.space().position(problem.mesh, node).iter().copied().collect(),
         component,
         cause,
         stabilised: problem.contributions.iter().any(|it| it.stabilises()),

@@ -100,6 +100,7 @@ impl Memory {
 /// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
 /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
 pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
+    model.check_nodes()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;
@@ -114,8 +115,8 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         }
     }
 
-    let (lattice, lines) = (active.lattice_indices(), lines(&model.layout));
-    let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(&mesh) };
+    let (lattice, lines) = (active.lattice_indices(), lines(model));
+    let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(model) };
     let prediction = predict(pattern.for_solver(), places);
     let stage = Stage {
         model,
@@ -146,7 +147,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         points: n_points,
         cells: mesh.lattice().n_cells(),
         cells_with_material: cells_with_material(model, &mesh),
-        nodes: mesh.lattice().n_nodes(),
+        nodes: model.nodes.lattice().n_nodes(),
         active_nodes: active.len(),
         equations: constraints.n_free(),
         prescribed: n - constraints.n_free(),

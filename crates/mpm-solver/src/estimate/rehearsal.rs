@@ -101,7 +101,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
     let strain = Block::<D>::from_fn(|i, j| if i == j { STRAIN / (1.0 + i as f64) } else { STRAIN });
     let nodes = connected.active.nodes().iter();
     let rest = UnknownVector::zeros(connected.unknowns());
-    let strained = nodes.map(|&node| strain * stage.mesh.position(node)).collect();
+    let strained = nodes.map(|&node| strain * connected.active.space().position(stage.mesh, node)).collect();
     let strained = UnknownVector { nodes: strained, ..rest.clone() };
     let mut force = rest.clone();
     let bodies = connected.bodies(&model.bodies);

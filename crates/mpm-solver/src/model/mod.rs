@@ -11,7 +11,7 @@ pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Prescribed, Support, Turn};
 
 use mpm_assembly::{Body, Contribution};
-use mpm_grid::{Layout, MeshMotion, Region, Vector};
+use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
 use mpm_linear::{Automatic, Choice, LinearSolver};
 
 /// All that a run needs to know.
@@ -21,7 +21,9 @@ use mpm_linear::{Automatic, Choice, LinearSolver};
 pub struct Model<const D: usize> {
     /// Where the mesh's nodes stand at rest.
     pub layout: Layout<D>,
-    /// How they move.
+    /// The nodes that the bodies' bases live on.
+    pub nodes: NodeSpace<D>,
+    /// How the mesh moves.
     pub motion: MeshMotion<D>,
     /// The bodies, in the order of the scene.
     pub bodies: Vec<NamedBody<D>>,
@@ -52,10 +54,18 @@ pub struct Model<const D: usize> {
 }
 
 impl<const D: usize> Model<D> {
-    /// A mesh at rest without bodies, supports and loads; one load step.
+    /// A mesh at rest without bodies, supports and loads; one load step. Its nodes are the vertices.
     pub fn new(layout: Layout<D>) -> Self {
+        let nodes = NodeSpace::vertices(layout.lattice());
+        Self::on(layout, nodes)
+    }
+
+    /// As [`Self::new`], with other nodes of the layout: those of its bodies' basis, see
+    /// [`mpm_basis::Basis::node_kind`].
+    pub fn on(layout: Layout<D>, nodes: NodeSpace<D>) -> Self {
         Self {
             layout,
+            nodes,
             motion: MeshMotion::Fixed,
             bodies: Vec::new(),
             supports: Vec::new(),
@@ -107,14 +117,14 @@ impl<const D: usize> Model<D> {
         self.contributions.iter_mut().for_each(|named| named.contribution.commit());
     }
 
-    /// Puts a support of the mesh's nodes in a region (at rest) behind the others.
+    /// Puts a support of the nodes in a region (at rest) behind the others.
     pub fn add_support(
         &mut self,
         name: impl Into<String>,
         region: &Region<D>,
         components: [Option<Prescribed>; D],
     ) {
-        let nodes = region.nodes(&self.layout);
+        let nodes = region.nodes(&self.nodes, &self.layout);
         self.supports.push(Support { name: name.into(), nodes, components, moment_about: None });
     }
 }

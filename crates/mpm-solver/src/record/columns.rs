@@ -2,6 +2,7 @@
 
 use crate::model::{Model, Probe};
 use crate::observe::{Column, ColumnKind};
+use mpm_assembly::RecordedValues;
 use mpm_basis::DomainControl;
 use mpm_linear::Choice;
 
@@ -21,12 +22,12 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
             DomainControl::Split { .. } => "domains_split",
         }));
     }
-    let of_contributions = model.contributions.iter().flat_map(|named| named.contribution.history_columns());
-    columns.extend(of_contributions.map(|it| Column {
-        name: it.name,
-        kind: if it.is_count { ColumnKind::Count } else { ColumnKind::Real },
-        width: it.width,
-    }));
+    for recorded in model.contributions.iter().flat_map(|named| named.contribution.history()) {
+        columns.push(match recorded.values {
+            RecordedValues::Count(_) => count(&recorded.name),
+            RecordedValues::Real(values) => real(&recorded.name, values.len()),
+        });
+    }
     if model.condition_history {
         columns.push(real("condition", 1));
     }
@@ -92,6 +93,6 @@ pub(crate) fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
     match model.choice() {
         Some(Choice::Direct) => false,
         Some(Choice::Iterative) | None => true,
-        Some(Choice::Auto) => D == 3 || model.layout.lattice().n_nodes() > SMALL,
+        Some(Choice::Auto) => D == 3 || model.nodes.lattice().n_nodes() > SMALL,
     }
 }

@@ -10,7 +10,7 @@ use crate::model::{Model, NamedContribution, Support};
 use crate::observe::{Column, ColumnKind, Entry, LoadStep, Observer, Resumed, RunStart};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
-use mpm_assembly::{HistoryColumn, views};
+use mpm_assembly::{Recorded, RecordedValues, views};
 use mpm_basis::DomainReport;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Analysis, Method};
@@ -300,7 +300,7 @@ fn support_entries<const D: usize>(
         reaction += force;
         if let Some([x, y]) = support.moment_about {
             // The arm reaches to where the node is at the end of the step.
-            let end = mesh.position(node) + equilibrium.increment.nodes[number];
+            let end = connected.active.space().position(mesh, node) + equilibrium.increment.nodes[number];
             moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
         }
     }
@@ -316,19 +316,11 @@ fn support_entries<const D: usize>(
 
 /// Entries of a contribution's columns.
 fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
-    let mut values = Vec::new();
-    named.contribution.record(&mut values);
-    let mut rest = values.as_slice();
-    let mut entry = |column: HistoryColumn| {
-        let (here, behind) = rest.split_at(column.width);
-        rest = behind;
-        if column.is_count {
-            Entry::Count(here.iter().map(|&count| count as u64).collect())
-        } else {
-            Entry::Real(here.to_vec())
-        }
+    let entry = |recorded: Recorded| match recorded.values {
+        RecordedValues::Count(count) => Entry::Count(vec![count]),
+        RecordedValues::Real(values) => Entry::Real(values),
     };
-    named.contribution.history_columns().into_iter().map(&mut entry).collect()
+    named.contribution.history().into_iter().map(entry).collect()
 }
 
 /// The mesh that the points meet next; `present` where the motion cannot place it.

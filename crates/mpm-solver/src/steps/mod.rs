@@ -40,7 +40,7 @@ impl<const D: usize> Steps<D> {
         progress: &Progress,
         predictor: &StoredPredictor,
     ) -> Result<Self, String> {
-        let n_nodes = model.layout.lattice().n_nodes();
+        let n_nodes = model.nodes.lattice().n_nodes();
         Ok(match model.path {
             None => Self::Load(LoadSteps::restore(model.schedule, progress, predictor, n_nodes)?),
             Some(control) => {

@@ -1,7 +1,7 @@
 //! Cells over which volume changes are averaged, and their quadrature.
 
 use mpm_basis::{ActiveNodes, Cells, Links, UnconnectedPoint};
-use mpm_grid::{CellId, Mesh, Place, Vector};
+use mpm_grid::{CellId, Mesh, NodeKind, Place, Vector};
 use rayon::prelude::*;
 
 /// How far outside the mesh a point may stand, as parts of domains may `[cells]`.
@@ -43,6 +43,9 @@ impl<const D: usize> Dilatation<D> {
     ///
     /// # Errors
     /// The first point outside the mesh.
+    ///
+    /// # Panics
+    /// The nodes are not the vertices of the mesh.
     pub fn of(
         mean: MeanDilatation,
         positions: &[Vector<D>],
@@ -50,6 +53,7 @@ impl<const D: usize> Dilatation<D> {
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
     ) -> Result<Self, UnconnectedPoint<D>> {
+        assert_eq!(active.space().kind(), NodeKind::Vertices, "cells have their nodes at their corners");
         let locate = |(point, x): (usize, &Vector<D>)| {
             let place = mesh.locate(x, BEYOND).map_err(|reason| UnconnectedPoint { point, reason })?;
             Ok(mesh.lattice().cell(place.cell).index() as u32)

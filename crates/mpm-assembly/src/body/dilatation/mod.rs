@@ -48,7 +48,7 @@ use crate::body::kinematics::{
     block, determinant, determinant_excess, gradient, inverse_and_determinant, trial_excess,
 };
 use crate::body::points::Points;
-use crate::body::scatter::{FORCE, LOWER, n_blocks};
+use crate::body::scatter::{FORCE, LOWER, block_position, n_blocks};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{CellPart, Links};
 use mpm_grid::{Block, Vector};
@@ -281,11 +281,6 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         let is_lower = TANGENT == LOWER;
         s.pressure_coupling.clear();
         s.pressure_coupling.resize(if is_lower { 0 } else { n }, Vector::zeros());
-        // Position of the block in row v of column w.
-        let position = |v: u32, w: u32| {
-            let (v, w) = (v as usize, w as usize);
-            if is_lower { w * n - w * (w + 1) / 2 + v } else { w * n + v }
-        };
         // Σ V⁰ κ.
         let mut bulk = 0.0;
         let mut k = 0;
@@ -335,16 +330,31 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
             for (k, &w) in part.place.iter().enumerate() {
                 let from = if is_lower { k } else { 0 };
                 for (&v, sum) in part.place[from..].iter().zip(&mut blocks) {
-                    tangent[position(v, w)] += sum;
+                    tangent[block_position::<TANGENT>(n, v, w)] += sum;
                 }
             }
         }
+        self.cell_terms::<TANGENT>(cell, pressure, bulk, tangent, s);
+    }
+
+    /// Adds what the volume change of the cell couples; `bulk` is `Σ V⁰ κ`.
+    #[inline]
+    fn cell_terms<const TANGENT: u8>(
+        &self,
+        cell: usize,
+        pressure: f64,
+        bulk: f64,
+        tangent: &mut [Block<D>],
+        s: &Scratch<D, M>,
+    ) {
+        let (n, is_lower) = (s.mean.len(), TANGENT == LOWER);
         if let Some((_, corners, _)) = self.dilatation.quadrature.of(cell) {
             for (share, g) in s.share.iter().zip(s.corner_g.chunks_exact(1 << D)) {
                 for (&w, g_w) in corners.iter().zip(g) {
                     for (&v, g_v) in corners.iter().zip(g).filter(|&(&v, _)| !is_lower || v >= w) {
                         let product = g_v * g_w.transpose();
-                        tangent[position(v, w)] += (product - product.transpose()) * (pressure * share);
+                        tangent[block_position::<TANGENT>(n, v, w)] +=
+                            (product - product.transpose()) * (pressure * share);
                     }
                 }
             }

@@ -1,0 +1,96 @@
+//! Whether all parts of a model agree on the nodes that functions live on.
+
+use crate::model::Model;
+use mpm_grid::NodeKind;
+
+/// Parts of a model that cannot be combined, because of the nodes on which their functions live.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NodeMismatch {
+    /// A body on other nodes than the model.
+    #[error(
+        "body `{body}` lives on {found} (basis {basis}), the model on {expected}: \
+        all bodies of a model need its nodes, expected a basis on them"
+    )]
+    Body {
+        /// Name of the body.
+        body: String,
+        /// Name of its basis.
+        basis: &'static str,
+        /// Nodes of the basis.
+        found: NodeKind,
+        /// Nodes of the model.
+        expected: NodeKind,
+    },
+    /// Mean dilatation in cells that have no nodes at their corners.
+    #[error(
+        "body `{body}` averages volume changes over cells, which needs {}, and lives on {found} (basis {basis})",
+        NodeKind::Vertices
+    )]
+    MeanDilatation {
+        /// Name of the body.
+        body: String,
+        /// Name of its basis.
+        basis: &'static str,
+        /// Nodes of the basis.
+        found: NodeKind,
+    },
+    /// A contribution that takes nodes for corners of cells.
+    #[error("contribution `{contribution}` needs {}, and the model lives on {found}", NodeKind::Vertices)]
+    Contribution {
+        /// Name of the contribution.
+        contribution: String,
+        /// Nodes of the model.
+        found: NodeKind,
+    },
+    /// A support of nodes that are no places of the body.
+    #[error(
+        "support `{support}` holds node {node} of the {kind}, at rest at {position:?} inside the box: \
+        no point of a body is there, expected a region whose nodes are on faces of the box"
+    )]
+    Inside {
+        /// Name of the support.
+        support: String,
+        /// Number of the node.
+        node: usize,
+        /// Nodes of the model.
+        kind: NodeKind,
+        /// Where it stands at rest `[L]`.
+        position: Vec<f64>,
+    },
+}
+
+impl<const D: usize> Model<D> {
+    /// Refuses combinations that would need other nodes than the model has; every run begins with this check.
+    ///
+    /// # Errors
+    /// The first combination that is not possible.
+    pub fn check_nodes(&self) -> Result<(), NodeMismatch> {
+        let kind = self.nodes.kind();
+        for named in &self.bodies {
+            let (found, basis) = (named.body.node_kind(), named.body.basis());
+            if found != kind {
+                return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
+            }
+            if found != NodeKind::Vertices && named.body.averages_volume_changes() {
+                return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
+            }
+        }
+        let misplaced = self.contributions.iter().find(|named| named.contribution.needs_vertices());
+        if let Some(named) = misplaced.filter(|_| kind != NodeKind::Vertices) {
+            return Err(NodeMismatch::Contribution { contribution: named.name.clone(), found: kind });
+        }
+        for support in &self.supports {
+            if let Some(&node) = support.nodes.iter().find(|&&node| !self.nodes.interpolates_at(node)) {
+                let position = self.nodes.position(&mpm_grid::Mesh::at_rest(&self.layout), node);
+                return Err(NodeMismatch::Inside {
+                    support: support.name.clone(),
+                    node: node.index(),
+                    kind,
+                    position: position.iter().copied().collect(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
