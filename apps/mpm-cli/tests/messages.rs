@@ -268,11 +268,19 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
-    ("error.rs", "contribution `{contribution}`", "of contributions that programs make, in `own_contribution.rs`"),
+    (
+        "error.rs",
+        "contribution `{contribution}`",
+        "of contributions that programs make, in `own_contribution.rs`",
+    ),
     ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),
     // No scene is known that ends so.
     ("body/trial.rs", "has no stress", "the solver says it with body, position and reason"),
-    ("error.rs", "body `{body}`: the law of material point", "of laws that programs make, in `own_material.rs`"),
+    (
+        "error.rs",
+        "body `{body}`: the law of material point",
+        "of laws that programs make, in `own_material.rs`",
+    ),
     ("basis/src/lib.rs", "its domain inverted", "Newton finds no equilibrium before"),
     ("basis/src/lib.rs", "its domain left the mesh", "the load step after finds the point outside"),
     ("error.rs", "the linear system could not be solved", "singular tangents are told of their node"),
