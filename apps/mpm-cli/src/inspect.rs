@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Phases of this kind count what was not done.
+/// Prefix of the phases that count work that was left out.
 const SKIPPED: &str = "skipped: ";
 
 /// What a results file holds.
@@ -91,7 +91,7 @@ impl Inspection {
         let points = if recorded > 0 { results.points(recorded - 1)?.len() } else { 0 };
         Ok(Self {
             file: file.display().to_string(),
-            // A scene of another version of the language still has results.
+            // The results can be read even if the scene is of another version of the language.
             title: Scene::from_ron(results.scene()).map_or(String::new(), |scene| scene.title().to_string()),
             status: results.status().to_string(),
             program: results.program().to_string(),
@@ -210,7 +210,7 @@ impl Inspection {
 fn steps(results: &Results) -> Result<Vec<Row>, ResultsError> {
     let counts = |name: &str| results.column(name).map(|table| table.values().to_vec());
     let fractions = counts("load_fraction")?;
-    // A file need not have these.
+    // These columns may be missing.
     let [equations, method, cuts, shortened] = ["equations", "factorization", "cuts", "shortened_corrections"]
         .map(|name| counts(name).unwrap_or_default());
     let at = |column: &[f64], row: usize| column.get(row).map_or(0, |value| *value as u64);
