@@ -75,7 +75,7 @@ pub fn run(settings: &Settings) -> Result<Report<Growth>, Failure> {
                 points: run.points,
                 iterations: run.iterations,
                 seconds: run.processor,
-                // Phases are timed on the wall: their share of the run is what counts.
+                // Phases are timed by wall clock, so that only their shares of the run are used.
                 linear: run.processor * named.map(|it| it.seconds).sum::<f64>() / run.wall,
                 memory: run.peak_memory,
             });

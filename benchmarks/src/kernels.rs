@@ -249,7 +249,7 @@ fn of_body<const D: usize>(
         let make = make.clone();
         Kernel::new(format!("{what}, {name}"), move || {
             let mut connected = make()?;
-            // What fails now would be counted as next to nothing later.
+            // A kernel that fails would be counted as very fast: try it once before.
             connected.body.stencils(&connected.mesh)?;
             Ok(Box::new(move || step(&mut connected)))
         })

@@ -42,10 +42,10 @@ pub fn load_average() -> Option<f64> {
     std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
 
-/// What one core of the machine can do at most.
+/// Limits of one core of the machine.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Limits {
-    /// Bytes per second of a triad over arrays that no cache holds; what a store reads first is not
+    /// Bytes per second of a triad over arrays larger than every cache; the read that precedes each store is not
     /// counted `[B/s]`.
     pub bandwidth: f64,
     /// Operations per second of fused multiply-adds in the widest registers `[1/s]`.
@@ -132,8 +132,7 @@ impl WithSimd for MultiplyAdd {
     }
 }
 
-/// The same with plain operators, which the compiler turns into what its target has; the number of
-/// operations.
+/// The same with plain operators, compiled for the target of this build. Returns the number of operations.
 #[inline(never)]
 fn multiply_then_add() -> f64 {
     let (m, c) = (black_box(0.999), black_box(1e-3));

@@ -235,7 +235,7 @@ impl Foreign {
         for threads in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"] {
             command.env(threads, "1");
         }
-        // OpenBLAS knows few processors by name; this one may have what it is not asked to use.
+        // OpenBLAS recognises few processors by name, and may leave instructions unused that this one has.
         let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         if known.contains("avx512vl") {
             command.env("OPENBLAS_CORETYPE", "SkylakeX");

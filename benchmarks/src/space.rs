@@ -86,7 +86,7 @@ pub fn cube(cells: u32, steps: u32, threads: usize) -> Result<Run, Failure> {
     if let Scene::Solid(scene) = &mut scene {
         scene.tolerance.residual = Positive(RESIDUAL);
     }
-    // In a run of its own, for its memory is not the run's.
+    // The estimate compiles its own model, so that its memory is not counted as the run's.
     let estimate = compile(&scene)?.estimate()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut counted = Counted::default();

@@ -1,9 +1,8 @@
-//! Throughput: points per second and core in every phase, beside what the machine could do.
+//! Throughput: points per second and core in every phase, beside the limits of the machine.
 //!
-//! Times are processor time of what a load step does with a body in each phase, the least of several calls, at
-//! the end of a load step that has moved the points anywhere in their cells. What a phase has to move and to compute is estimated here from the code (`Work::of`), once per datum and operation; the larger of
-//! the two times that the machine's limits allow for it is the bound, and the quotient of the measured
-//! time and the bound is the distance.
+//! A time is the processor time of one phase of a load step on one body, the least of several calls, after a load step that
+//! has moved the points through their cells. `Work::of` counts the bytes and operations of a phase from the code, each once.
+//! The machine's limits turn both into times; the larger one is the bound. The distance is the measured time over the bound.
 
 use crate::kernels::Connected;
 use crate::machine::{Limits, timed};
@@ -61,7 +60,7 @@ pub struct Row {
     pub bytes: f64,
     /// Time that the machine needs for them at least `[s]`.
     pub least_seconds: f64,
-    /// What binds: "memory" or "flops".
+    /// The limit that gives the bound: "memory" or "flops".
     pub limit: &'static str,
     /// Measured time over the least.
     pub distance: f64,

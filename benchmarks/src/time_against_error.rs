@@ -223,8 +223,9 @@ fn one(problem: &Problem, method: &Method, mesh: u32, once: bool) -> Result<Row,
         reason: None,
     };
     let mut spent = 0.0;
+    let fields = compile(&whole)?.fields(&scene.output)?;
     for repetition in 0..REPEAT {
-        let mut history = History::of(&scene.output.fields()).only_ends();
+        let mut history = History::of(&fields).only_ends();
         let work = machine::timed(|| Ok::<_, Broken>(compile(&whole)?.run(&mut history)));
         row.points = history.rows()[0].positions.len() / 3;
         match work.result? {

@@ -3,17 +3,19 @@
 //! A [`Case`] says what it is to show, what is run, and what the outcome is compared with; running
 //! it yields [`Findings`]: [`Check`]s, each an error and the tolerance it has to keep, [`Table`]s of
 //! what was measured, and [`Picture`]s. [`CASES`] lists them all. The program `mpm-validation` prints
-//! them (and `stress` those of [`STRESS`], which try to break the code), the tests run the same functions to a smaller [`Extent`], and the README tells them as goal,
-//! setup and result.
+//! them (and `stress` those of [`STRESS`], which try to break the code). The tests run the same functions to a smaller
+//! [`Extent`]. [`pages`] writes a page per case and the table of all of them.
 //!
-//! A new case is one function in `cases/`, one entry of [`CASES`], one line in `tests/cases.rs` and
-//! one section of the README.
+//! A new case is one function in `cases/`, one entry of [`CASES`], and one line in `tests/cases.rs`; the program then writes
+//! its page.
 
 pub mod analytic;
+pub mod bits;
 mod cases;
 pub mod fuzz;
 pub mod history;
 mod html;
+pub mod pages;
 pub mod picture;
 pub mod probe;
 pub mod problems;
@@ -36,7 +38,7 @@ pub type Broken = Box<dyn Error + Send + Sync>;
 
 /// One case of the validation.
 pub struct Case {
-    /// Its name in the table and the README.
+    /// Its name in the table and on its page.
     pub name: &'static str,
     /// What it is to show.
     pub goal: &'static str,

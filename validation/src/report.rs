@@ -1,80 +1,132 @@
 //! Programs that run cases and tell of them.
 
 use crate::html::{self, Told};
-use crate::{Case, Check, Extent, Findings, Table};
+use crate::{Case, Extent, pages};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Runs the cases that the program's arguments choose (`[--readme] [--quick] [--list] [--pictures DIRECTORY]
-/// [--report FILE] [part of a name]...`) and prints a table, or with `--readme` a page that opens with
-/// `introduction`.
-pub fn program(cases: &'static [Case], introduction: &str) -> ExitCode {
-    let (mut readme, mut pictures, mut report, mut parts) = (false, None, None, Vec::new());
-    let mut extent = Extent::Full;
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--readme" => readme = true,
-            "--quick" => extent = Extent::Tests,
-            "--list" => {
-                cases.iter().for_each(|case| println!("{}", case.name));
-                return ExitCode::SUCCESS;
-            }
-            "--report" => match arguments.next() {
-                Some(file) => report = Some(PathBuf::from(file)),
-                None => {
-                    eprintln!("--report needs a file");
-                    return ExitCode::from(2);
+const OPTIONS: &str = "--readme, --pages FOLDER, --quick, --list, --pictures DIRECTORY, --report FILE";
+
+/// What the arguments ask for.
+struct Arguments {
+    /// Print a section per case instead of rows of one table.
+    readme: bool,
+    /// List the names and run nothing.
+    list: bool,
+    /// Folder of the table of all cases, with the folder of their pages.
+    pages: Option<PathBuf>,
+    pictures: Option<PathBuf>,
+    report: Option<PathBuf>,
+    extent: Extent,
+    /// Cases whose names hold one of these; all, where there are none.
+    parts: Vec<String>,
+}
+
+impl Arguments {
+    fn read(mut words: impl Iterator<Item = String>) -> Result<Self, String> {
+        let mut read = Self {
+            readme: false,
+            list: false,
+            pages: None,
+            pictures: None,
+            report: None,
+            extent: Extent::Full,
+            parts: Vec::new(),
+        };
+        while let Some(word) = words.next() {
+            let mut path = |what: &str| {
+                words.next().map(|path| Some(PathBuf::from(path))).ok_or(format!("{word} needs a {what}"))
+            };
+            match word.as_str() {
+                "--readme" => read.readme = true,
+                "--quick" => read.extent = Extent::Tests,
+                "--list" => read.list = true,
+                "--pages" => read.pages = path("folder")?,
+                "--pictures" => read.pictures = path("directory")?,
+                "--report" => read.report = path("file")?,
+                option if option.starts_with("--") => {
+                    return Err(format!("unknown option {option}; there are {OPTIONS}"));
                 }
-            },
-            option if option.starts_with("--") && option != "--pictures" => {
-                eprintln!("unknown option {option}; there are --readme, --quick, --list, --pictures, --report");
-                return ExitCode::from(2);
+                _ => read.parts.push(word),
             }
-            "--pictures" => match arguments.next() {
-                Some(directory) => pictures = Some(PathBuf::from(directory)),
-                None => {
-                    eprintln!("--pictures needs a directory");
-                    return ExitCode::from(2);
-                }
-            },
-            part => parts.push(part.to_owned()),
         }
+        if read.pages.is_some() && read.extent == Extent::Tests {
+            return Err("--pages tells of whole cases: expected no --quick".into());
+        }
+        Ok(read)
     }
+}
+
+/// Runs the cases that the program's arguments choose (`[--readme] [--pages FOLDER] [--quick] [--list]
+/// [--pictures DIRECTORY] [--report FILE] [part of a name]...`) and prints a table, or with `--readme` a page that opens
+/// with `introduction`.
+pub fn program(cases: &'static [Case], introduction: &str) -> ExitCode {
+    let refuse = |reason: &dyn std::fmt::Display| {
+        eprintln!("{reason}");
+        ExitCode::from(2)
+    };
+    let arguments = match Arguments::read(std::env::args().skip(1)) {
+        Ok(arguments) => arguments,
+        Err(reason) => return refuse(&reason),
+    };
+    if arguments.list {
+        cases.iter().for_each(|case| println!("{}", case.name));
+        return ExitCode::SUCCESS;
+    }
+    let parts = &arguments.parts;
     let named = |case: &&Case| parts.is_empty() || parts.iter().any(|part| case.name.contains(part));
     let chosen: Vec<&Case> = cases.iter().filter(named).collect();
     if chosen.is_empty() {
-        eprintln!("no case is called so; there are:");
-        cases.iter().for_each(|case| eprintln!("  {}", case.name));
-        return ExitCode::from(2);
+        let names: String = cases.iter().map(|case| format!("\n  {}", case.name)).collect();
+        return refuse(&format!("no case is called so; there are:{names}"));
     }
-    // What takes an hour should not be lost to a wrong path.
-    if let Some(Err(error)) = report.as_ref().map(std::fs::File::create) {
-        eprintln!("cannot write the report: {error}");
-        return ExitCode::from(2);
+    // A run takes hours: a wrong path is refused before it begins.
+    if let Some(Err(error)) = arguments.report.as_ref().map(std::fs::File::create) {
+        return refuse(&format!("cannot write the report: {error}"));
+    }
+    if let Some(Err(error)) =
+        arguments.pages.as_ref().map(|folder| std::fs::create_dir_all(folder.join("cases")))
+    {
+        return refuse(&format!("cannot write the pages: {error}"));
     }
 
-    println!("{}", if readme { introduction } else { TABLE });
+    println!("{}", if arguments.readme { introduction.trim_end() } else { TABLE });
     let mut failures = 0;
     let mut told = Vec::new();
     for case in chosen {
-        let (failed, it) = tell(case, extent, readme, pictures.as_deref());
+        let (failed, it) = tell(case, &arguments);
         failures += failed;
         told.push(it);
     }
-    if let Some(file) = report {
-        let page = html::page(title(introduction), &told, extent).map_err(|error| error.to_string());
-        let written = page.and_then(|page| std::fs::write(&file, page).map_err(|error| error.to_string()));
-        match written {
-            Ok(()) => eprintln!("{}", file.display()),
-            Err(reason) => {
-                eprintln!("{}: {reason}", file.display());
-                failures += 1;
-            }
-        }
+    if let Some(file) = &arguments.report {
+        let page = html::page(title(introduction), &told, arguments.extent).map_err(|error| error.to_string());
+        failures += done(file, page.and_then(|page| save(file, &page)));
+    }
+    if let Some(folder) = &arguments.pages {
+        let file = folder.join("README.md");
+        let table = pages::overview(cases, folder).map_err(|error| error.to_string());
+        failures += done(&file, table.and_then(|table| save(&file, &table)));
     }
     if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn save(file: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(file, text).map_err(|error| error.to_string())
+}
+
+/// Says that a file is written, or why not; the number of failures.
+fn done(file: &Path, written: Result<(), String>) -> usize {
+    match written {
+        Ok(()) => {
+            eprintln!("{}", file.display());
+            0
+        }
+        Err(reason) => {
+            eprintln!("{}: {reason}", file.display());
+            1
+        }
+    }
 }
 
 /// The head of a page in Markdown.
@@ -84,53 +136,36 @@ fn title(introduction: &str) -> &str {
 
 const TABLE: &str = "| case | what is compared | error | tolerance | | remark |\n|---|---|---|---|---|---|";
 
-/// Carries out a case, prints its rows or its section of the README, and draws its pictures; returns the
-/// number of failures and what is to be told.
-fn tell(case: &'static Case, extent: Extent, readme: bool, pictures: Option<&Path>) -> (usize, Told) {
-    if readme {
-        println!("\n## {}\n", case.name);
-        println!("*Goal.* {}\n\n*Setup.* {}\n\n*Reference.* {}\n", case.goal, case.setup, case.reference);
-        println!("| what is compared | error | tolerance | | remark |\n|---|---|---|---|---|");
-    }
-    let before = if readme { String::new() } else { format!("| {} ", case.name) };
+/// Carries out a case, prints its rows or its section, and writes its page and pictures; returns the number of failures
+/// and what is to be told.
+fn tell(case: &'static Case, arguments: &Arguments) -> (usize, Told) {
     let clock = Instant::now();
-    let found = (case.run)(extent);
+    let found = (case.run)(arguments.extent);
     let time = clock.elapsed();
     eprintln!("{}: {:.1} s", case.name, time.as_secs_f64());
     let found = match found {
         Ok(findings) => findings,
         Err(broken) => {
-            println!("{before}| could not be carried out: {broken} | | | FAIL | |");
+            println!("| {} | could not be carried out: {broken} | | | FAIL | |", case.name);
             return (1, Told { case, found: Err(broken.to_string()), time });
         }
     };
-    let Findings { checks, tables, pictures: drawn } = &found;
-    checks.iter().for_each(|check| println!("{before}{}", row(check)));
-    let mut failures = checks.iter().filter(|check| !check.passes()).count();
-    if readme {
-        tables.iter().for_each(print_table);
-        for picture in drawn {
-            println!("\n![{}](../docs/pictures/{})\n\n{}", picture.caption, picture.file, picture.caption);
-        }
+    match arguments.readme {
+        true => print!("\n{}", pages::section(case, &found, "##", "../docs/pictures")),
+        false => found.checks.iter().for_each(|check| println!("| {} {}", case.name, pages::row(check))),
     }
-    if let Some(directory) = pictures {
-        for picture in drawn {
-            if let Err(reason) = picture.save(directory) {
-                eprintln!("{}: {reason}", picture.file);
-                failures += 1;
-            }
+    let mut failures = found.checks.iter().filter(|check| !check.passes()).count();
+    if let Some(Err(reason)) = arguments.pages.as_ref().map(|folder| pages::write(case, &found, folder)) {
+        eprintln!("{reason}");
+        failures += 1;
+    }
+    for (directory, picture) in
+        arguments.pictures.iter().flat_map(|it| found.pictures.iter().map(move |p| (it, p)))
+    {
+        if let Err(reason) = picture.save(directory) {
+            eprintln!("{}: {reason}", picture.file);
+            failures += 1;
         }
     }
     (failures, Told { case, found: Ok(found), time })
-}
-
-fn row(check: &Check) -> String {
-    let Check { what, error, tolerance, remark } = check;
-    let verdict = if check.passes() { "pass" } else { "FAIL" };
-    format!("| {what} | {error:.1e} | {tolerance:.0e} | {verdict} | {remark} |")
-}
-
-fn print_table(table: &Table) {
-    println!("\n{}\n\n| {} |\n|{}", table.text, table.heads.join(" | "), "---|".repeat(table.heads.len()));
-    table.rows.iter().for_each(|row| println!("| {} |", row.join(" | ")));
 }

@@ -98,7 +98,8 @@ pub fn run(scene: &Scene) -> Result<Run, Broken> {
 
 /// As [`run`], of a model that was already made from the scene.
 pub fn run_compiled(compiled: &mut Compiled, scene: &Scene) -> Run {
-    let mut history = History::of(&scene.output().fields()).with_outlines();
+    let fields = compiled.fields(scene.output()).expect("compiled with them");
+    let mut history = History::of(&fields).with_outlines();
     let outcome = compiled.run(&mut history);
     Run { history, outcome }
 }

@@ -1,8 +1,12 @@
-//! Every case of the validation but the long one, see `determinism.rs`; and the README tells of each.
+//! Every case of the validation but the long one, see `determinism.rs`; and the pages tell of each.
 
-use mpm_validation::{CASES, Check, Extent, case};
+use mpm_validation::{CASES, Case, Check, Extent, case, pages};
+use std::path::Path;
 
-const README: &str = include_str!("../README.md");
+fn page(case: &Case) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(pages::file_name(case));
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
 
 fn passes(name: &str) {
     let case = case(name).unwrap_or_else(|| panic!("there is no case `{name}`"));
@@ -10,11 +14,12 @@ fn passes(name: &str) {
     assert!(!checks.is_empty(), "{name} compares nothing");
     let failed: Vec<&Check> = checks.iter().filter(|check| !check.passes()).collect();
     assert!(failed.is_empty(), "{name}: {failed:#?}");
+    let page = page(case);
     for check in &checks {
         let row = format!("| {} | ", check.what);
         let tolerance = format!(" | {:.0e} |", check.tolerance);
-        let told = README.lines().any(|line| line.starts_with(&row) && line.contains(&tolerance));
-        assert!(told, "the README has no row `{row}…{tolerance}` for {name}");
+        let told = page.lines().any(|line| line.starts_with(&row) && line.contains(&tolerance));
+        assert!(told, "the page of {name} has no row `{row}…{tolerance}`");
     }
 }
 
@@ -178,12 +183,18 @@ fn every_case_has_a_test() {
 }
 
 #[test]
-fn the_readme_tells_of_every_case() {
+fn the_pages_tell_of_every_case() {
     for case in CASES {
-        for text in [&format!("## {}", case.name), case.goal, case.setup, case.reference] {
-            assert!(README.contains(text), "the README lacks of `{}`: {text}", case.name);
+        let page = page(case);
+        for text in [&format!("# {}\n", case.name), case.goal, case.setup, case.reference] {
+            assert!(page.contains(text), "the page of `{}` lacks: {text}", case.name);
         }
     }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let table = pages::overview(CASES, folder).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(include_str!("../README.md"), table, "write it by `mpm-validation --pages validation`");
+    let files = std::fs::read_dir(folder.join("cases")).expect("the folder is there").count();
+    assert_eq!(files, CASES.len(), "a page is left of a case that is no more");
 }
 
 #[test]

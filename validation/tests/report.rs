@@ -34,7 +34,13 @@ fn the_report_tells_of_every_comparison() {
 #[test]
 fn arguments_are_checked_before_anything_is_run() {
     let folder = tempfile::tempdir().unwrap();
-    for arguments in [&["--report"][..], &["--fast"], &["no such case"], &["--report", "none/r.html", "kite"]] {
+    for arguments in [
+        &["--report"][..],
+        &["--fast"],
+        &["no such case"],
+        &["--report", "none/r.html", "kite"],
+        &["--quick", "--pages", "v", "kite"],
+    ] {
         let output = validation(folder.path(), arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{arguments:?}");

@@ -1,4 +1,4 @@
-//! What goes wrong, told once, in colour only where somebody looks.
+//! Messages on standard error, each printed once, in colour only on a terminal.
 
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents,
@@ -14,7 +14,7 @@ const WIDEST: usize = 2000;
 
 /// Why the program ends early: a message and an exit code.
 pub struct Complaint {
-    /// Left out where another process has told it.
+    /// `None` where the child process has printed the message already.
     report: Option<Report>,
     code: u8,
 }
@@ -30,7 +30,7 @@ impl Complaint {
         Self { report: Some(Report::new(MietteDiagnostic::new(message))), code: 2 }
     }
 
-    /// Another process has told what is wrong.
+    /// The child process has printed the message already.
     pub fn told(code: u8) -> Self {
         Self { report: None, code }
     }
@@ -40,12 +40,12 @@ impl Complaint {
         let before = &text[..place.start];
         let column = before.rfind('\n').map_or(before, |end| &before[end + 1..]).chars().count() + 1;
         if column > WIDEST {
-            // A line of which nobody sees the place is not shown.
+            // A line that is too long to show the place in it is left out.
             let line = before.matches('\n').count() + 1;
             let label = label.map_or(String::new(), |it| format!("{it}: "));
             return Self::input(format!("{}:{line}:{column}: {label}{message}", file.display()));
         }
-        // A place of several lines is shown by its first.
+        // A place that spans several lines is marked on its first line only.
         let length = text[place.clone()].find('\n').unwrap_or(place.len());
         let label = LabeledSpan::new_primary_with_span(label, (place.start, length));
         let diagnostic = MietteDiagnostic::new(message).with_label(label);
@@ -72,7 +72,7 @@ impl Complaint {
         if handler.render_report(&mut text, report.as_ref()).is_err() {
             text = format!("{report}\n");
         }
-        // Nobody is left to tell if this fails.
+        // If standard error is closed, there is nowhere to report it.
         let _ = std::io::stderr().write_all(text.as_bytes());
         ExitCode::from(self.code)
     }

@@ -20,7 +20,7 @@ pub struct Settings {
     pub set: Vec<String>,
 }
 
-/// Longest scene that is read: some files never end `[B]`.
+/// Longest scene that is read, because files such as devices never end `[B]`.
 const LONGEST: u64 = 64 << 20;
 
 /// A scene that was read and compiled.
@@ -48,7 +48,7 @@ pub fn text(file: &Path) -> Result<String, Complaint> {
         return Err(cannot(format!("it is longer than {} MiB", LONGEST >> 20)));
     }
     if bytes.starts_with("\u{feff}".as_bytes()) {
-        // What some editors put before a text.
+        // The byte order mark that some editors write.
         bytes.drain(.."\u{feff}".len());
     }
     String::from_utf8(bytes).map_err(|error| not_text(file, &error))
@@ -125,13 +125,13 @@ fn in_setting(setting: &str, place: Range<usize>, reason: String) -> Complaint {
     Complaint::at(Path::new("--set"), setting, place, None, reason)
 }
 
-/// What is wrong only in the light of the whole scene.
+/// The message for a scene that is well formed but does not compile.
 pub fn refused(file: &Path, text: &str, error: SceneError) -> Complaint {
     let place = place_of(text, &error.path).unwrap_or(0..0);
     Complaint::at(file, text, place, Some(error.path), error.reason)
 }
 
-/// As [`refused`]; what stands in a value that was set, or holds it, is told of the setting.
+/// As [`refused`]; an error in a value given by `--set`, or around it, is reported at the setting.
 fn refused_setting(file: &Path, text: &str, settings: &[String], error: SceneError) -> Complaint {
     let found = place_of(text, &error.path);
     let culprit = settings.iter().rev().find(|setting| {

@@ -5,12 +5,11 @@ use crate::report::{self, Table, count};
 use crate::watch::Row;
 use mpm_io::{Results, ResultsError, component_name};
 use mpm_scene::Scene;
-use mpm_solver::observe::Field;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Phases of this kind count what was not done.
+/// Prefix of the phases that count work that was left out.
 const SKIPPED: &str = "skipped: ";
 
 /// What a results file holds.
@@ -61,7 +60,7 @@ struct Inspection {
     /// Name and one range per component.
     history: Vec<(String, Vec<Range>)>,
     /// Name, unit, and one range per component over all recorded steps.
-    fields: Vec<(String, &'static str, Vec<Range>)>,
+    fields: Vec<(String, String, Vec<Range>)>,
     steps: Vec<Row>,
     timings: Vec<mpm_io::PhaseTime>,
 }
@@ -78,7 +77,7 @@ impl Inspection {
         let recorded = results.fractions().len();
         let mut fields = Vec::new();
         for name in results.fields()? {
-            let unit = Field::ALL.into_iter().find(|field| field.name() == name).map_or("?", Field::unit);
+            let unit = results.unit(&name)?;
             let mut ranges: Vec<Range> = Vec::new();
             for step in 0..recorded {
                 let table = results.field(&name, step)?;
@@ -92,7 +91,7 @@ impl Inspection {
         let points = if recorded > 0 { results.points(recorded - 1)?.len() } else { 0 };
         Ok(Self {
             file: file.display().to_string(),
-            // A scene of another version of the language still has results.
+            // The results can be read even if the scene is of another version of the language.
             title: Scene::from_ron(results.scene()).map_or(String::new(), |scene| scene.title().to_string()),
             status: results.status().to_string(),
             program: results.program().to_string(),
@@ -211,7 +210,7 @@ impl Inspection {
 fn steps(results: &Results) -> Result<Vec<Row>, ResultsError> {
     let counts = |name: &str| results.column(name).map(|table| table.values().to_vec());
     let fractions = counts("load_fraction")?;
-    // A file need not have these.
+    // These columns may be missing.
     let [equations, method, cuts, shortened] = ["equations", "factorization", "cuts", "shortened_corrections"]
         .map(|name| counts(name).unwrap_or_default());
     let at = |column: &[f64], row: usize| column.get(row).map_or(0, |value| *value as u64);

@@ -1,4 +1,4 @@
-//! Keeps checkpoints while a run goes, and where it is interrupted.
+//! Writes checkpoints during a run, and when it is interrupted.
 
 use crate::complaint::Complaint;
 use clap::Args;
@@ -32,7 +32,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub struct Keeper {
     path: PathBuf,
     head: CheckpointHead,
-    /// Whether they were asked for; else there is one where the run is interrupted, and no other.
+    /// Whether checkpoints were asked for. If not, one is written only when the run is interrupted.
     asked: bool,
     /// When the last one was written, or the run began.
     last: Instant,
@@ -45,7 +45,7 @@ impl Keeper {
     /// Keeps checkpoints at `path`, when the arguments or the head say.
     ///
     /// # Errors
-    /// Where they are asked for and cannot be written.
+    /// Checkpoints are asked for and cannot be written.
     pub fn new(
         path: PathBuf,
         mut head: CheckpointHead,
@@ -63,7 +63,7 @@ impl Keeper {
         Ok(Self { path, head, asked, last: Instant::now(), cancellation, kept: None })
     }
 
-    /// A run that goes on has one already.
+    /// Records that the checkpoint of this load step exists already, as at the start of a resumed run.
     pub fn has_kept(&mut self, step: usize) {
         self.kept = Some(step);
     }
@@ -117,10 +117,10 @@ pub fn beside(path: &Path) -> PathBuf {
     path.with_extension("checkpoint.h5")
 }
 
-/// Lets SIGINT and SIGTERM stop the run at its next iteration, and the second of them at once.
+/// Lets SIGINT and SIGTERM stop the run at its next iteration; a second signal ends the program at once.
 ///
 /// # Errors
-/// Where the system does not let us.
+/// The system refuses to install the handler.
 pub fn listen(cancellation: Cancellation) -> Result<(), Complaint> {
     let handler = move || {
         if cancellation.is_cancelled() {

@@ -1,7 +1,7 @@
-//! Files that HDF5 may not survive: it can crash or loop inside itself where a file is damaged.
+//! Reads HDF5 files in a child process, because HDF5 can crash, or loop without end, on a damaged file.
 //!
-//! Commands that do nothing but read do so in a second process of this program, which may die. Those that go on
-//! (`resume`, `sweep`, scenes with tables of points) first have a second process read the files in full.
+//! Commands that only read (`inspect`, `plot`, `export`) run in the child as a whole. Commands that go on with a file (`resume`,
+//! `sweep`, scenes with tables of points) first let a child read it in full.
 
 use crate::complaint::Complaint;
 use clap::ValueEnum;
@@ -13,13 +13,13 @@ use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// Set in the second process: seconds that a call into HDF5 may take.
+/// Environment variable of the child process: seconds that a call into HDF5 may take.
 const READER: &str = "MPM_READER";
-/// Replaces the seconds that a call into HDF5 may take.
+/// Environment variable of the user that replaces these seconds.
 const SECONDS: &str = "MPM_READ_SECONDS";
-/// What a call may take at least: a disk may have to wake up `[s]`.
+/// Shortest time limit of a call, enough for a disk to wake up `[s]`.
 const AT_LEAST: f64 = 10.0;
-/// What even a slow disk gives `[B/s]`.
+/// Reading speed of a slow disk, from which the time limit of large files follows `[B/s]`.
 const RATE: f64 = 10e6;
 
 /// What a file holds.
@@ -35,8 +35,7 @@ pub enum Kind {
     Points3,
 }
 
-/// Does in a second process what this one was started for, which is to read results: what it prints and how it
-/// ends is passed on.
+/// Runs the whole command in a child process; the child's output and exit code become those of this process.
 pub fn apart(file: &Path, read: impl FnOnce() -> Result<(), Complaint>) -> Result<(), Complaint> {
     if let Some(seconds) = seconds_of(READER) {
         watch(seconds);
@@ -44,7 +43,7 @@ pub fn apart(file: &Path, read: impl FnOnce() -> Result<(), Complaint>) -> Resul
     }
     let mut command = match itself() {
         Ok(command) => command,
-        // Nothing that could be started: better unguarded than not at all.
+        // No child can be started: read without its protection.
         Err(_) => return read(),
     };
     command.args(std::env::args_os().skip(1));
@@ -54,7 +53,7 @@ pub fn apart(file: &Path, read: impl FnOnce() -> Result<(), Complaint>) -> Resul
     }
 }
 
-/// Has a second process read a file in full; whether what it holds makes sense is for the reader to say.
+/// Lets a child process read a file in full. The contents are checked later, by whoever reads the file in this process.
 pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
     let (Ok(mut command), true) = (itself(), file.is_file()) else { return Ok(()) };
     let value = kind.to_possible_value();
@@ -68,7 +67,7 @@ pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
     ended(&mut command, file, what).map(drop)
 }
 
-/// What a second process does for [`survives`].
+/// The work of the child process that [`survives`] starts.
 pub fn read_back(kind: Kind, file: &Path) -> Result<(), Complaint> {
     watch(seconds_of(READER).unwrap_or_else(|| patience(file)));
     let name = || file.display().to_string();
@@ -101,7 +100,7 @@ fn read_results(file: &Path) -> Result<(), ResultsError> {
     Ok(())
 }
 
-/// The files of a scene, those of HDF5 read by a second process first.
+/// The files of a scene; a child process reads those in HDF5 first.
 pub struct Files<'a>(pub &'a FolderFiles);
 
 impl SceneFiles for Files<'_> {
@@ -119,12 +118,12 @@ impl SceneFiles for Files<'_> {
     }
 }
 
-/// This program once more.
+/// A command that starts this program again.
 fn itself() -> io::Result<Command> {
     std::env::current_exe().map(Command::new)
 }
 
-/// Starts a second process that reads a file, and waits for its end; that it was killed is a complaint.
+/// Starts a child process that reads a file, and waits for its end. A crash or a time-out is an error.
 fn ended(command: &mut Command, file: &Path, what: &str) -> Result<ExitStatus, Complaint> {
     let seconds = patience(file);
     let clock = Instant::now();
@@ -143,7 +142,7 @@ fn ended(command: &mut Command, file: &Path, what: &str) -> Result<ExitStatus, C
     }
 }
 
-/// How a second process ended.
+/// How a child process ended.
 enum End {
     Ordered,
     Late,
@@ -181,8 +180,8 @@ fn seconds_of(variable: &str) -> Option<f64> {
     (0.1..=1e9).contains(&seconds).then_some(seconds)
 }
 
-/// Ends this process where HDF5 does not come back, and without a last word of HDF5, which is in the middle of
-/// something.
+/// Aborts this process when a call into HDF5 exceeds the time limit. It aborts, because an orderly exit would call
+/// HDF5's own clean-up, which waits for the call that hangs.
 fn watch(seconds: f64) {
     std::thread::spawn(move || {
         let (mut seen, mut clock) = (Calls::now(), Instant::now());

@@ -1,4 +1,4 @@
-//! What a run says when it is over: how it converged and what it cost.
+//! The report at the end of a run: convergence and cost.
 
 use crate::reference::field_names;
 use crate::watch::Row;
@@ -98,7 +98,7 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         summary.backward_error,
         count(summary.refinements)
     );
-    // Conjugate gradients leave what each iteration can do with, and have no pivots.
+    // Conjugate gradients stop at the accuracy that the Newton iteration needs, and have no pivots: nothing to report.
     let is_factorised = summary.pivot_spread > 0.0 || summary.condition.is_some();
     line("linear systems", if is_factorised { solutions } else { "by conjugate gradients".into() });
     let timings = summary.timings.iter().filter(|timing| timing.count > 0);

@@ -90,7 +90,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Paths { scene: &arguments.scene, results: &path };
     let outcome = carry_out(input, None, writer, keeper, &files, arguments.quiet || arguments.json);
-    // Results that cannot be read back are no reason to forget why the run ended.
+    // The reason why the run ended is more important than an error in reading its results back.
     let said = if arguments.json { inspect::inspect(&path, true).and_then(|text| say(&text)) } else { Ok(()) };
     outcome.and(said)
 }
@@ -116,7 +116,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
             file.display(),
             head.program
         );
-        // Nobody is left to tell if this fails.
+        // If standard error is closed, there is nowhere to report it.
         let _ = writeln!(std::io::stderr(), "warning: {note}");
     }
     let path = arguments.output.clone().unwrap_or(head.results);
@@ -174,7 +174,7 @@ fn carry_out(
         Err(Error::State(error)) => {
             Err(Complaint::input(format!("checkpoint {}: {error}", files.scene.display())))
         }
-        // The results file of before is not what it should be.
+        // The existing results file does not fit the checkpoint.
         Err(Error::Observer(error)) if state.is_some() && !watch.has_started() => {
             Err(Complaint::input(error.to_string()))
         }
@@ -204,7 +204,7 @@ fn options(input: &Input) -> Options {
     Options {
         scene: input.text.clone(),
         program: PROGRAM.into(),
-        fields: input.scene.output().fields(),
+        fields: input.compiled.fields(input.scene.output()).expect("compiled with them"),
         every: input.scene.output().every.0 as usize,
         ..Options::default()
     }
@@ -228,7 +228,7 @@ fn named(scene: &Scene, files: &FolderFiles) -> Vec<(&'static str, PathBuf)> {
 fn check_places(read: &[(&str, PathBuf)], results: &Path, checkpoint: &Path) -> Result<(), Complaint> {
     let mut written = vec![("results file", results.to_path_buf()), ("checkpoint", checkpoint.to_path_buf())];
     let xdmf = results.with_extension("xdmf");
-    // Results that would end so are refused as such.
+    // A results file that ends in .xdmf is refused elsewhere.
     if xdmf != results {
         written.insert(1, (".xdmf file of the results", xdmf));
     }

@@ -50,7 +50,7 @@ struct Combination {
 #[derive(Clone, Debug, PartialEq)]
 enum Standing {
     Completed,
-    /// It ended early, for this reason, and would again.
+    /// It ended early for this reason, and would end the same way again.
     Failed(String),
     /// It was interrupted, killed, or has not begun.
     Open(String),
@@ -153,7 +153,7 @@ fn split(values: &str) -> Vec<&str> {
     parts
 }
 
-/// The settings where they can be a folder's name; else as much of them, and a number that tells them apart.
+/// The settings, if they can be the name of a folder; else their beginning and a check sum.
 fn folder_name(settings: &str) -> String {
     const LONGEST: usize = 120;
     let plain = |c: char| c.is_ascii_alphanumeric() || "._=+-,[]".contains(c);
@@ -192,7 +192,7 @@ impl Combination {
         }
     }
 
-    /// Runs it in a process of its own, or goes on with it where there is a checkpoint.
+    /// Runs it in a child process, or resumes it from its checkpoint if there is one.
     fn run(&self, threads: usize) -> Result<(), Complaint> {
         let cannot = |error: std::io::Error| cannot_write(&self.folder, &error);
         std::fs::create_dir_all(&self.folder).map_err(cannot)?;
@@ -244,7 +244,7 @@ fn run_all(
                 next.1 += 1;
                 let name = combination.folder.file_name().unwrap_or_default().to_string_lossy();
                 let status = combination.standing().to_string();
-                // Nobody is left to tell if this fails.
+                // If standard error is closed, there is nowhere to report it.
                 let _ = writeln!(std::io::stderr(), "{} of {n}: {name}: {status}", next.1);
             }
         }

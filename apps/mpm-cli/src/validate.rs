@@ -1,7 +1,6 @@
 //! `mpm validate`: the validation suite, a program of its own beside this one.
 //!
-//! It carries the scenes, the references and the stress of every comparison, of which users of `mpm` need none;
-//! so `mpm` does not contain it, and starts it where it was built.
+//! It holds scenes and references that a user of `mpm` does not need, so that `mpm` starts it instead of containing it.
 
 use crate::complaint::Complaint;
 use clap::Args;

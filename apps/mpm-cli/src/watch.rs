@@ -54,7 +54,7 @@ impl Watch {
         Self { writer, keeper, started: false, before: 0, bar, columns: Vec::new(), rows: Vec::new() }
     }
 
-    /// Whether the results file could be begun, or gone on with.
+    /// Whether the results file was created or continued.
     pub fn has_started(&self) -> bool {
         self.started
     }
@@ -110,14 +110,14 @@ impl Observer for Watch {
         if !self.keeper.wants(at) {
             return Ok(());
         }
-        // A checkpoint counts on the rows before it.
+        // The results file must hold every row before the checkpoint, also after a power cut.
         let kept = self.writer.sync().map_err(ObserverError::from);
         let kept = kept.and_then(|()| self.keeper.write(&state()).map_err(ObserverError::from));
         if let Err(error) = kept {
-            // The run itself may still come to its end.
+            // A failed checkpoint does not stop the run.
             let note = format!("{error}; the run goes on without{}", self.keeper.advice());
             let note = if at == Moment::End { error.to_string() } else { note };
-            // Nobody is left to tell if this fails.
+            // If standard error is closed, there is nowhere to report it.
             let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
         }
         Ok(())

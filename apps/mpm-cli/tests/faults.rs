@@ -251,7 +251,7 @@ fn a_small_disk_keeps_what_it_had_room_for() {
     place.completes(&["run", "a.ron", "-q"]);
     let size = fs::metadata(place.path("a.h5")).unwrap().len() / 1024;
     for part in 1..8 {
-        // The disk goes with the shell; what it held is copied.
+        // The disk disappears with the shell, so that its files are copied first.
         let (kilobytes, mpm) = (size * part / 5 + 64, env!("CARGO_BIN_EXE_mpm"));
         let output = try_out(&format!(
             "mkdir -p disk kept && mount -t tmpfs -o size={kilobytes}k none disk; \"{mpm}\" run a.ron -q -o disk/b.h5; \
@@ -260,7 +260,7 @@ fn a_small_disk_keeps_what_it_had_room_for() {
         let output = output.unwrap();
         let code = output.status.code();
         assert!(code == Some(0) || code == Some(1), "{kilobytes} kB: {}", said(&output));
-        // Nothing at all where there is no room for the layout.
+        // There is no checkpoint where the disk had no room for the layout of the results.
         if Path::new(&place.path("kept/b.checkpoint.h5")).exists() {
             assert!(Results::open(place.path("kept/b.h5")).is_ok(), "{kilobytes} kB");
             place.completes(&["resume", "kept/b.checkpoint.h5", "-q", "-o", "kept/b.h5"]);
@@ -349,7 +349,7 @@ fn locked_and_deleted_results_are_told() {
     let kept = Checkpoint::open(place.path("a.checkpoint.h5")).unwrap().progress().rows();
     assert!(kept >= 9, "{kept}");
 
-    // The state is there all the same; the history goes on in a file of its own.
+    // The checkpoint is still there. The history goes on in a new file.
     let output = place.mpm(&["resume", "a.checkpoint.h5", "-q"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(said(&output).contains("is not there: name it by --output"), "{}", said(&output));

@@ -102,22 +102,47 @@ fn the_commands_of_the_guide_work_and_python_reads_what_they_write() {
     }
 }
 
-/// Every page is in the summary, and every file that a page links to exists.
+/// Markdown files of a folder and of the folders in it.
+fn documents(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+        let path = entry.expect("a readable directory").path();
+        match path.is_dir() {
+            true => found.extend(documents(&path)),
+            false if path.extension().is_some_and(|it| it == "md") => found.push(path),
+            false => {}
+        }
+    }
+    found
+}
+
+/// Every page of the guide is in its summary.
+#[test]
+fn the_summary_lists_every_page() {
+    let summary = std::fs::read_to_string(guide("src/SUMMARY.md")).expect("the guide has a summary");
+    for page in documents(&guide("src")) {
+        let name =
+            page.strip_prefix(guide("src")).expect("it is below").to_str().expect("pages have plain names");
+        assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name} is not in the summary");
+    }
+}
+
+/// Every file that a document links to exists.
 #[test]
 fn links_lead_somewhere() {
-    let pages: Vec<PathBuf> = std::fs::read_dir(guide("src"))
-        .expect("the guide has pages")
-        .map(|entry| entry.expect("a readable directory").path())
-        .collect();
-    let summary = std::fs::read_to_string(guide("src/SUMMARY.md")).expect("the guide has a summary");
-    for page in &pages {
-        let name = page.file_name().and_then(|name| name.to_str()).expect("pages have plain names");
-        assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name} is not in the summary");
-        let text = std::fs::read_to_string(page).expect("a readable page");
+    let root = guide("../..");
+    let mut pages = documents(&root.join("docs"));
+    pages.extend(documents(&root.join("validation/cases")));
+    let others =
+        ["README.md", "ARCHITECTURE.md", "scenes/README.md", "benchmarks/README.md", "validation/README.md"];
+    pages.extend(others.map(|file| root.join(file)));
+    assert!(pages.len() > 70, "{} documents", pages.len());
+    for page in pages {
+        let text = std::fs::read_to_string(&page).unwrap_or_else(|error| panic!("{}: {error}", page.display()));
         for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            if !target.starts_with("http") {
-                let file = guide("src").join(target.split('#').next().unwrap_or(target));
-                assert!(file.exists(), "{name} links to {target}");
+            if !target.starts_with("http") && !target.starts_with('#') {
+                let file = page.with_file_name("").join(target.split('#').next().unwrap_or(target));
+                assert!(file.exists(), "{} links to {target}", page.display());
             }
         }
     }

@@ -68,7 +68,7 @@ fn a_wrong_setting_is_told_as_such() {
         let part = "missing field `poisson`";
         assert!(flat(&text).contains(part) && text.contains("[--set:1:35]"), "{text}");
     }
-    // What is wrong in the file is told of the file.
+    // An error in the file is reported at the file.
     let broken = std::fs::read_to_string(folder.path().join("a.ron")).unwrap().replace("basis:", "bases:");
     std::fs::write(folder.path().join("broken.ron"), broken).unwrap();
     let text = complains(folder.path(), &["check", "broken.ron", "--set", "schedule.steps=3"]);
@@ -118,7 +118,7 @@ fn a_sweep_runs_every_combination_once() {
     let clamp = Results::open(&results).unwrap().column("reaction/clamp").unwrap();
     assert_eq!(lines[4].split(',').nth(at).unwrap().parse::<f64>().unwrap(), clamp.row(clamp.len() - 1)[1]);
 
-    // What is there is not run again; what is missing, or was left half done, is.
+    // Finished runs are not run again; missing and unfinished ones are.
     let before = std::fs::metadata(&results).unwrap().modified().unwrap();
     std::fs::remove_file(folder.path().join("a_sweep/schedule.steps=2,basis=Smpm/results.h5")).unwrap();
     let output = sweep("2,3,4");

@@ -1,4 +1,4 @@
-//! Whether HDF5 comes back: it can loop inside itself in a file that is damaged in the right place.
+//! Counts calls into HDF5, so that a call that never returns (on a damaged file) can be detected from another thread.
 
 use hdf5::File;
 use std::ops::Deref;
@@ -9,8 +9,8 @@ static ENDED: AtomicU64 = AtomicU64::new(0);
 
 /// Calls into HDF5 that read results files, checkpoints and tables of points since the program began.
 ///
-/// Where neither number changes and they differ, HDF5 has not come back since: a program that reads files of
-/// others can look from another thread, and end itself.
+/// While neither number changes and they differ, a call into HDF5 has not returned. A program that reads files of others can watch
+/// both numbers from another thread, and end itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Calls {
     /// Calls begun.
@@ -22,7 +22,7 @@ pub struct Calls {
 impl Calls {
     /// What they are now.
     pub fn now() -> Self {
-        // A call that ends in between must not seem to have ended before it began.
+        // Read in this order, so that a call that ends in between never seems to have ended before it began.
         let ended = ENDED.load(Ordering::SeqCst);
         Self { begun: BEGUN.load(Ordering::SeqCst), ended }
     }

@@ -125,7 +125,7 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// A text, which is a dataset of its bytes: HDF5's own texts lie in a heap that it reads carelessly.
+    /// A text, stored as a dataset of bytes, because HDF5 does not check the heap in which its own texts lie.
     fn text(&self, name: &str) -> Result<String, CheckpointError> {
         let bytes = self.numbers::<u8>(&self.file, name, name, 1, (0, usize::MAX))?;
         String::from_utf8(bytes).map_err(|_| self.malformed(name, "is not UTF-8 text"))
@@ -200,7 +200,7 @@ impl Checkpoint {
         })
     }
 
-    /// Reads everything in the file, whatever it is: for who wants to know whether HDF5 survives that.
+    /// Reads everything in the file, whatever it is, to find out whether HDF5 crashes on it.
     ///
     /// # Errors
     /// [`CheckpointError::Malformed`].
@@ -340,7 +340,7 @@ fn fill(part: &Path, path: &Path, head: &CheckpointHead, state: &State) -> Resul
     match written {
         Ok(()) => file.close().map_err(|error| reason(&error))?,
         Err(error) => {
-            // Closing would try to write on.
+            // Closing the file would try to write the rest.
             mem::forget(file);
             return Err(reason(&error));
         }

@@ -1,4 +1,4 @@
-//! The results of an earlier run, as far as a run that goes on wants to keep them.
+//! The results of an interrupted run up to the checkpoint from which it is resumed.
 
 use mpm_solver::observe::{Column, ColumnKind, Entry, Field};
 
@@ -7,12 +7,12 @@ use crate::reader::Results;
 use crate::snapshot::Snapshot;
 use crate::source::Source;
 
-/// A results file of which the first rows, and the points at those of them that are recorded, are wanted.
+/// A results file whose rows up to the checkpoint, and the points recorded at them, are copied.
 pub(crate) struct Earlier {
     results: Results,
     /// Number of its first row.
     first: usize,
-    /// Rows are wanted up to this one, without it.
+    /// Number of the first row that is not copied.
     end: usize,
     /// Points are recorded at every so many rows.
     every: usize,
@@ -62,7 +62,7 @@ impl Earlier {
             reals.push(real);
         }
         let earlier = Self { results, first, end, every, counts, reals };
-        // The points have to be those of their rows.
+        // The recorded points must belong to the load fractions of their rows.
         let fraction = columns.iter().position(|column| column.name == "load_fraction");
         let fractions = fraction.and_then(|at| earlier.reals[at].as_ref());
         for (k, row) in earlier.recorded().enumerate() {
@@ -81,7 +81,7 @@ impl Earlier {
         self.first
     }
 
-    /// The wanted rows, by number.
+    /// Numbers of the rows to copy.
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
         self.first..self.end
     }

@@ -73,8 +73,8 @@ impl Results {
     pub fn write_vtu(&self, folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
         fs::create_dir_all(folder).map_err(|error| ResultsError::write(folder, "the folder", error))?;
         let mut names = self.fields()?;
-        let has_outlines = names.iter().any(|name| name == Field::Outline.name());
-        names.retain(|name| name != Field::Outline.name());
+        let has_outlines = names.iter().any(|name| name == Field::OUTLINE.name());
+        names.retain(|name| name != Field::OUTLINE.name());
         let (mut points, mut domains) = (Vec::new(), Vec::new());
         for step in 0..self.fractions().len() {
             let positions = self.points(step)?;
@@ -87,7 +87,7 @@ impl Results {
             points.push(path);
             if has_outlines {
                 let path = folder.join(format!("domains_{step:04}.vtu"));
-                let outlines = self.field(Field::Outline.name(), step)?;
+                let outlines = self.field(Field::OUTLINE.name(), step)?;
                 write(&path, &vtu(&Cells::polygons(&outlines), &fields))?;
                 domains.push(path);
             }

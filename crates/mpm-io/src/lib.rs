@@ -26,6 +26,7 @@
 mod calls;
 mod check_sum;
 mod checkpoint;
+mod contents;
 mod earlier;
 mod error;
 mod export;
@@ -43,6 +44,7 @@ mod xdmf;
 
 pub use calls::Calls;
 pub use checkpoint::{Checkpoint, CheckpointHead, CheckpointInterval};
+pub use contents::{Item, Values};
 pub use error::{CheckpointError, ResultsError};
 pub use export::component_name;
 pub use options::{Options, Precision};

@@ -11,6 +11,7 @@ use crate::calls::{Call, Closing};
 use crate::error::{ResultsError, reason};
 use crate::names::{CHECKPOINT, PhaseName, RESULTS, RESULTS_VERSION};
 use crate::source::Source;
+use crate::vtkhdf::Unit;
 
 /// Numbers in rows of equal width.
 #[derive(Clone, Debug, PartialEq)]
@@ -276,6 +277,20 @@ impl Results {
         let mut names = names.map_err(|error| self.source().malformed("VTKHDF/PointData", reason(&error)))?;
         names.sort();
         Ok(names)
+    }
+
+    /// Unit of a field's values in length L, force F and time T; `?` where the file does not say it.
+    ///
+    /// # Errors
+    /// [`ResultsError::Missing`] for an unknown field.
+    pub fn unit(&self, field: &str) -> Result<String, ResultsError> {
+        if !self.fields()?.iter().any(|known| known == field) {
+            return Err(ResultsError::missing(&self.path, format!("field {field:?}")));
+        }
+        let _call = Call::begin();
+        let values = self.file.dataset(&format!("VTKHDF/PointData/{field}"));
+        let unit = values.and_then(|values| values.attr("unit")).and_then(|unit| unit.read_scalar::<Unit>());
+        Ok(unit.map_or_else(|_| "?".to_owned(), |unit| unit.to_string()))
     }
 
     /// Values of a field at a recorded step, one row per point.

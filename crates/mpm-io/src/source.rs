@@ -76,7 +76,7 @@ impl Source<'_> {
     }
 
     /// Rows and width of a dataset, after a check that the file can hold that much.
-    fn shape(&self, dataset: &Dataset, item: &str) -> Result<(usize, usize), ResultsError> {
+    pub(crate) fn shape(&self, dataset: &Dataset, item: &str) -> Result<(usize, usize), ResultsError> {
         let (rows, width) = match dataset.shape()[..] {
             [rows] => (rows, 1),
             [rows, width] if width > 0 => (rows, width),

@@ -4,13 +4,16 @@
 //! `Steps` group. Every recorded step appends positions and fields; cells are stored once per
 //! number of points ("part") and later steps point back to them.
 
-use hdf5::types::FixedAscii;
+use hdf5::types::{FixedAscii, FixedUnicode};
 use hdf5::{Attribute, Group};
 use mpm_solver::observe::Field;
 
 use crate::options::Precision;
 use crate::rows::Rows;
 use crate::snapshot::Snapshot;
+
+/// The unit of a field, as an attribute of its values.
+pub(crate) type Unit = FixedUnicode<32>;
 
 /// Most rows per chunk of positions and fields when chunks are compressed as a whole.
 const COMPRESSED_CHUNK: usize = 1 << 17;
@@ -84,6 +87,8 @@ impl PointCloud {
                 Precision::Double => Rows::create::<f64>(&data, name, width, chunk, level)?,
                 Precision::Single => Rows::create::<f32>(&data, name, width, chunk, level)?,
             };
+            let unit: Unit = field.unit().parse().map_err(|_| format!("unit of {name} is too long"))?;
+            data.dataset(name)?.new_attr::<Unit>().create("unit")?.write_scalar(&unit)?;
             Ok((values, Rows::create_small::<i64>(&data_starts, name, 1)?))
         });
         let small = |group: &Group, name: &str| Rows::create_small::<i64>(group, name, 1);

@@ -94,7 +94,7 @@ print(*[float(x).hex() for x in vtk_to_numpy(grid.GetPoints().GetData()).ravel()
 fn exported_points_and_domains() -> Result<(), Box<dyn Error + Send + Sync>> {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("a.h5");
-    let options = Options { fields: [fake::fields(), vec![Field::Outline]].concat(), ..fake::options() };
+    let options = Options { fields: [fake::fields(), vec![Field::OUTLINE]].concat(), ..fake::options() };
     let _turn = TURN.lock();
     let mut writer = ResultsWriter::create(&path, options)?;
     fake::start(&mut writer, 7)?;

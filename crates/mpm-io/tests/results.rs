@@ -8,7 +8,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use mpm_io::{Options, Precision, Results, ResultsError, ResultsWriter};
+use mpm_io::{Item, Options, Precision, Results, ResultsError, ResultsWriter, Values};
 use mpm_solver::observe::{ColumnKind, Entry, Field, Fields, Observer, Outcome};
 
 type Check = Result<(), Box<dyn Error + Send + Sync>>;
@@ -63,6 +63,34 @@ fn all_numbers_come_back() -> Check {
 }
 
 #[test]
+fn every_dataset_and_attribute_is_listed() -> Check {
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("run.h5");
+    for (precision, kind) in [(Precision::Double, "f64"), (Precision::Single, "f32")] {
+        write(&path, Options { precision, compression: 0, ..fake::options() }, 6, 7, &Outcome::Completed)?;
+        let items = Results::open(&path)?.contents()?;
+        let item = |name: &str| -> &Item {
+            items.iter().find(|item| item.name == name).unwrap_or_else(|| panic!("{name} is missing"))
+        };
+        assert!(items.is_sorted_by(|a, b| a.name < b.name));
+        assert_eq!(item("@status").values, Values::Text(vec!["completed".into()]));
+        assert_eq!(item("VTKHDF@Type").values, Values::Text(vec!["UnstructuredGrid".into()]));
+        assert_eq!(
+            item("history@rows"),
+            &Item { name: "history@rows".into(), shape: vec![], values: Values::Index(vec![7]) }
+        );
+        assert_eq!(item("newton/offset").values.kind(), "u64");
+        assert_eq!(item("VTKHDF/Types").values.kind(), "u8");
+        assert_eq!((&*item("VTKHDF/Points").shape, item("VTKHDF/Points").values.kind()), (&[49, 3][..], "f64"));
+        assert_eq!(item("VTKHDF/PointData/cauchy_stress").values.kind(), kind);
+        let Values::Text(phases) = &item("timings/phase").values else { panic!("phases are texts") };
+        assert_eq!(phases[1], "solve");
+        assert!(items.iter().all(|item| item.values.differences(&item.values).is_empty()));
+    }
+    Ok(())
+}
+
+#[test]
 fn first_and_last_steps_are_recorded() -> Check {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("run.h5");
@@ -92,8 +120,8 @@ fn single_precision_rounds_fields_but_not_positions() -> Check {
     write(&path, Options { precision: Precision::Single, ..fake::options() }, 1, 5, &Outcome::Completed)?;
     let (results, cloud) = (Results::open(&path)?, fake::Cloud { step: 1, points: 5 });
     assert_eq!(results.points(1)?.values(), cloud.positions());
-    let rounded: Vec<f64> = cloud.field(Field::Volume).iter().map(|&v| f64::from(v as f32)).collect();
-    assert_ne!(rounded, cloud.field(Field::Volume));
+    let rounded: Vec<f64> = cloud.field(Field::VOLUME).iter().map(|&v| f64::from(v as f32)).collect();
+    assert_ne!(rounded, cloud.field(Field::VOLUME));
     assert_eq!(results.field("volume", 1)?.values(), rounded);
     Ok(())
 }

@@ -156,7 +156,7 @@ impl Image {
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Best);
-        // Filters foretell shades, not numbers of colours.
+        // PNG filters predict shades; they do not help with the numbers of palette colours.
         encoder.set_filter(png::FilterType::NoFilter);
         encoder.set_palette(colours);
         let mut writer = encoder.write_header()?;

@@ -89,7 +89,7 @@ impl Shapes {
             let outline: Vec<(f64, f64)> = corners.iter().chain(corners.first()).copied().collect();
             chart.draw_series([Polygon::new(corners, shade(*value).filled())]).map_err(PlotError::draw)?;
             if outlined {
-                chart.draw_series([PathElement::new(outline, BLACK.mix(0.55))]).map_err(PlotError::draw)?;
+                chart.draw_series([PathElement::new(outline, BLACK.mix(0.4))]).map_err(PlotError::draw)?;
             }
         }
         let inside = |at: (f64, f64)| clipped(&[at], self.range).len() == 1;
@@ -114,7 +114,6 @@ impl ColourBar {
         DB::ErrorType: 'static,
     {
         const STEPS: i32 = 100;
-        const TICKS: i32 = 5;
         let (_, height) = area.dim_in_pixel();
         let (left, right) = (8, 24);
         let (top, bottom) = (50, (height as i32 - 24).max(51));
@@ -125,9 +124,9 @@ impl ColourBar {
             area.draw(&Rectangle::new(corners, colour.filled())).map_err(PlotError::draw)?;
         }
         area.draw(&Rectangle::new([(left, top), (right, bottom)], BLACK)).map_err(PlotError::draw)?;
-        for k in 0..=TICKS {
-            let value = self.range.0 + (self.range.1 - self.range.0) * f64::from(k) / f64::from(TICKS);
-            let y = at(k, TICKS);
+        for value in round_values(self.range) {
+            let part = (value - self.range.0) / (self.range.1 - self.range.0);
+            let y = bottom - (f64::from(bottom - top) * part).round() as i32;
             area.draw(&PathElement::new(vec![(right, y), (right + 4, y)], BLACK)).map_err(PlotError::draw)?;
             let tick = Text::new(short(value, self.range), (right + 7, y - 6), (FONT, 12));
             area.draw(&tick).map_err(PlotError::draw)?;
@@ -138,6 +137,21 @@ impl ColourBar {
         let at = (BAR as i32 - 10, (top + bottom) / 2);
         area.draw(&Text::new(self.label.as_str(), at, style)).map_err(PlotError::draw)
     }
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten within a range, at least three of them.
+fn round_values((from, to): (f64, f64)) -> Vec<f64> {
+    const FEWEST: f64 = 4.0;
+    let most = (to - from) / FEWEST;
+    let decade = 10_f64.powf(most.log10().floor());
+    let step =
+        [5.0, 2.0, 1.0].map(|part| part * decade).into_iter().find(|step| *step <= most).unwrap_or(decade);
+    let (first, last) = ((from / step).ceil(), (to / step).floor());
+    // Ends that lie too close to each other for their digits have no round value between them.
+    if !(last - first).is_finite() || last < first {
+        return vec![from, to];
+    }
+    (0..=(last - first) as usize).map(|k| (first + k as f64) * step).collect()
 }
 
 /// Area of the smallest upright rectangle round a polygon.
@@ -176,6 +190,15 @@ fn clipped(corners: &[(f64, f64)], range: [(f64, f64); 2]) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(round_values((0.054, 5.989)), [1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(round_values((-48085.0, 39259.0)), [-40000.0, -20000.0, 0.0, 20000.0]);
+        assert_eq!(round_values((-1.0, 1.0)), [-1.0, -0.5, 0.0, 0.5, 1.0]);
+        assert!(round_values((2e-9, 3e-9)).len() >= 3);
+        assert_eq!(round_values((1e300, f64::INFINITY)).len(), 2);
+    }
 
     #[test]
     fn polygons_are_clipped() {

@@ -1,7 +1,9 @@
 //! A model of either space.
 
-use mpm_solver::observe::Observer;
-use mpm_solver::{Error, Estimate, Model, State, StateLayout, Summary, estimate, resume, run};
+use crate::error::SceneError;
+use crate::language::{FieldInput, OutputInput};
+use mpm_solver::observe::{Field, Observer};
+use mpm_solver::{Error, Estimate, Model, NamedBody, State, StateLayout, Summary, estimate, resume, run};
 
 /// A model in the space of its scene.
 pub enum Compiled {
@@ -42,6 +44,17 @@ impl Compiled {
         }
     }
 
+    /// The fields of the points that are recorded.
+    ///
+    /// # Errors
+    /// A field that neither points nor the laws of the scene's bodies have, with those that there are.
+    pub fn fields(&self, output: &OutputInput) -> Result<Vec<Field>, SceneError> {
+        match self {
+            Compiled::Plane(model) => fields(&model.bodies, output),
+            Compiled::Solid(model) => fields(&model.bodies, output),
+        }
+    }
+
     /// Connects the points at the start and counts, see [`mpm_solver::estimate`].
     ///
     /// # Errors
@@ -52,4 +65,35 @@ impl Compiled {
             Compiled::Solid(model) => estimate(model),
         }
     }
+}
+
+/// The fields of bodies' points that are recorded.
+pub(crate) fn fields<const D: usize>(
+    bodies: &[NamedBody<D>],
+    output: &OutputInput,
+) -> Result<Vec<Field>, SceneError> {
+    let remembered =
+        || bodies.iter().flat_map(|named| named.body.history_fields()).map(|info| Field::from(*info));
+    let field = |(k, input): (usize, &FieldInput)| {
+        let FieldInput::Remembered(name) = input else {
+            return Ok(input.of_points().expect("a field of points"));
+        };
+        remembered().find(|field| as_written(field.name()) == *name).ok_or_else(|| {
+            let mut known: Vec<String> = Field::OF_POINTS.map(|field| as_written(field.name())).into();
+            known.extend(remembered().map(|field| as_written(field.name())));
+            known.dedup();
+            let reason = format!("no point has a field `{name}`, expected one of {}", known.join(", "));
+            SceneError::new(format!("output.fields[{k}]"), reason)
+        })
+    };
+    output.fields.iter().enumerate().map(field).collect()
+}
+
+/// The name of a field as scenes write it: `plastic_strain` is `PlasticStrain`.
+fn as_written(name: &str) -> String {
+    let word = |word: &str| {
+        let mut letters = word.chars();
+        letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+    };
+    name.split('_').map(word).collect()
 }

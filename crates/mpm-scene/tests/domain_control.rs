@@ -67,11 +67,11 @@ fn domains_that_stay_short_change_no_bit() {
     ];
     for (name, column, changes, basis) in cases {
         let plain = text(name, changes);
-        let mut expected = Seen::of(column, Field::CauchyStress);
+        let mut expected = Seen::of(column, Field::CAUCHY_STRESS);
         run(&plain, &mut expected).unwrap();
         for control in ["Cap()", "Reshape()", "Split()"] {
             let on = format!("basis: {basis}, domains: (control: {control})");
-            let mut found = Seen::of(column, Field::CauchyStress);
+            let mut found = Seen::of(column, Field::CAUCHY_STRESS);
             let summary = run(&plain.replace(&format!("basis: {basis}"), &on), &mut found).unwrap();
             assert_eq!((summary.domains_capped, summary.domains_split), (0, 0), "{name}, {control}");
             assert_eq!(found.values, expected.values, "{name}, {control}");
@@ -88,7 +88,7 @@ fn what_is_done_is_counted_and_keeps_the_volume() {
         [("Cap()", "domains_capped"), ("Reshape()", "domains_capped"), ("Split()", "domains_split")]
     {
         let scene = text("doughnut_limit", &[TWIST, STEPS, ("Reshape(cells: 0.7)", control)]);
-        let mut seen = Seen::of(column, Field::Volume);
+        let mut seen = Seen::of(column, Field::VOLUME);
         let summary = run(&scene, &mut seen).unwrap();
         let counted: f64 = seen.values.iter().sum();
         assert!(counted > 0.0);
@@ -106,7 +106,7 @@ fn threads_change_nothing() {
     let scene = text("doughnut_limit", &[TWIST, STEPS, ("Reshape", "Split")]);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut seen = Seen::of("reaction_moment/inner", Field::CauchyStress);
+        let mut seen = Seen::of("reaction_moment/inner", Field::CAUCHY_STRESS);
         pool.install(|| run(&scene, &mut seen)).unwrap();
         (seen.values, seen.positions, seen.at_end)
     };
@@ -118,7 +118,7 @@ fn threads_change_nothing() {
 #[test]
 fn too_many_points_end_the_run_with_their_reason() {
     let scene = text("doughnut_limit", &[TWIST, STEPS, ("Reshape(cells: 0.7)", "Split(growth: 1.1)")]);
-    let mut seen = Seen::of("domains_split", Field::Volume);
+    let mut seen = Seen::of("domains_split", Field::VOLUME);
     let error = run(&scene, &mut seen).unwrap_err();
     let Error::TooManyPoints { step, ref body, points, most } = error else { panic!("{error}") };
     assert_eq!((body.as_str(), most), ("ring", 704));
@@ -157,7 +157,7 @@ fn a_uniform_deformation_of_split_points_is_found_exactly() {
                 follow("Y", 0),
                 follow("Y", 4)
             );
-            let mut seen = Seen::of("domains_split", Field::DeformationGradient);
+            let mut seen = Seen::of("domains_split", Field::DEFORMATION_GRADIENT);
             let summary = run(&scene, &mut seen).unwrap();
             assert!(seen.values[1] == 64.0 && summary.points > 128, "{basis}: {:?}", seen.values);
             let expected = [1.2, 0.3, 0.0, -0.1, 1.1, 0.0, 0.0, 0.0, 1.0];

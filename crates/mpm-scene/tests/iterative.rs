@@ -22,7 +22,7 @@ impl Observer for Seen {
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
-        self.displacement = step.fields.field(Field::Displacement);
+        self.displacement = step.fields.field(Field::DISPLACEMENT);
         let count = |name: &str| {
             self.columns.iter().position(|it| it == name).map(|column| match &step.row[column] {
                 Entry::Count(values) => values[0],

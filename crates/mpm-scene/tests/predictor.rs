@@ -12,7 +12,7 @@ struct Last {
 
 impl Observer for Last {
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
-        self.displacement = step.fields.field(Field::Displacement);
+        self.displacement = step.fields.field(Field::DISPLACEMENT);
         Ok(())
     }
 }

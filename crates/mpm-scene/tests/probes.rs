@@ -27,8 +27,8 @@ impl Observer for Seen {
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
         self.rows.push(step.row.to_vec());
         self.positions = step.fields.positions();
-        self.stress = step.fields.field(Field::CauchyStress);
-        self.volume = step.fields.field(Field::Volume);
+        self.stress = step.fields.field(Field::CAUCHY_STRESS);
+        self.volume = step.fields.field(Field::VOLUME);
         Ok(())
     }
 

@@ -48,8 +48,8 @@ impl Observer for Seen {
                 Entry::Real(values) => bits.extend(values.iter().map(|x| x.to_bits())),
             }
         }
-        let stress = step.fields.field(Field::CauchyStress);
-        let fields = [step.fields.positions(), stress, step.fields.field(Field::Displacement)];
+        let stress = step.fields.field(Field::CAUCHY_STRESS);
+        let fields = [step.fields.positions(), stress, step.fields.field(Field::DISPLACEMENT)];
         bits.extend(step.residuals.iter().chain(fields.iter().flatten()).map(|x| x.to_bits()));
         self.rows.push(bits);
         if self.cancel_after == Some(step.index) {

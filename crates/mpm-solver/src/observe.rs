@@ -7,6 +7,7 @@ pub use crate::cancellation::Cancellation;
 pub use crate::timing::Timing;
 
 use crate::state::State;
+use mpm_material::FieldInfo;
 use std::error::Error;
 
 /// What one entry of a history column is.
@@ -38,102 +39,90 @@ pub enum Entry {
     Real(Vec<f64>),
 }
 
-/// A quantity of the material points that can be asked for.
+/// A quantity of the material points that can be asked for: one of [`Field::OF_POINTS`], or what a law remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum Field {
-    /// Displacement since the start, three components `[L]`.
-    Displacement,
-    /// Deformation gradient F, nine components row by row `[-]`.
-    DeformationGradient,
-    /// Cauchy stress σ = τ/J, nine components row by row `[F/L²]`.
-    CauchyStress,
-    /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row `[-]`.
-    ElasticStrain,
-    /// Current volume J V⁰ (plane strain: per unit thickness) `[L^D]`.
-    Volume,
-    /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress `[F/L²]`.
-    Rho,
-    /// 1 where the last load step was plastic, else 0.
-    Plastic,
-    /// `J = det F` `[-]`.
-    VolumeRatio,
-    /// Signed volume of the point's domain over that at rest; 1 for points without one `[-]`.
-    DomainMeasure,
-    /// Smallest weight of a corner of the domain; 1 for points without one `[-]`.
-    SmallestCornerWeight,
-    /// Number of nodes that receive the point through a single corner of its domain.
-    SingleCornerNodes,
-    /// Number of the domain's corners outside the mesh; all of them where one lies too far outside.
-    CornersOutside,
-    /// 1 where a fallback has replaced the domain, else 0.
-    FallenBack,
-    /// Number of the body (in the order of the scene) that the point belongs to.
-    Body,
-    /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
-    /// the position, four times, for points without one. Plane strain only `[L]`.
-    Outline,
+pub struct Field {
+    name: &'static str,
+    components: usize,
+    unit: &'static str,
 }
 
 impl Field {
-    /// Every field, in the order in which results hold them.
-    pub const ALL: [Self; 15] = [
-        Self::Displacement,
-        Self::DeformationGradient,
-        Self::CauchyStress,
-        Self::ElasticStrain,
-        Self::Volume,
-        Self::Rho,
-        Self::Plastic,
-        Self::VolumeRatio,
-        Self::DomainMeasure,
-        Self::SmallestCornerWeight,
-        Self::SingleCornerNodes,
-        Self::CornersOutside,
-        Self::FallenBack,
-        Self::Body,
-        Self::Outline,
+    /// Displacement since the start, three components `[L]`.
+    pub const DISPLACEMENT: Self = Self::new("displacement", 3, "L");
+    /// Deformation gradient F, nine components row by row `[-]`.
+    pub const DEFORMATION_GRADIENT: Self = Self::new("deformation_gradient", 9, "-");
+    /// Cauchy stress σ = τ/J, nine components row by row `[F/L²]`.
+    pub const CAUCHY_STRESS: Self = Self::new("cauchy_stress", 9, "F/L²");
+    /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row `[-]`.
+    pub const ELASTIC_STRAIN: Self = Self::new("elastic_strain", 9, "-");
+    /// Current volume J V⁰ (plane strain: per unit thickness) `[L^D]`.
+    pub const VOLUME: Self = Self::new("volume", 1, "L^D");
+    /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress `[F/L²]`.
+    pub const RHO: Self = Self::new("rho", 1, "F/L²");
+    /// 1 where the last load step was plastic, else 0.
+    pub const PLASTIC: Self = Self::new("plastic", 1, "-");
+    /// `J = det F` `[-]`.
+    pub const VOLUME_RATIO: Self = Self::new("volume_ratio", 1, "-");
+    /// Signed volume of the point's domain over that at rest; 1 for points without one `[-]`.
+    pub const DOMAIN_MEASURE: Self = Self::new("domain_measure", 1, "-");
+    /// Smallest weight of a corner of the domain; 1 for points without one `[-]`.
+    pub const SMALLEST_CORNER_WEIGHT: Self = Self::new("smallest_corner_weight", 1, "-");
+    /// Number of nodes that receive the point through a single corner of its domain.
+    pub const SINGLE_CORNER_NODES: Self = Self::new("single_corner_nodes", 1, "-");
+    /// Number of the domain's corners outside the mesh; all of them where one lies too far outside.
+    pub const CORNERS_OUTSIDE: Self = Self::new("corners_outside", 1, "-");
+    /// 1 where a fallback has replaced the domain, else 0.
+    pub const FALLEN_BACK: Self = Self::new("fallen_back", 1, "-");
+    /// Number of the body (in the order of the scene) that the point belongs to.
+    pub const BODY: Self = Self::new("body", 1, "-");
+    /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
+    /// the position, four times, for points without one. Plane strain only `[L]`.
+    pub const OUTLINE: Self = Self::new("outline", 8, "L");
+
+    /// The fields that points of any law and basis have.
+    pub const OF_POINTS: [Self; 15] = [
+        Self::DISPLACEMENT,
+        Self::DEFORMATION_GRADIENT,
+        Self::CAUCHY_STRESS,
+        Self::ELASTIC_STRAIN,
+        Self::VOLUME,
+        Self::RHO,
+        Self::PLASTIC,
+        Self::VOLUME_RATIO,
+        Self::DOMAIN_MEASURE,
+        Self::SMALLEST_CORNER_WEIGHT,
+        Self::SINGLE_CORNER_NODES,
+        Self::CORNERS_OUTSIDE,
+        Self::FALLEN_BACK,
+        Self::BODY,
+        Self::OUTLINE,
     ];
+
+    const fn new(name: &'static str, components: usize, unit: &'static str) -> Self {
+        Self { name, components, unit }
+    }
 
     /// Name of the field's dataset.
     pub fn name(self) -> &'static str {
-        match self {
-            Field::Displacement => "displacement",
-            Field::DeformationGradient => "deformation_gradient",
-            Field::CauchyStress => "cauchy_stress",
-            Field::ElasticStrain => "elastic_strain",
-            Field::Volume => "volume",
-            Field::Rho => "rho",
-            Field::Plastic => "plastic",
-            Field::VolumeRatio => "volume_ratio",
-            Field::DomainMeasure => "domain_measure",
-            Field::SmallestCornerWeight => "smallest_corner_weight",
-            Field::SingleCornerNodes => "single_corner_nodes",
-            Field::CornersOutside => "corners_outside",
-            Field::FallenBack => "fallen_back",
-            Field::Body => "body",
-            Field::Outline => "outline",
-        }
+        self.name
     }
 
     /// Numbers per point.
     pub fn components(self) -> usize {
-        match self {
-            Field::Displacement => 3,
-            Field::DeformationGradient | Field::CauchyStress | Field::ElasticStrain => 9,
-            Field::Outline => 8,
-            _ => 1,
-        }
+        self.components
     }
 
     /// Dimension of its numbers in length L, force F and the number D of dimensions; `-` for none.
     pub fn unit(self) -> &'static str {
-        match self {
-            Field::Displacement | Field::Outline => "L",
-            Field::CauchyStress | Field::Rho => "F/L²",
-            Field::Volume => "L^D",
-            _ => "-",
-        }
+        self.unit
+    }
+}
+
+/// What a law remembers.
+impl From<FieldInfo> for Field {
+    fn from(info: FieldInfo) -> Self {
+        Self::new(info.name, info.components, info.unit)
     }
 }
 
@@ -143,7 +132,7 @@ pub trait Fields {
     fn n_points(&self) -> usize;
     /// Positions, three components per point (z = 0 in plane strain) `[L]`.
     fn positions(&self) -> Vec<f64>;
-    /// One field, `field.components()` numbers per point, point by point.
+    /// One field, `field.components()` numbers per point, point by point; 0 for points whose law does not have it.
     fn field(&self, field: Field) -> Vec<f64>;
     /// Corners of every point's domain, three components per corner: round the outline in the plane,
     /// a list in space; none for points without a domain `[L]`.

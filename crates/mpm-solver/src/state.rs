@@ -150,8 +150,8 @@ impl State {
                 let reason = format!("has {} points, expected {least} to {most}", stored.points);
                 return Err(StateError::new(format!("bodies/{k}"), reason));
             }
-            let recalled = model.bodies[k].body.recall(stored);
-            recalled.map_err(|it| StateError::new(format!("bodies/{k}/{}", it.column), it.reason))?;
+            let restored = model.bodies[k].body.restore(stored);
+            restored.map_err(|it| StateError::new(format!("bodies/{k}/{}", it.column), it.reason))?;
         }
         for (k, (load, shares)) in model.loads.point_loads.iter_mut().zip(&self.shares).enumerate() {
             let points = model.bodies[load.body].body.n_points();

@@ -59,7 +59,7 @@ fn bend((method, factor, points, ghost): &Job) -> Result<Bent, Broken> {
 }
 
 fn mean(history: &History, row: usize, points: &[usize]) -> [f64; 2] {
-    let moved = history.field(Field::Displacement, row);
+    let moved = history.field(Field::DISPLACEMENT, row);
     [0, 1].map(|i| points.iter().map(|p| moved[3 * p + i]).sum::<f64>() / points.len() as f64)
 }
 

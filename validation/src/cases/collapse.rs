@@ -101,7 +101,7 @@ fn collapses(extent: Extent) -> Result<Findings, Broken> {
 /// The final shape, coloured by ρ over the yield radius.
 fn picture(run: &Run) -> Result<Picture, Broken> {
     let history = &run.history;
-    let rho = history.field(Field::Rho, history.rows().len() - 1);
+    let rho = history.field(Field::RHO, history.rows().len() - 1);
     let outline = |corners: &Vec<[f64; 3]>| corners.iter().map(|x| (x[0], x[1])).collect::<Vec<_>>();
     let domains =
         history.outlines().iter().zip(rho).map(|(corners, rho)| (outline(corners), rho / 20e3)).collect();

@@ -18,7 +18,7 @@ fn determinism(_: Extent) -> Result<Findings, Broken> {
     let scene = resized(load_own("pulled_block")?, 180);
     let alone = on_threads(&scene, 1)?;
     let equations = alone.series("equations", 0)[1];
-    let plastic = alone.field(Field::Plastic, alone.rows().len() - 1).iter().sum::<f64>();
+    let plastic = alone.field(Field::PLASTIC, alone.rows().len() - 1).iter().sum::<f64>();
     let expected = bits(&alone);
 
     let mut checks = vec![

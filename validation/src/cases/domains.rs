@@ -64,12 +64,12 @@ fn health(_: Extent) -> Result<Findings, Broken> {
             |field: Field, row: usize| history.field(field, row).iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let sum = |field: Field, row: usize| history.field(field, row).iter().sum::<f64>();
         let pairs: [(&str, &dyn Fn(usize) -> f64); 6] = [
-            (COLUMNS[0], &|row| least(Field::DomainMeasure, row)),
-            (COLUMNS[1], &|row| least(Field::SmallestCornerWeight, row)),
-            (COLUMNS[3], &|row| sum(Field::SingleCornerNodes, row)),
-            (COLUMNS[4], &|row| sum(Field::CornersOutside, row)),
-            (COLUMNS[5], &|row| sum(Field::FallenBack, row)),
-            (COLUMNS[6], &|row| least(Field::VolumeRatio, row)),
+            (COLUMNS[0], &|row| least(Field::DOMAIN_MEASURE, row)),
+            (COLUMNS[1], &|row| least(Field::SMALLEST_CORNER_WEIGHT, row)),
+            (COLUMNS[3], &|row| sum(Field::SINGLE_CORNER_NODES, row)),
+            (COLUMNS[4], &|row| sum(Field::CORNERS_OUTSIDE, row)),
+            (COLUMNS[5], &|row| sum(Field::FALLEN_BACK, row)),
+            (COLUMNS[6], &|row| least(Field::VOLUME_RATIO, row)),
         ];
         let differing: usize = pairs
             .iter()

@@ -21,7 +21,7 @@ fn rate(_: Extent) -> Result<Findings, Broken> {
     let stretch = run(&from_rest(load("simple_stretch")?))?.completed()?;
     let iterations = stretch.series("newton_iterations", 0);
     let plastic: Vec<usize> =
-        (1..iterations.len()).filter(|&row| stretch.field(Field::Plastic, row).contains(&1.0)).collect();
+        (1..iterations.len()).filter(|&row| stretch.field(Field::PLASTIC, row).contains(&1.0)).collect();
     let outside = plastic.iter().filter(|&&row| !(2.0..=5.0).contains(&iterations[row])).count();
     let counts = plastic.iter().map(|&row| iterations[row]);
     let (fewest, most) = counts.fold((f64::INFINITY, 0.0_f64), |(a, b), n| (a.min(n), b.max(n)));

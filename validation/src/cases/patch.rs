@@ -104,18 +104,18 @@ fn patch<const D: usize>(mut model: Model<D>, name: &str, free: (f64, f64)) -> R
         })
         .collect();
 
-    let mut history = History::of(&[Field::DeformationGradient, Field::CauchyStress, Field::Plastic]);
+    let mut history = History::of(&[Field::DEFORMATION_GRADIENT, Field::CAUCHY_STRESS, Field::PLASTIC]);
     mpm_solver::run(&mut model, &mut history)?;
     let free_components = history.series("equations", 0)[1];
-    let plastic = history.field(Field::Plastic, 1);
+    let plastic = history.field(Field::PLASTIC, 1);
     let kind = if plastic.contains(&1.0) { "plastic" } else { "elastic" };
 
-    let f = history.field(Field::DeformationGradient, 1).chunks_exact(9);
+    let f = history.field(Field::DEFORMATION_GRADIENT, 1).chunks_exact(9);
     let error = largest(f.flat_map(|f| {
         let expected = |i: usize, j: usize| f64::from(u8::from(i == j)) + gradient[(i, j)];
         (0..D * D).map(move |k| (f[3 * (k / D) + k % D] - expected(k / D, k % D)).abs()).collect::<Vec<_>>()
     }));
-    let stress = history.field(Field::CauchyStress, 1);
+    let stress = history.field(Field::CAUCHY_STRESS, 1);
     let size = largest(stress.iter().map(|x| x.abs()));
     let spread =
         largest(stress.chunks_exact(9).flat_map(|s| s.iter().zip(stress).map(|(a, b)| (a - b).abs() / size)));

@@ -36,7 +36,7 @@ fn shapes(_: Extent) -> Result<Findings, Broken> {
 fn plumb(scene: &Scene) -> Result<Vec<[f64; 3]>, Broken> {
     let history = run(scene)?.completed()?;
     let (first, last) = (&history.rows()[0], history.last());
-    let stress = history.field(Field::CauchyStress, history.rows().len() - 1);
+    let stress = history.field(Field::CAUCHY_STRESS, history.rows().len() - 1);
     let heights = first.positions.chunks(3).zip(last.positions.chunks(3));
     Ok(heights.zip(stress.chunks(9)).map(|((rest, end), stress)| [rest[1], end[1], stress[4]]).collect())
 }
@@ -125,7 +125,7 @@ fn points(findings: &mut Findings) -> Result<(), Broken> {
     scene.bodies[0].points_per_cell = Some(Count(2));
     let [a, b] = [run(&from_table)?.completed()?, run(&Scene::PlaneStrain(scene))?.completed()?];
     let bits = |it: &History| it.reproducible().iter().flat_map(Row::bits).collect::<Vec<u64>>();
-    let plastic = a.field(Field::Plastic, a.rows().len() - 1).iter().sum::<f64>();
+    let plastic = a.field(Field::PLASTIC, a.rows().len() - 1).iter().sum::<f64>();
     let (a, b) = (bits(&a), bits(&b));
     let differ = a.iter().zip(&b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len());
     findings.checks.push(

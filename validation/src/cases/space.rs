@@ -130,7 +130,7 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
     let moved = |history: &History, row: usize| {
         let rest = &history.rows()[0].positions;
         let ends: Vec<usize> = (0..rest.len() / 3).filter(|p| rest[3 * p] > 9.75).collect();
-        let displacement = history.field(Field::Displacement, row);
+        let displacement = history.field(Field::DISPLACEMENT, row);
         [0, 1].map(|i| ends.iter().map(|p| displacement[3 * p + i]).sum::<f64>() / ends.len() as f64)
     };
     let mut table = Table::new(
@@ -237,7 +237,7 @@ fn collapse(extent: Extent) -> Result<Findings, Broken> {
     ));
     if extent == Extent::Full {
         let history = &quarter.history;
-        let rho = history.field(Field::Rho, history.rows().len() - 1);
+        let rho = history.field(Field::RHO, history.rows().len() - 1);
         let shades: Vec<f64> = rho.iter().map(|rho| rho / 20e3).collect();
         findings.pictures.push(Picture {
             file: "collapse_solid.png",

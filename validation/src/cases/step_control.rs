@@ -102,9 +102,11 @@ fn moved(compiled: &Compiled, history: &History) -> usize {
 fn departures_in_file(scene: &Scene, history: &History) -> Result<usize, Broken> {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("crush.h5");
-    let options = Options { scene: own_text("crush")?, fields: scene.output().fields(), ..Options::default() };
+    let mut compiled = compile(scene)?;
+    let fields = compiled.fields(scene.output())?;
+    let options = Options { scene: own_text("crush")?, fields, ..Options::default() };
     let mut writer = ResultsWriter::create(&path, options)?;
-    let ended = compile(scene)?.run(&mut writer);
+    let ended = compiled.run(&mut writer);
     drop(writer);
 
     let results = Results::open(&path)?;
@@ -129,7 +131,7 @@ fn cuts(_: Extent) -> Result<Findings, Broken> {
     let stretch: f64 = top.windows(2).map(|pair| 1.0 + (pair[1] - pair[0])).product();
     let p_wave = 1e3 * (1.0 - 0.3) / ((1.0 + 0.3) * (1.0 - 2.0 * 0.3));
     let lame = 1e3 * 0.3 / ((1.0 + 0.3) * (1.0 - 2.0 * 0.3));
-    let stress = history.field(Field::CauchyStress, fractions.len() - 1);
+    let stress = history.field(Field::CAUCHY_STRESS, fractions.len() - 1);
     let cauchy = |modulus: f64| modulus * stretch.ln() / stretch;
     let expected = [cauchy(lame), 0.0, 0.0, 0.0, cauchy(p_wave), 0.0, 0.0, 0.0, cauchy(lame)];
     let error = super::largest(stress.chunks_exact(9).map(|stress| relative(stress, &expected)));

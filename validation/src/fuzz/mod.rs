@@ -1,8 +1,8 @@
 //! Hostile input: scenes, the files that they name, checkpoints and results files that are almost right.
 //!
-//! What a case is fed is a function of the seed and its number. Cases run in processes of their own with
-//! bounded memory and time per case; a case that panics, hangs, crashes or asks for too much memory
-//! is told, its input kept, and the rest goes on behind it.
+//! The input of a case is a function of the seed and the number of the case. Cases run in child processes with bounded memory and
+//! bounded time per case. A case that panics, hangs, crashes, or asks for too much memory is reported and its input is kept; the
+//! cases after it go on.
 
 mod bodies;
 mod bytes;
@@ -137,7 +137,7 @@ fn portion(plan: &Plan, worker: &Path, mut from: u64, to: u64) -> Result<Report,
     let mut report = Report::default();
     while from < to {
         fs::write(&notes, [])?;
-        // The shell bounds the memory of what it becomes.
+        // The shell limits its memory and then replaces itself by the program.
         let limited = format!("ulimit -v {MEMORY} && exec \"$0\" \"$@\"");
         let output = Command::new("sh")
             .args(["-c", &limited])
@@ -213,10 +213,10 @@ fn read_notes(notes: &str) -> Result<(u64, [u64; DEPTHS.len()], u64), Broken> {
     }
 }
 
-/// What a process does that is to work on cases; arguments: target, seed, first case, last (exclusive), folder.
+/// The work of a child process. Arguments: target, seed, first case, last case (exclusive), folder.
 ///
 /// # Errors
-/// The arguments are none, or nothing can be written.
+/// The arguments are wrong, or nothing can be written.
 pub fn work(arguments: &[String]) -> Result<ExitCode, Broken> {
     let [target, seed, from, to, folder] = arguments else {
         return Err("expected a target, a seed, the first case, the one behind the last, a folder".into());

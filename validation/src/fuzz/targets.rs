@@ -129,7 +129,7 @@ impl Prepared {
                 let which = random.below(honest.len());
                 let mut input = honest[which].clone();
                 bytes::change(&mut input, random);
-                // Most that come to HDF5 at all must have a right check sum.
+                // Only checkpoints with a right check sum reach HDF5: give most of them one.
                 if *target == Target::Checkpoints && random.below(10) > 0 {
                     vouch_for(&mut input);
                 }
@@ -290,7 +290,7 @@ fn options(text: &str) -> Options {
     Options { scene: text.into(), program: "fuzz".into(), ..Options::default() }
 }
 
-/// Says of a checkpoint's bytes what an honest writer would say.
+/// Writes the right length and check sum before the bytes of a changed checkpoint.
 fn vouch_for(bytes: &mut Vec<u8>) {
     const BLOCK: usize = 512;
     bytes.resize(bytes.len().max(BLOCK), 0);

@@ -67,7 +67,7 @@ pub(crate) fn narrow(axes: &mut [AxisInput], end: f64, n: u32) {
 /// `Σ |σ_yy + ρ0 g (50 - Y)| V0 / (ρ0 g 50 ΣV0)` `[-]`.
 pub fn stress_error(history: &History) -> f64 {
     let last = history.rows().len() - 1;
-    let stress = history.field(Field::CauchyStress, last).chunks_exact(9).map(|it| it[4]);
+    let stress = history.field(Field::CAUCHY_STRESS, last).chunks_exact(9).map(|it| it[4]);
     let rest = history.rows()[0].positions.chunks_exact(3).map(|x| x[1]);
     let errors: Vec<f64> = stress.zip(rest).map(|(s, y)| (s + PRESSURE * (1.0 - y / HEIGHT)).abs()).collect();
     errors.iter().sum::<f64>() / (errors.len() as f64 * PRESSURE)

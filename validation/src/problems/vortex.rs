@@ -51,7 +51,7 @@ pub fn errors(history: &History, field: &Vortex) -> Result<Errors, Broken> {
     let last = history.rows().len() - 1;
     let at = LoadFraction::new(history.last().fraction)?;
     let positions = &history.last().positions;
-    let (moved, stress) = (history.field(Field::Displacement, last), history.field(Field::CauchyStress, last));
+    let (moved, stress) = (history.field(Field::DISPLACEMENT, last), history.field(Field::CAUCHY_STRESS, last));
     let (mut off, mut far, mut wrong, mut strong) = (0.0, 0.0, 0.0, 0.0);
     for ((x, u), s) in positions.chunks_exact(3).zip(moved.chunks_exact(3)).zip(stress.chunks_exact(9)) {
         let rest = Vector::<2>::new(x[0] - u[0], x[1] - u[1]);

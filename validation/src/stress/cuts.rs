@@ -132,7 +132,7 @@ struct Problem {
 fn column_error(run: &crate::scenes::Run) -> f64 {
     let history = &run.history;
     let last = history.rows().len() - 1;
-    let (stress, moved) = (history.field(Field::CauchyStress, last), history.field(Field::Displacement, last));
+    let (stress, moved) = (history.field(Field::CAUCHY_STRESS, last), history.field(Field::DISPLACEMENT, last));
     let errors = (0..stress.len() / 9).map(|p| {
         let at_rest = history.last().positions[3 * p + 1] - moved[3 * p + 1];
         (stress[9 * p + 4] + 800.0 * (50.0 - at_rest)).abs() / 40e3
@@ -151,7 +151,7 @@ fn farthest(run: &crate::scenes::Run) -> f64 {
 /// Largest settlement of a point.
 fn deepest(run: &crate::scenes::Run) -> f64 {
     let last = run.history.rows().len() - 1;
-    largest(run.history.field(Field::Displacement, last).iter().skip(1).step_by(3).map(|y| -y))
+    largest(run.history.field(Field::DISPLACEMENT, last).iter().skip(1).step_by(3).map(|y| -y))
 }
 
 fn pulled(run: &crate::scenes::Run) -> f64 {

@@ -166,7 +166,7 @@ const PROBLEMS: [Problem; 6] = [
 /// Largest displacement of a point in any direction.
 fn moved(run: &Run) -> f64 {
     let last = run.history.rows().len() - 1;
-    largest(run.history.field(Field::Displacement, last).iter().map(|u| u.abs()))
+    largest(run.history.field(Field::DISPLACEMENT, last).iter().map(|u| u.abs()))
 }
 
 fn offsets(extent: Extent) -> Result<Findings, Broken> {
@@ -280,7 +280,7 @@ fn graded(_: Extent) -> Result<Findings, Broken> {
         let run = run_plane(variant(&scene, &method, false))?;
         let reached = reason(&run);
         let error = if run.outcome.is_ok() {
-            let stress = run.history.field(Field::CauchyStress, 10);
+            let stress = run.history.field(Field::CAUCHY_STRESS, 10);
             largest(stress.iter().skip(4).step_by(9).map(|s| (s / expected - 1.0).abs()))
         } else {
             f64::NAN

@@ -151,7 +151,7 @@ fn spreads(history: &History) -> Vec<f64> {
     (1..history.rows().len()).map(|row| inhomogeneity(history, row)).collect()
 }
 
-/// Factor by which numbers grow from one to the next, between rounding and what is no longer small.
+/// Mean factor by which values grow from one to the next, over those between 1e-13 (rounding) and 1e-4.
 fn growth(values: &[f64]) -> Option<f64> {
     let small = |it: &f64| (1e-13..1e-4).contains(it);
     let (first, last) = (values.iter().position(small)?, values.iter().rposition(small)?);
@@ -246,7 +246,7 @@ fn stretch(law: &str, by: f64, ramp: &str, steps: u32) -> Result<PlaneScene, Bro
 
 fn tiny(_: Extent) -> Result<Findings, Broken> {
     let strain = 1e-10_f64;
-    // On a mesh that stays: a moving one rounds its positions, and with them what it prescribes.
+    // The mesh stays at rest, because a moving one rounds its positions and with them the prescribed displacements.
     let scene = scene(&format!(
         "PlaneStrain(
             mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
@@ -272,7 +272,7 @@ fn tiny(_: Extent) -> Result<Findings, Broken> {
             findings.checks.push(Check::none(format!("{}: stops", method.name), 1).remark(reason(&run)));
             continue;
         }
-        let stress = run.history.field(Field::CauchyStress, 10);
+        let stress = run.history.field(Field::CAUCHY_STRESS, 10);
         let error = largest(stress.iter().step_by(9).map(|s| (s / expected - 1.0).abs()));
         let reaction = run.history.series("reaction/pulled", 0)[10] / 2.0;
         findings.checks.push(Check::new(

@@ -13,7 +13,7 @@ use mpm_solver::Model;
 use mpm_solver::observe::Field;
 use std::ops::Range;
 
-/// What of the space round the body is shown, against its size.
+/// Margin round the body, relative to its size.
 const ROOM: f64 = 0.06;
 
 /// Bodies of a results file, ready to be drawn.
@@ -97,7 +97,7 @@ impl<'a> Bodies<'a> {
         Ok(step..step + 1)
     }
 
-    /// Scales on which all of these steps have their place.
+    /// Scales that hold all of these steps.
     pub fn scales(&self, steps: Range<usize>) -> Result<Scales, Complaint> {
         let mut room = [(f64::INFINITY, f64::NEG_INFINITY); 2];
         let mut colours = (f64::INFINITY, f64::NEG_INFINITY);
@@ -128,7 +128,7 @@ impl<'a> Bodies<'a> {
         let room = room.map(|(from, to)| (from - more, to + more));
         if let Some(range) = &self.arguments.range {
             let (from, to) = (range[0], range[1]);
-            // Not a number is no end, either.
+            // Comparisons with NaN are false, so that NaN is refused, too.
             if !(from < to && (to - from).is_finite()) {
                 return Err(Complaint::input(format!(
                     "--range: expected two numbers that rise, got {from} {to}"
@@ -138,7 +138,7 @@ impl<'a> Bodies<'a> {
         } else if colours.0 > colours.1 {
             colours = (0.0, 1.0);
         } else if colours.1 - colours.0 <= 1e-12 * colours.0.abs().max(colours.1.abs()) {
-            // The same everywhere: the middle of the bar.
+            // A constant field gets the colour in the middle of the bar.
             let half = 0.5 * colours.0.abs().max(f64::from(u8::from(colours.0 == 0.0)));
             colours = (colours.0 - half, colours.1 + half);
         }
@@ -168,7 +168,7 @@ impl<'a> Bodies<'a> {
             let corners = seen.domains.as_ref().map(|table| table.row(point));
             let corners: Vec<(f64, f64)> =
                 corners.iter().flat_map(|row| row.chunks_exact(2)).map(|x| (x[0], x[1])).collect();
-            // A domain without extent is a point.
+            // Points without a domain record their position as all of its corners.
             match corners.iter().all(|corner| *corner == at) {
                 true => shapes.discs.push((at, shade(point))),
                 false => shapes.domains.push((corners, shade(point))),
@@ -186,11 +186,11 @@ impl<'a> Bodies<'a> {
     fn seen(&self, step: usize) -> Result<Seen, Complaint> {
         let results = &self.file.results;
         let positions = results.points(step).map_err(complain)?;
-        let outline = Field::Outline.name();
+        let outline = Field::OUTLINE.name();
         let is_recorded = results.fields().map_err(complain)?.iter().any(|name| name == outline);
         let domains = (is_recorded && !self.solid).then(|| results.field(outline, step)).transpose();
         let domains = domains.map_err(complain)?;
-        if let Some(table) = domains.as_ref().filter(|table| table.width() != Field::Outline.components()) {
+        if let Some(table) = domains.as_ref().filter(|table| table.width() != Field::OUTLINE.components()) {
             return Err(Complaint::input(format!(
                 "field outline has {} numbers per point, expected 8",
                 table.width()
@@ -218,7 +218,7 @@ impl<'a> Bodies<'a> {
         if !self.solid {
             return ((x[0], x[1]), 0.0);
         }
-        // A slice is looked at across.
+        // A slice is seen along its normal.
         let view = match self.arguments.slice {
             Some((0, _)) => View::X,
             Some((1, _)) => View::Y,
@@ -321,15 +321,15 @@ impl Component {
 impl Colour {
     fn of(file: &Drawn, wanted: Option<&str>) -> Result<Self, Complaint> {
         let mut names = file.results.fields().map_err(complain)?;
-        names.retain(|name| name != Field::Outline.name());
-        // What tells most comes first.
-        let telling = [Field::Rho, Field::CauchyStress, Field::Displacement];
+        names.retain(|name| name != Field::OUTLINE.name());
+        // The default is the first of these that is recorded.
+        let telling = [Field::RHO, Field::CAUCHY_STRESS, Field::DISPLACEMENT];
         names
             .sort_by_key(|name| telling.iter().position(|field| field.name() == name).unwrap_or(telling.len()));
         let Some(first) = names.first() else {
             return Err(Complaint::input(format!(
-                "the results hold no field to colour the body by; record one by the scene's output.fields, as {:?}",
-                Field::CauchyStress
+                "the results hold no field to colour the body by; record one by the scene's output.fields, as {}",
+                "CauchyStress"
             )));
         };
         let wanted = wanted.unwrap_or(first);
@@ -339,14 +339,14 @@ impl Colour {
             return Err(Complaint::input(message));
         }
         let width = file.results.field(field, 0).map_err(complain)?.width();
-        let components = Component::all(width, field == Field::DeformationGradient.name());
+        let components = Component::all(width, field == Field::DEFORMATION_GRADIENT.name());
         let found = if of.is_empty() { components.first() } else { components.iter().find(|it| it.0 == of) };
         let Some((name, component)) = found else {
             let names: Vec<&str> = components.iter().map(|it| it.0.as_str()).collect();
             let message = format!("--field: `{field}` has no component `{of}`; there are {}", names.join(", "));
             return Err(Complaint::input(message));
         };
-        let unit = Field::ALL.into_iter().find(|known| known.name() == field).map_or("?", Field::unit);
+        let unit = file.results.unit(field).map_err(complain)?;
         let label = format!("{field}{name} [{unit}]");
         Ok(Self { field: field.to_string(), component: *component, label })
     }

@@ -19,7 +19,7 @@ pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
         return Ok(None);
     }
     let fractions = column(file, "load_fraction")?;
-    // Reactions all round a ring have a moment and no sum.
+    // The reactions round a ring add up to zero but have a moment.
     let mut moment = 0.0_f64;
     for name in named(file, "reaction_moment/") {
         moment = column(file, &format!("reaction_moment/{name}"))?
@@ -43,7 +43,7 @@ pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
         let rows = 0..reaction.len();
         for (c, _) in moves.iter().enumerate().filter(|(_, moved)| **moved > ROUNDING * most) {
             let at = |row: usize| (moved.row(row)[c], reaction.row(row)[c]);
-            // A component that moves freely carries nothing.
+            // A free component has no reaction.
             if along(&reaction, c) > 0.0 {
                 driven.push((format!("{name}, {}", ["x", "y", "z"][c.min(2)]), rows.clone().map(at).collect()));
             }
@@ -104,7 +104,7 @@ pub fn convergence(file: &Drawn) -> Result<Option<Panel>, Complaint> {
     let mut steps = Vec::new();
     for row in 0..results.rows() {
         let residuals = results.residuals(row).map_err(complain)?;
-        // Nothing is left of some, which has no logarithm.
+        // A residual of zero has no logarithm.
         let of = residuals.iter().enumerate().filter(|(_, residual)| **residual > 0.0);
         let points: Vec<(f64, f64)> = of.map(|(k, residual)| ((k + 1) as f64, *residual)).collect();
         if !points.is_empty() {

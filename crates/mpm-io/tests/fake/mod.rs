@@ -66,7 +66,7 @@ pub fn timings(step: usize) -> Vec<Timing> {
 }
 
 pub fn fields() -> Vec<Field> {
-    vec![Field::Displacement, Field::CauchyStress, Field::Volume]
+    vec![Field::DISPLACEMENT, Field::CAUCHY_STRESS, Field::VOLUME]
 }
 
 pub fn options() -> Options {

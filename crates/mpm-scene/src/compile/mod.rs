@@ -9,7 +9,7 @@ mod overlap;
 mod shapes;
 mod supports;
 
-use crate::compiled::Compiled;
+use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
 use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
@@ -80,6 +80,7 @@ fn model<const D: usize, B: FillBody<D>>(
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
     let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
+    fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;

@@ -4,7 +4,9 @@ use super::number::{self, Count, Positive};
 use mpm_solver::observe::Field;
 use mpm_solver::{Schedule, Tolerance};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{EnumAccess, VariantAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
 
 /// Load steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -136,8 +138,9 @@ impl Default for ToleranceInput {
     }
 }
 
-/// A quantity of the material points that is recorded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// A quantity of the material points that is recorded: one of these, or what a law remembers, by its name: `PlasticStrain`
+/// of `VonMises`. Points whose law does not have it get 0.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename = "Field")]
 pub enum FieldInput {
     /// Displacement since the start, three components `[L]`.
@@ -171,28 +174,97 @@ pub enum FieldInput {
     /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
     /// the position, four times, for points without one. Plane strain only `[L]`.
     Outline,
+    /// What a law remembers, by its name.
+    #[schemars(skip)]
+    Remembered(String),
 }
 
 impl FieldInput {
-    /// The solver's name for it.
-    pub fn field(self) -> Field {
-        match self {
-            Self::Displacement => Field::Displacement,
-            Self::DeformationGradient => Field::DeformationGradient,
-            Self::CauchyStress => Field::CauchyStress,
-            Self::ElasticStrain => Field::ElasticStrain,
-            Self::Volume => Field::Volume,
-            Self::Rho => Field::Rho,
-            Self::Plastic => Field::Plastic,
-            Self::VolumeRatio => Field::VolumeRatio,
-            Self::DomainMeasure => Field::DomainMeasure,
-            Self::SmallestCornerWeight => Field::SmallestCornerWeight,
-            Self::SingleCornerNodes => Field::SingleCornerNodes,
-            Self::CornersOutside => Field::CornersOutside,
-            Self::FallenBack => Field::FallenBack,
-            Self::Body => Field::Body,
-            Self::Outline => Field::Outline,
+    fn named(name: String) -> Self {
+        match name.as_str() {
+            "Displacement" => Self::Displacement,
+            "DeformationGradient" => Self::DeformationGradient,
+            "CauchyStress" => Self::CauchyStress,
+            "ElasticStrain" => Self::ElasticStrain,
+            "Volume" => Self::Volume,
+            "Rho" => Self::Rho,
+            "Plastic" => Self::Plastic,
+            "VolumeRatio" => Self::VolumeRatio,
+            "DomainMeasure" => Self::DomainMeasure,
+            "SmallestCornerWeight" => Self::SmallestCornerWeight,
+            "SingleCornerNodes" => Self::SingleCornerNodes,
+            "CornersOutside" => Self::CornersOutside,
+            "FallenBack" => Self::FallenBack,
+            "Body" => Self::Body,
+            "Outline" => Self::Outline,
+            _ => Self::Remembered(name),
         }
+    }
+
+    /// The solver's field; none where it is one that a law remembers.
+    pub(crate) fn of_points(&self) -> Option<Field> {
+        match self {
+            Self::Displacement => Some(Field::DISPLACEMENT),
+            Self::DeformationGradient => Some(Field::DEFORMATION_GRADIENT),
+            Self::CauchyStress => Some(Field::CAUCHY_STRESS),
+            Self::ElasticStrain => Some(Field::ELASTIC_STRAIN),
+            Self::Volume => Some(Field::VOLUME),
+            Self::Rho => Some(Field::RHO),
+            Self::Plastic => Some(Field::PLASTIC),
+            Self::VolumeRatio => Some(Field::VOLUME_RATIO),
+            Self::DomainMeasure => Some(Field::DOMAIN_MEASURE),
+            Self::SmallestCornerWeight => Some(Field::SMALLEST_CORNER_WEIGHT),
+            Self::SingleCornerNodes => Some(Field::SINGLE_CORNER_NODES),
+            Self::CornersOutside => Some(Field::CORNERS_OUTSIDE),
+            Self::FallenBack => Some(Field::FALLEN_BACK),
+            Self::Body => Some(Field::BODY),
+            Self::Outline => Some(Field::OUTLINE),
+            Self::Remembered(_) => None,
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for FieldInput {
+    fn deserialize<T: Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        deserializer.deserialize_enum("Field", &[], NameOfField)
+    }
+}
+
+/// Reads any name where serde expects the variant of an enum.
+struct NameOfField;
+
+impl<'de> Visitor<'de> for NameOfField {
+    type Value = FieldInput;
+
+    fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.write_str("a name")
+    }
+
+    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<FieldInput, A::Error> {
+        let (Identifier(name), variant) = data.variant()?;
+        variant.unit_variant()?;
+        Ok(FieldInput::named(name))
+    }
+}
+
+/// A word without quotes.
+struct Identifier(String);
+
+impl<'de> Deserialize<'de> for Identifier {
+    fn deserialize<T: Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        struct Word;
+        impl Visitor<'_> for Word {
+            type Value = Identifier;
+
+            fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+                to.write_str("a name")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Identifier, E> {
+                Ok(Identifier(word.to_owned()))
+            }
+        }
+        deserializer.deserialize_identifier(Word)
     }
 }
 
@@ -230,13 +302,6 @@ pub struct CheckpointInput {
     /// After the first load step that ends so long after the last checkpoint `[s]`.
     #[serde(default)]
     pub seconds: Option<Positive>,
-}
-
-impl OutputInput {
-    /// The fields of the material points that are recorded.
-    pub fn fields(&self) -> Vec<Field> {
-        self.fields.iter().map(|field| field.field()).collect()
-    }
 }
 
 impl Default for OutputInput {

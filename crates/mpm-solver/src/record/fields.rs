@@ -36,9 +36,30 @@ impl<const D: usize> BodyFields<'_, D> {
         self.bodies.iter().flat_map(|named| named.body.diagnose(self.mesh)).map(|it| value(&it)).collect()
     }
 
-    /// Four corners of (x, y) per point, see [`Field::Outline`].
+    /// What the laws of the bodies remember under the name of the field; 0 where a law does not know it.
+    fn remembered(&self, field: Field) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.n_points() * field.components());
+        let mut history = Vec::new();
+        for named in self.bodies {
+            let infos = named.body.history_fields();
+            let place = infos.iter().position(|info| Field::from(*info) == field);
+            let first = place.map(|place| infos[..place].iter().map(|info| info.components).sum::<usize>());
+            for point in 0..named.body.n_points() {
+                let Some(first) = first else {
+                    values.extend(std::iter::repeat_n(0.0, field.components()));
+                    continue;
+                };
+                history.clear();
+                named.body.history(point, &mut history);
+                values.extend(&history[first..first + field.components()]);
+            }
+        }
+        values
+    }
+
+    /// Four corners of (x, y) per point, see [`Field::OUTLINE`].
     fn plane_outlines(&self) -> Vec<f64> {
-        let mut values = Vec::with_capacity(self.n_points() * Field::Outline.components());
+        let mut values = Vec::with_capacity(self.n_points() * Field::OUTLINE.components());
         for named in self.bodies {
             for (point, view) in views(&*named.body).enumerate() {
                 let corners = named.body.outline(point);
@@ -62,13 +83,16 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
 
     fn field(&self, field: Field) -> Vec<f64> {
         match field {
-            Field::DomainMeasure => self.diagnose(|it| it.measure),
-            Field::SmallestCornerWeight => self.diagnose(|it| it.smallest_weight),
-            Field::SingleCornerNodes => self.diagnose(|it| it.single_corner_nodes as f64),
-            Field::CornersOutside => self.diagnose(|it| it.corners_outside as f64),
-            Field::FallenBack => self.diagnose(|it| f64::from(u8::from(it.fallen_back))),
-            Field::Outline => self.plane_outlines(),
-            _ => self.collect(field.components(), |body, view, out| point_field(field, body, view, out)),
+            Field::DOMAIN_MEASURE => self.diagnose(|it| it.measure),
+            Field::SMALLEST_CORNER_WEIGHT => self.diagnose(|it| it.smallest_weight),
+            Field::SINGLE_CORNER_NODES => self.diagnose(|it| it.single_corner_nodes as f64),
+            Field::CORNERS_OUTSIDE => self.diagnose(|it| it.corners_outside as f64),
+            Field::FALLEN_BACK => self.diagnose(|it| f64::from(u8::from(it.fallen_back))),
+            Field::OUTLINE => self.plane_outlines(),
+            _ if Field::OF_POINTS.contains(&field) => {
+                self.collect(field.components(), |body, view, out| point_field(field, body, view, out))
+            }
+            _ => self.remembered(field),
         }
     }
 
@@ -84,11 +108,11 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
 /// Appends a field of the point's state.
 fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, out: &mut Vec<f64>) {
     match field {
-        Field::Displacement => {
+        Field::DISPLACEMENT => {
             let rest = view.reference_position.unwrap_or(view.position);
             out.extend(spatial(&(view.position - rest)));
         }
-        Field::DeformationGradient => {
+        Field::DEFORMATION_GRADIENT => {
             let mut f = Matrix3::identity();
             for i in 0..D {
                 for j in 0..D {
@@ -97,19 +121,14 @@ fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, o
             }
             out.extend(f.transpose().iter());
         }
-        Field::CauchyStress => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
-        Field::ElasticStrain => extend(out, &log_strain(&view.elastic_excess), 1.0),
-        Field::Volume => out.push(view.volume_ratio * view.reference_volume),
-        Field::VolumeRatio => out.push(view.volume_ratio),
-        Field::Rho => out.push(rho(&view.kirchhoff)),
-        Field::Plastic => out.push(f64::from(u8::from(view.plastic))),
-        Field::Body => out.push(body as f64),
-        Field::DomainMeasure
-        | Field::SmallestCornerWeight
-        | Field::SingleCornerNodes
-        | Field::CornersOutside
-        | Field::FallenBack
-        | Field::Outline => unreachable!("worked out from the domains"),
+        Field::CAUCHY_STRESS => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
+        Field::ELASTIC_STRAIN => extend(out, &log_strain(&view.elastic_excess), 1.0),
+        Field::VOLUME => out.push(view.volume_ratio * view.reference_volume),
+        Field::VOLUME_RATIO => out.push(view.volume_ratio),
+        Field::RHO => out.push(rho(&view.kirchhoff)),
+        Field::PLASTIC => out.push(f64::from(u8::from(view.plastic))),
+        Field::BODY => out.push(body as f64),
+        _ => unreachable!("worked out from the domains, or remembered by laws"),
     }
 }
 

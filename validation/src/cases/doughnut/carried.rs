@@ -53,20 +53,20 @@ fn drift(history: &History) -> Drift {
     let start = rows.iter().position(|row| row.fraction > FROM - 1e-9).unwrap_or(0);
     let turned = |row: usize| std::f64::consts::TAU * TURNS * (rows[row].fraction - FROM) / (1.0 - FROM);
     let stress = |row: usize| {
-        let values = history.field(Field::CauchyStress, row).chunks_exact(9);
+        let values = history.field(Field::CAUCHY_STRESS, row).chunks_exact(9);
         values.map(Matrix3::from_row_slice).collect::<Vec<_>>()
     };
     let before = stress(start);
     let size = largest(before.iter().map(Matrix3::norm));
     let energy = |row: usize| {
-        let strain = history.field(Field::ElasticStrain, row).chunks_exact(9);
-        let volume = history.field(Field::Volume, row);
+        let strain = history.field(Field::ELASTIC_STRAIN, row).chunks_exact(9);
+        let volume = history.field(Field::VOLUME, row);
         let density =
             stress(row).into_iter().zip(strain.map(Matrix3::from_row_slice)).map(|(s, e)| s.dot(&e) / 2.0);
         density.zip(volume).map(|(density, volume)| density * volume).sum::<f64>()
     };
     let at_start = energy(start);
-    let yields = |row: usize| history.field(Field::Plastic, row).iter().filter(|&&it| it > 0.0).count();
+    let yields = |row: usize| history.field(Field::PLASTIC, row).iter().filter(|&&it| it > 0.0).count();
 
     let moments: Vec<Vec<f64>> = history
         .columns()

@@ -1,0 +1,166 @@
+//! What the solver asks of a body.
+
+use crate::OccupiedCell;
+use crate::body::advance::{AdvanceError, Converged};
+use crate::body::connection::Connection;
+use crate::body::dilatation::Dilatation;
+use crate::body::domain_control::{Controlled, TooManyPoints};
+use crate::body::point_view::PointView;
+use crate::body::scatter::{PassInput, Sums};
+use crate::body::stored::{ForeignPoints, StoredPoints};
+use crate::body::trial::InadmissiblePoint;
+use mpm_basis::{ActiveNodes, DomainControl, DomainReport, Links, Stencils, UnconnectedPoint};
+use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
+use mpm_linear::Symmetry;
+use mpm_material::FieldInfo;
+use rayon::prelude::*;
+
+/// A set of material points under one basis and one law.
+pub trait Body<const D: usize>: Send + Sync {
+    /// Number of material points.
+    fn n_points(&self) -> usize;
+
+    /// Name of the basis, see [`Basis::name`](mpm_basis::Basis::name).
+    fn basis(&self) -> &'static str;
+
+    /// The nodes that its points influence, see [`Basis::node_kind`](mpm_basis::Basis::node_kind).
+    fn node_kind(&self) -> NodeKind;
+
+    /// Whether volume changes are averaged over cells; this needs vertices.
+    fn averages_volume_changes(&self) -> bool;
+
+    /// Whether its law can yield.
+    fn can_yield(&self) -> bool;
+
+    /// Whether its tangent is symmetric; the [`Pattern`](crate::Pattern) takes the worst of all bodies.
+    fn symmetry(&self) -> Symmetry;
+
+    /// What its law remembers of a point and shows in results.
+    fn history_fields(&self) -> &'static [FieldInfo];
+
+    /// Appends the components of all [history fields](Self::history_fields) of one point.
+    fn history(&self, point: usize, to: &mut Vec<f64>);
+
+    /// Whether its points have domains.
+    fn has_domains(&self) -> bool;
+
+    /// Influences of all points on the nodes of `mesh`.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
+    /// Cells over which volume changes are averaged, where they are; `links` are the body's in this step.
+    ///
+    /// # Errors
+    /// The first point that the mesh does not cover.
+    fn dilatation(
+        &self,
+        links: &Links<D>,
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+    ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>>;
+
+    /// Adds internal force and tangent, see `pass.rs`.
+    ///
+    /// # Errors
+    /// The first point that has no admissible state under the trial displacement.
+    fn assemble(
+        &self,
+        connection: &Connection<D>,
+        input: PassInput<'_, D>,
+        sums: Sums<'_, D>,
+    ) -> Result<f64, InadmissiblePoint>;
+
+    /// Energy that a trial displacement dissipates `[F L]`, see `dissipation.rs`.
+    ///
+    /// # Errors
+    /// The first point that has no admissible state under the trial displacement.
+    fn dissipation(
+        &self,
+        connection: &Connection<D>,
+        increment: &[Vector<D>],
+        gradient: &mut [Vector<D>],
+    ) -> Result<f64, InadmissiblePoint>;
+
+    /// Adds the external force of `loads` to `external`, one entry per active node `[F]`.
+    fn external_force(&self, links: &Links<D>, loads: &BodyLoads<'_, D>, external: &mut [Vector<D>]);
+
+    /// Adds to `scale` the forces that a strain of one in every point would cause,
+    /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
+    fn stiffness_force(&self, links: &Links<D>, scale: &mut [f64]);
+
+    /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
+    fn occupied_cells(
+        &self,
+        links: &Links<D>,
+        lattice: &Lattice<D>,
+        active: &ActiveNodes<D>,
+        out: &mut Vec<OccupiedCell>,
+    );
+
+    /// Works out the points after a converged step, without touching the present ones.
+    ///
+    /// # Errors
+    /// The first point that cannot be carried on.
+    fn prepare(&mut self, connection: &Connection<D>, step: Converged<'_, D>) -> Result<(), AdvanceError>;
+
+    /// Makes the prepared points the present ones.
+    fn commit(&mut self);
+
+    /// Shortens or splits the domains of the present points that are too long in `mesh`.
+    ///
+    /// # Errors
+    /// The body would have more than `most` points; nothing has changed.
+    fn control(
+        &mut self,
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<Controlled, TooManyPoints>;
+
+    /// One point as the outside may see it.
+    fn point(&self, point: usize) -> PointView<D>;
+
+    /// The health of every point's domain in `mesh`; a domain too far outside the mesh is reported with
+    /// all its corners outside.
+    fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport>;
+
+    /// Corners of a point's domain, see [`Basis::outline`](mpm_basis::Basis::outline) `[L]`.
+    fn outline(&self, point: usize) -> Vec<Vector<D>>;
+
+    /// Name and bytes of every column of the points; a column that the scene does not need has none.
+    fn columns(&self) -> [(&'static str, usize); 9];
+
+    /// Name and numbers per point of every column that [`Self::store`] gives.
+    fn stored_columns(&self) -> Vec<(&'static str, usize)>;
+
+    /// The present points as plain numbers.
+    fn store(&self) -> StoredPoints;
+
+    /// Makes stored points the present ones; no more is taken over than [`Self::store`] gave.
+    ///
+    /// # Errors
+    /// What cannot be points of this body; nothing has changed.
+    fn restore(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints>;
+}
+
+/// Loads on one body at one moment.
+#[derive(Clone, Debug, Default)]
+pub struct BodyLoads<'a, const D: usize> {
+    /// Body force per mass `[L/T²]`; `None` where none acts.
+    pub acceleration: Option<Vector<D>>,
+    /// Forces on single points, ascending in point `[F]`.
+    pub point_forces: &'a [(usize, Vector<D>)],
+}
+
+/// All points of a body in order, viewed in parallel, a block at a time: all views together would need as much
+/// memory as the points themselves.
+pub fn views<const D: usize>(body: &dyn Body<D>) -> impl Iterator<Item = PointView<D>> {
+    const BLOCK: usize = 8192;
+    let n = body.n_points();
+    (0..n).step_by(BLOCK).flat_map(move |first| {
+        let block = first..n.min(first + BLOCK);
+        block.into_par_iter().map(|point| body.point(point)).collect::<Vec<_>>()
+    })
+}
