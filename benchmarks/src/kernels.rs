@@ -2,7 +2,7 @@
 
 use crate::{Failure, blocks};
 use mpm_assembly::{
-    Body, Connection, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+    Body, Connection, Constraints, Converged, PassInput, SparsityPattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Links, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
@@ -141,7 +141,7 @@ pub(crate) struct Connected<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub mesh: Mesh<D>,
     pub active: ActiveNodes<D>,
-    pub pattern: Pattern<D>,
+    pub pattern: SparsityPattern<D>,
     pub connection: Connection<D>,
     pub constraints: Constraints<D>,
     increment: Vec<Vector<D>>,
@@ -150,12 +150,12 @@ pub(crate) struct Connected<const D: usize> {
     pub values: Vec<f64>,
 }
 
-type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, Connection<D>);
+type Parts<const D: usize> = (ActiveNodes<D>, SparsityPattern<D>, Connection<D>);
 
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), Symmetry::Symmetric, &[&links]);
+    let pattern = SparsityPattern::of(active.len(), Symmetry::Symmetric, &[&links]);
     let connection = Connection::new(links, &pattern);
     (active, pattern, connection)
 }
@@ -259,7 +259,7 @@ fn of_body<const D: usize>(
 
 /// The linear system of a connected body.
 struct System {
-    pattern: Pattern<2>,
+    pattern: SparsityPattern<2>,
     values: Vec<f64>,
     lattice: Vec<[u32; 3]>,
     rhs: Vec<f64>,

@@ -1,6 +1,6 @@
 //! The energy that a trial displacement dissipates, and its gradient.
 
-use mpm_assembly::{Body, Connection, MaterialBody, Pattern};
+use mpm_assembly::{Body, Connection, MaterialBody, SparsityPattern};
 use mpm_basis::{ActiveNodes, Basis, Links, Smpm};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
 use mpm_material::{Elasticity, Material, VonMises};
@@ -20,7 +20,7 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, Connection<2>, Vec<Ve
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), body.symmetry(), &[&links]);
+    let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&links]);
     let positions = active.nodes().iter().map(|&node| mesh.position(node)).collect();
     (body, Connection::new(links, &pattern), positions)
 }

@@ -2,7 +2,8 @@
 
 use super::*;
 use mpm_assembly::{
-    Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums, TangentSums,
+    Body, Connection, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, SparsityPattern, Sums,
+    TangentSums,
 };
 use mpm_basis::{ActiveNodes, Basis, Links};
 use mpm_grid::{Axis, CellId, Layout, Mesh, NodeSpace, Vector};
@@ -49,7 +50,7 @@ fn body_error<const D: usize>(mean: Option<MeanDilatation>) -> Result<f64, Box<d
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let links = Links::of(stencils, &active);
     let linked = Linked { dilatation: body.dilatation(&links, &mesh, &active)?, links };
-    let pattern = Pattern::of(active.len(), body.symmetry(), &[&linked]);
+    let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&linked]);
     let connection = Connection::new(linked, &pattern);
     let constraints = Constraints::none(active.len());
     let direction: Vec<Vector<D>> =
