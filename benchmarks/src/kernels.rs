@@ -2,7 +2,7 @@
 
 use crate::{Failure, blocks};
 use mpm_assembly::{
-    AssemblyPlan, Body, Constraints, Converged, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+    AssemblyPlan, Body, Constraints, Converged, PassInput, SparsityPattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
@@ -141,7 +141,7 @@ pub(crate) struct Connected<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub mesh: Mesh<D>,
     pub active: ActiveNodes<D>,
-    pub pattern: Pattern<D>,
+    pub pattern: SparsityPattern<D>,
     pub plan: AssemblyPlan<D>,
     pub constraints: Constraints<D>,
     increment: Vec<Vector<D>>,
@@ -150,12 +150,12 @@ pub(crate) struct Connected<const D: usize> {
     pub values: Vec<f64>,
 }
 
-type Parts<const D: usize> = (ActiveNodes<D>, Pattern<D>, AssemblyPlan<D>);
+type Parts<const D: usize> = (ActiveNodes<D>, SparsityPattern<D>, AssemblyPlan<D>);
 
 fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), Symmetry::Symmetric, &[&connectivity]);
+    let pattern = SparsityPattern::of(active.len(), Symmetry::Symmetric, &[&connectivity]);
     let plan = AssemblyPlan::new(connectivity, &pattern);
     (active, pattern, plan)
 }
@@ -259,7 +259,7 @@ fn of_body<const D: usize>(
 
 /// The linear system of a connected body.
 struct System {
-    pattern: Pattern<2>,
+    pattern: SparsityPattern<2>,
     values: Vec<f64>,
     lattice: Vec<[u32; 3]>,
     rhs: Vec<f64>,

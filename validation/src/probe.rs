@@ -3,8 +3,8 @@
 use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
-    AssemblyPlan, BodyAtStart, ConnectedBody, Constraints, Contribution, Converged, Couplings, Linked, Pattern,
-    PointView, StepStart, SystemSums, SystemTangent, Trial, UnknownVector, Unknowns,
+    AssemblyPlan, BodyAtStart, ConnectedBody, Constraints, Contribution, Converged, Couplings, Linked,
+    PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial, UnknownVector, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
@@ -19,7 +19,7 @@ pub struct Probe<const D: usize> {
     contributions: Vec<NamedContribution<D>>,
     mesh: Mesh<D>,
     active: ActiveNodes<D>,
-    pattern: Pattern<D>,
+    pattern: SparsityPattern<D>,
     plan: AssemblyPlan<D>,
 }
 
@@ -125,7 +125,7 @@ impl<const D: usize> Probe<D> {
     }
 }
 
-type Connected<const D: usize> = (ActiveNodes<D>, Pattern<D>, AssemblyPlan<D>);
+type Connected<const D: usize> = (ActiveNodes<D>, SparsityPattern<D>, AssemblyPlan<D>);
 
 fn connect<const D: usize>(
     named: &NamedBody<D>,
@@ -147,7 +147,7 @@ fn connect<const D: usize>(
     }
     let mut couplings: Vec<&dyn Couplings> = vec![&linked];
     couplings.extend(contributions.iter().map(|named| named.contribution.couplings()));
-    let pattern = Pattern::reusing(None, &unknowns, body.symmetry(), &couplings);
+    let pattern = SparsityPattern::reusing(None, &unknowns, body.symmetry(), &couplings);
     for named in contributions {
         named.contribution.locate(&pattern);
     }

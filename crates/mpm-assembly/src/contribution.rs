@@ -1,7 +1,7 @@
 //! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
 
 use crate::body::{AssemblyPlan, Body, InadmissiblePoint, PassInput, Sums, TangentSums};
-use crate::unknowns::{Constraints, Couplings, Pattern, UnknownId, UnknownVector, Unknowns};
+use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownId, UnknownVector, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::Symmetry;
@@ -39,7 +39,7 @@ pub trait Contribution<const D: usize>: Send + Sync {
     }
 
     /// Finds where its couplings are stored in a new pattern. [`SystemSums::add`] needs no such preparation.
-    fn locate(&mut self, pattern: &Pattern<D>) {
+    fn locate(&mut self, pattern: &SparsityPattern<D>) {
         let _ = pattern;
     }
 
@@ -225,7 +225,7 @@ pub struct BodyAtStart<'a, const D: usize> {
 #[derive(Clone, Copy)]
 pub struct Trial<'a, const D: usize> {
     /// Where entries of the tangent are stored.
-    pub pattern: &'a Pattern<D>,
+    pub pattern: &'a SparsityPattern<D>,
     /// Prescribed components of displacement.
     pub constraints: &'a Constraints<D>,
     /// `Δu` of the active nodes `[L]`, and the other unknowns.
@@ -255,7 +255,7 @@ pub struct SystemSums<'a, const D: usize> {
 
 /// Entries of the tangent, and optionally its product with prescribed increments.
 pub struct SystemTangent<'a, const D: usize> {
-    /// One value per entry of the [`Pattern`].
+    /// One value per entry of the [`SparsityPattern`].
     pub values: &'a mut [f64],
     /// The tangent times the prescribed increments, where asked for.
     pub lift: Option<&'a mut UnknownVector<D>>,

@@ -20,7 +20,7 @@
 use crate::contribution::{
     Begun, BodyAtStart, Contribution, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
 };
-use crate::{Couplings, PassInput, Pattern, Sums, Unknowns};
+use crate::{Couplings, PassInput, SparsityPattern, Sums, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{Block, CellId, Lattice, LinearCell, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
@@ -134,7 +134,7 @@ impl<const D: usize> GhostFaces<D> {
     }
 
     /// Where the faces' stiffness goes in a pattern that was made with them.
-    pub fn slots(&self, pattern: &Pattern<D>) -> Vec<u32> {
+    pub fn slots(&self, pattern: &SparsityPattern<D>) -> Vec<u32> {
         pattern.slots(self)
     }
 
@@ -266,7 +266,7 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
         Symmetry::Symmetric
     }
 
-    fn locate(&mut self, pattern: &Pattern<D>) {
+    fn locate(&mut self, pattern: &SparsityPattern<D>) {
         self.slots = self.faces.slots(pattern);
     }
 

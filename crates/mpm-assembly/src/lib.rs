@@ -13,7 +13,7 @@
 //! [`Body::assemble`] sums their forces and tangent under a trial displacement, a pure function of the
 //! committed state; [`Body::prepare`], [`Body::commit`] and, between steps, [`Body::control`]
 //! are the only writers. In a load step bodies are [`Contribution`]s, as are [`GhostStabilisation`] (which adds stiffness
-//! to cells that a body barely reaches into) and whatever else acts on nodes. The tangent is stored in a [`Pattern`]
+//! to cells that a body barely reaches into) and whatever else acts on nodes. The tangent is stored in a [`SparsityPattern`]
 //! that is derived from what contributions couple.
 
 mod body;
@@ -32,5 +32,6 @@ pub use contribution::{
 };
 pub use ghost::{GhostFaces, GhostStabilisation, OccupiedCell};
 pub use unknowns::{
-    Block, Constraints, CoupledPlaces, Couplings, Linked, Pattern, Place, UnknownId, UnknownVector, Unknowns,
+    Block, Constraints, CoupledPlaces, Couplings, Linked, Place, SparsityPattern, UnknownId, UnknownVector,
+    Unknowns,
 };

@@ -4,7 +4,7 @@ mod setup;
 
 use mpm_assembly::{
     AssemblyPlan, Constraints, Converged, GhostFaces, InadmissibleState, Linked, MeanDilatation, PassInput,
-    Pattern, Sums, TangentSums, views,
+    SparsityPattern, Sums, TangentSums, views,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Smpm};
 use mpm_grid::{Block, NodeSpace, Vector};
@@ -248,7 +248,7 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
         let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
         let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
         let linked = Linked { connectivity, dilatation };
-        let pattern = Pattern::of(active.len(), body.symmetry(), &[&linked, &faces]);
+        let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&linked, &faces]);
         let (plan, slots) = (AssemblyPlan::new(linked, &pattern), faces.slots(&pattern));
         let setup = Setup { body, active, pattern, plan, mesh };
         let constraints = free(&setup);

@@ -1,6 +1,6 @@
 //! The energy that a trial displacement dissipates, and its gradient.
 
-use mpm_assembly::{AssemblyPlan, Body, MaterialBody, Pattern};
+use mpm_assembly::{AssemblyPlan, Body, MaterialBody, SparsityPattern};
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Smpm};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
 use mpm_material::{Elasticity, Material, VonMises};
@@ -20,7 +20,7 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, AssemblyPlan<2>, Vec<
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
-    let pattern = Pattern::of(active.len(), body.symmetry(), &[&connectivity]);
+    let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&connectivity]);
     let positions = active.nodes().iter().map(|&node| mesh.position(node)).collect();
     (body, AssemblyPlan::new(connectivity, &pattern), positions)
 }

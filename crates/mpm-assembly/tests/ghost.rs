@@ -1,7 +1,7 @@
 //! Ghost stabilisation: what it must not touch, what it must hold, and a value by hand.
 
 use mpm_assembly::{
-    Body, Constraints, GhostFaces, MaterialBody, PassInput, Pattern, Sums, TangentSums, finish_tangent,
+    Body, Constraints, GhostFaces, MaterialBody, PassInput, SparsityPattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2q, Gimp, Smpm};
 use mpm_grid::{
@@ -14,7 +14,7 @@ const YOUNG: f64 = 30.0;
 struct Setup<const D: usize> {
     mesh: Mesh<D>,
     active: ActiveNodes<D>,
-    pattern: Pattern<D>,
+    pattern: SparsityPattern<D>,
     faces: GhostFaces<D>,
 }
 
@@ -39,7 +39,7 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     let mut cells = Vec::new();
     body.occupied_cells(&connectivity[0], mesh.lattice(), &active, &mut cells);
     let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
-    let pattern = Pattern::of(active.len(), body.symmetry(), &[&connectivity[0], &faces]);
+    let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&connectivity[0], &faces]);
     Setup { mesh, active, pattern, faces }
 }
 

@@ -5,8 +5,8 @@ use crate::model::{Model, NamedBody, NamedContribution};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
-    AssemblyPlan, Begun, BodyAtStart, ConnectedBody, Contribution, Couplings, Linked, Pattern, StepStart,
-    Unknowns,
+    AssemblyPlan, Begun, BodyAtStart, ConnectedBody, Contribution, Couplings, Linked, SparsityPattern,
+    StepStart, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion};
@@ -19,7 +19,7 @@ pub(crate) struct Connected<const D: usize> {
     pub active: ActiveNodes<D>,
     /// Of every body.
     pub assembly_plans: Vec<AssemblyPlan<D>>,
-    pub pattern: Pattern<D>,
+    pub pattern: SparsityPattern<D>,
     /// Of every contribution of the model: which of the unknowns that belong to no node's displacement are its own.
     pub own: Vec<Range<usize>>,
     /// Whether the linear solver has analysed the pattern.
@@ -199,7 +199,7 @@ fn couple<const D: usize>(
     active: ActiveNodes<D>,
     linked: Vec<Linked<D>>,
     (unknowns, own): (Unknowns<D>, Vec<Range<usize>>),
-    former: Option<Pattern<D>>,
+    former: Option<SparsityPattern<D>>,
 ) -> Connected<D> {
     let of_bodies = model.bodies.iter().map(|named| named.body.symmetry());
     let mut symmetries = of_bodies.chain(model.contributions.iter().map(|named| named.contribution.symmetry()));
@@ -207,7 +207,7 @@ fn couple<const D: usize>(
     let symmetry = if is_symmetric { Symmetry::Symmetric } else { Symmetry::Unsymmetric };
     let mut couplings: Vec<&dyn Couplings> = linked.iter().map(|it| it as _).collect();
     couplings.extend(model.contributions.iter().map(|named| named.contribution.couplings()));
-    let pattern = Pattern::reusing(former, &unknowns, symmetry, &couplings);
+    let pattern = SparsityPattern::reusing(former, &unknowns, symmetry, &couplings);
     let assembly_plans = linked.into_iter().map(|linked| AssemblyPlan::new(linked, &pattern)).collect();
     for named in &mut model.contributions {
         named.contribution.locate(&pattern);

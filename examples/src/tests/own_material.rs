@@ -2,7 +2,7 @@
 
 use super::*;
 use mpm_assembly::{
-    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums,
+    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, SparsityPattern, Sums,
     TangentSums,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
@@ -50,7 +50,7 @@ fn body_error<const D: usize>(mean: Option<MeanDilatation>) -> Result<f64, Box<d
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
     let linked = Linked { dilatation: body.dilatation(&connectivity, &mesh, &active)?, connectivity };
-    let pattern = Pattern::of(active.len(), body.symmetry(), &[&linked]);
+    let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&linked]);
     let plan = AssemblyPlan::new(linked, &pattern);
     let constraints = Constraints::none(active.len());
     let direction: Vec<Vector<D>> =

@@ -1,7 +1,7 @@
 //! Connectivity of a body in a load step, with what makes sums over it quick.
 
 use crate::body::strips::Strips;
-use crate::{Couplings, Dilatation, Linked, Pattern};
+use crate::{Couplings, Dilatation, Linked, SparsityPattern};
 use mpm_basis::Connectivity;
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
@@ -31,7 +31,7 @@ pub(crate) struct Summation<const D: usize> {
 
 impl<const D: usize> AssemblyPlan<D> {
     /// Prepares sums over `linked` points into `pattern`.
-    pub fn new(linked: impl Into<Linked<D>>, pattern: &Pattern<D>) -> Self {
+    pub fn new(linked: impl Into<Linked<D>>, pattern: &SparsityPattern<D>) -> Self {
         let linked = linked.into();
         let strips = Strips::of(&linked);
         let slots = pattern.slots(&linked);

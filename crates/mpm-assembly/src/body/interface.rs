@@ -32,7 +32,7 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Whether its law can yield.
     fn can_yield(&self) -> bool;
 
-    /// Whether its tangent is symmetric; the [`Pattern`](crate::Pattern) takes the worst of all bodies.
+    /// Whether its tangent is symmetric; the [`SparsityPattern`](crate::SparsityPattern) takes the worst of all bodies.
     fn symmetry(&self) -> Symmetry;
 
     /// What its law remembers of a point and shows in results.

@@ -1,7 +1,7 @@
 //! From the dense sums of a set of nodes to the global arrays.
 
 use crate::unknowns::node_equation;
-use crate::{Constraints, Pattern};
+use crate::{Constraints, SparsityPattern};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
 
@@ -15,7 +15,7 @@ pub struct Sums<'a, const D: usize> {
 
 /// Tangent values, and optionally the product of the tangent with prescribed increments.
 pub struct TangentSums<'a, const D: usize> {
-    /// One value per entry of the [`Pattern`] `[F/L]`.
+    /// One value per entry of the [`SparsityPattern`] `[F/L]`.
     pub values: &'a mut [f64],
     /// `Σ_w K_vw Δū_w` of the prescribed increments of the [`Constraints`], where asked for `[F]`.
     pub lift: Option<&'a mut [Vector<D>]>,
@@ -25,7 +25,7 @@ pub struct TangentSums<'a, const D: usize> {
 #[derive(Clone, Copy)]
 pub struct PassInput<'a, const D: usize> {
     /// Nodes of the tangent.
-    pub pattern: &'a Pattern<D>,
+    pub pattern: &'a SparsityPattern<D>,
     /// Prescribed components: their rows and columns get nothing but the diagonal.
     pub constraints: &'a Constraints<D>,
     /// Trial displacement `Δu_v` of every active node `[L]`.
@@ -45,7 +45,7 @@ pub(crate) struct Part<'a, const D: usize> {
 
 impl<const D: usize> Part<'_, D> {
     /// The parts before and from `node` on.
-    pub fn split_at(self, node: usize, pattern: &Pattern<D>) -> (Self, Self) {
+    pub fn split_at(self, node: usize, pattern: &SparsityPattern<D>) -> (Self, Self) {
         let nodes = node - self.node;
         let start = |node| pattern.column_start()[node_equation::<D>(node, 0)];
         let entries = start(node) - start(self.node);
@@ -247,7 +247,11 @@ fn add_lower<const D: usize>(
 
 /// Makes the diagonal of every prescribed component positive: its own stiffness where it has one,
 /// so that the scale of the pivots is that of the problem.
-pub fn finish_tangent<const D: usize>(pattern: &Pattern<D>, constraints: &Constraints<D>, values: &mut [f64]) {
+pub fn finish_tangent<const D: usize>(
+    pattern: &SparsityPattern<D>,
+    constraints: &Constraints<D>,
+    values: &mut [f64],
+) {
     for node in 0..constraints.n_nodes() {
         for i in (0..D).filter(|&i| constraints.is_prescribed(node, i)) {
             let value = &mut values[pattern.diagonal(node_equation::<D>(node, i))];

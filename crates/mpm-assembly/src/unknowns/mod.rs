@@ -9,4 +9,4 @@ pub use constraints::Constraints;
 pub use couplings::{CoupledPlaces, Couplings, Linked};
 pub(crate) use numbering::node_equation;
 pub use numbering::{Block, Place, UnknownId, UnknownVector, Unknowns};
-pub use pattern::Pattern;
+pub use pattern::SparsityPattern;

@@ -14,7 +14,7 @@ const CHUNK: usize = 1024;
 
 /// Block-sparse tangent: blocks of a place and a place, `D × D` where both are nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pattern<const D: usize> {
+pub struct SparsityPattern<const D: usize> {
     symmetry: Symmetry,
     unknowns: Unknowns<D>,
     /// Start of every place's neighbours in `neighbour`, and its length at the end.
@@ -28,7 +28,7 @@ pub struct Pattern<const D: usize> {
     row: Vec<usize>,
 }
 
-impl<const D: usize> Pattern<D> {
+impl<const D: usize> SparsityPattern<D> {
     /// Couples all nodes that share a set; there are no other unknowns than their displacement.
     pub fn of(n_active: usize, symmetry: Symmetry, couplings: &[&dyn Couplings]) -> Self {
         Self::reusing(None, &Unknowns::of_nodes(n_active), symmetry, couplings)
@@ -107,7 +107,7 @@ impl<const D: usize> Pattern<D> {
         self.column_start.len() - 1
     }
 
-    /// Start of every column in [`Pattern::row`], and its length at the end.
+    /// Start of every column in [`SparsityPattern::row`], and its length at the end.
     pub fn column_start(&self) -> &[usize] {
         &self.column_start
     }
@@ -208,7 +208,7 @@ impl<const D: usize> Pattern<D> {
     }
 
     /// Adds `stiffness · I` for each pair of nodes (columns in turn from the diagonal down, the same both ways), leaving
-    /// out what is prescribed; `slots` as from [`Pattern::slots`].
+    /// out what is prescribed; `slots` as from [`SparsityPattern::slots`].
     pub(crate) fn add_isotropic(
         &self,
         nodes: &[u32],

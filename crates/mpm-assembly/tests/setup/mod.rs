@@ -1,7 +1,7 @@
 //! A body on a grid, and its sums.
 
 use mpm_assembly::{
-    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, Pattern, Sums,
+    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, SparsityPattern, Sums,
     TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
@@ -13,7 +13,7 @@ use mpm_material::{Elasticity, Material, VonMises};
 pub struct Setup<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub active: ActiveNodes<D>,
-    pub pattern: Pattern<D>,
+    pub pattern: SparsityPattern<D>,
     pub plan: AssemblyPlan<D>,
     pub mesh: Mesh<D>,
 }
@@ -66,7 +66,7 @@ pub fn connect_as<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>, symmetr
     let connectivity = Connectivity::of(stencils, &active);
     let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
     let linked = Linked { connectivity, dilatation };
-    let pattern = Pattern::of(active.len(), symmetry, &[&linked]);
+    let pattern = SparsityPattern::of(active.len(), symmetry, &[&linked]);
     let plan = AssemblyPlan::new(linked, &pattern);
     Setup { body, active, pattern, plan, mesh }
 }
@@ -95,7 +95,11 @@ pub fn sum<const D: usize>(
     (internal, values, lift)
 }
 
-pub fn times<const D: usize>(pattern: &Pattern<D>, values: &[f64], direction: &[Vector<D>]) -> Vec<f64> {
+pub fn times<const D: usize>(
+    pattern: &SparsityPattern<D>,
+    values: &[f64],
+    direction: &[Vector<D>],
+) -> Vec<f64> {
     let x: Vec<f64> = direction.iter().flat_map(|x| x.iter().copied()).collect();
     let mut product = vec![0.0; x.len()];
     for column in 0..pattern.n_equations() {

@@ -312,14 +312,16 @@ impl LinearSolver for Factorization {
     }
 }
 
-/// Entries that the factor of a symmetric pattern will have (as [`Factorization::factor_entries`]), found
-/// from its structure alone, without memory for the factor.
+/// Entries that the factor of a pattern will have (as [`Factorization::factor_entries`]), found from its
+/// structure alone, without memory for the factor. Of an unsymmetric matrix L and U are counted, with all pivots on
+/// the diagonal.
 ///
 /// # Errors
 /// If not even the structure of the factor fits into memory.
 pub fn predict_factor_entries(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<usize, OutOfMemory> {
     let order = order(pattern, hints)?;
-    Ok(cholesky::analyse(pattern, &order)?.len_val())
+    let of_triangle = cholesky::analyse(pattern, &order)?.len_val();
+    Ok(if pattern.is_symmetric() { of_triangle } else { 2 * of_triangle })
 }
 
 /// Elimination order of the equations, after checks of the pattern.

@@ -96,6 +96,27 @@ fn indefinite_matrices_go_to_lblt_with_the_right_inertia() {
 }
 
 #[test]
+fn after_an_indefinite_matrix_llt_is_tried_again_only_after_a_restart() {
+    let spd = elasticity([6, 5], false);
+    let mut indefinite = spd.values.clone();
+    indefinite[spd.column_start[20]] *= -1.0;
+    let mut factorization = spd.analysed();
+    let mut method = |values: &[f64], restarts: bool| {
+        if restarts {
+            factorization.restart();
+        }
+        let factored = factorization.factorise(spd.with(values)).unwrap();
+        (factored.method, factored.not_positive.is_some(), factored.shows_instability())
+    };
+    assert_eq!(method(&spd.values, false), (Method::Llt, false, false));
+    assert_eq!(method(&indefinite, false), (Method::Lblt, true, true));
+    assert_eq!(method(&indefinite, false), (Method::Lblt, false, true));
+    assert_eq!(method(&spd.values, false), (Method::Lblt, false, false));
+    assert_eq!(method(&spd.values, true), (Method::Llt, false, false));
+    assert_eq!(method(&indefinite, true), (Method::Lblt, true, true));
+}
+
+#[test]
 fn general_indefinite_matrices_are_solved() {
     // No dominance at all: pivots inside supernodes are weak, refinement or LU must repair it.
     for reach in [1, 2] {

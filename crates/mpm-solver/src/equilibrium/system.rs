@@ -15,7 +15,7 @@ use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot};
 use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Pattern, UnknownVector};
+use mpm_assembly::{SparsityPattern, UnknownVector};
 use mpm_grid::Vector;
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
@@ -43,7 +43,11 @@ impl<const D: usize> Solver<D> {
     ///
     /// # Errors
     /// The factor does not fit into memory.
-    pub(crate) fn analyse(&mut self, pattern: &Pattern<D>, hints: &Hints<'_>) -> Result<Analysis, StepFailure> {
+    pub(crate) fn analyse(
+        &mut self,
+        pattern: &SparsityPattern<D>,
+        hints: &Hints<'_>,
+    ) -> Result<Analysis, StepFailure> {
         let analysis = self.timings.time(Phase::Analyse, || self.linear.analyse(pattern.for_solver(), hints));
         let analysis = analysis.map_err(|it| StepFailure::Linear(it.to_string()))?;
         if analysis == Analysis::Reused {

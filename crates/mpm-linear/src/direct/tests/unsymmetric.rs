@@ -2,7 +2,7 @@
 
 use super::problem::random;
 use crate::automatic::{Automatic, Choice};
-use crate::direct::Factorization;
+use crate::direct::{Factorization, predict_factor_entries};
 use crate::matrix::{Matrix, Pattern};
 use crate::report::{Analysis, Cause, Method, Sign, Singular};
 use crate::solver::{Hints, LatticePlaces, LinearSolver};
@@ -161,6 +161,21 @@ fn the_structure_is_kept_while_the_pattern_is_equal_and_restored() {
     resumed.restore(saved).unwrap();
     assert_eq!(a.analysed(&mut resumed), Analysis::Reused);
     a.check(&mut resumed);
+}
+
+#[test]
+fn entries_of_both_factors_are_predicted() {
+    let system = System::random([14, 13, 1], 1, 2, |_, sum| 1.1 * sum + 0.1);
+    let lower = random([14, 13, 1], 1, 2, |_, sum| 1.1 * sum + 0.1);
+    let hints = lower.hints();
+    let predicted = predict_factor_entries(system.pattern(), &hints).unwrap();
+    assert_eq!(predicted, 2 * predict_factor_entries(lower.pattern(), &hints).unwrap());
+    let mut solver = Factorization::new();
+    system.analysed(&mut solver);
+    system.check(&mut solver);
+    // The prediction holds the zeros that supernodes would keep.
+    let ratio = solver.factor_entries() as f64 / predicted as f64;
+    assert!((0.6..=1.0).contains(&ratio), "{ratio} of {predicted} entries");
 }
 
 #[test]
