@@ -198,7 +198,7 @@ mod tests {
         let svg = std::fs::read_to_string(directory.path().join("a.svg")).unwrap();
         // The triangle in the colour of 1, and the ticks of the bar.
         assert!(svg.contains("<polygon") && svg.contains("a triangle") && svg.contains("#FDE725"), "{svg}");
-        assert!(svg.contains("\n0.8\n") || svg.contains("0.8"), "{svg}");
+        assert!(svg.contains("\n0.5\n") && svg.contains("\n1.5\n"), "{svg}");
         let error = Figure::new(&panels).save(&directory.path().join("a.bmp")).unwrap_err();
         assert!(error.to_string().contains("ends in .svg or .png"), "{error}");
     }

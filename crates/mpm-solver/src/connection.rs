@@ -9,7 +9,7 @@ use mpm_assembly::{
     StepStart, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
-use mpm_grid::{LoadFraction, Mesh, MeshMotion};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
 use mpm_linear::Symmetry;
 use std::cell::Cell;
 use std::ops::Range;
@@ -271,4 +271,10 @@ pub(crate) fn lines<const D: usize>(model: &Model<D>) -> [Vec<f64>; 3] {
 pub(crate) fn periods<const D: usize>(model: &Model<D>) -> [Option<u32>; 3] {
     let (periodic, nodes) = (model.nodes.lattice().periodic(), model.nodes.lattice().nodes());
     std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d]))
+}
+
+/// Where a node stands `[L]`, 0 in directions that do not exist.
+pub(crate) fn position<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, node: NodeId) -> [f64; 3] {
+    let position = model.nodes.position(mesh, node);
+    std::array::from_fn(|d| if d < D { position[d] } else { 0.0 })
 }

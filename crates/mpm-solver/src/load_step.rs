@@ -9,7 +9,7 @@
 //! `run.rs` calls [`load_step`] in a loop and commits what it has prepared. Until then the points are those of the last
 //! converged step, so that a step that fails can be tried again in another way.
 
-use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods};
+use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods, position};
 use crate::equilibrium::problem::Problem;
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
@@ -22,7 +22,7 @@ use crate::record::{Balanced, StepResult};
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Converged, Trial};
-use mpm_grid::{LoadFraction, Mesh, NodeId};
+use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces};
 
 /// What load steps hand on to each other.
@@ -108,7 +108,6 @@ fn balance<const D: usize>(
             equilibrium
         }
     };
-
     let energy = model.energies.then(|| {
         let (before, after) = (loading.external_force(plan.start), loading.external_force(end));
         StepEnergy::of(&Problem { external: &after, end, ..problem }, &before, &equilibrium)
@@ -116,12 +115,6 @@ fn balance<const D: usize>(
     let energy = energy.transpose()?;
     let condition = if model.condition_history { solver.condition(&problem) } else { None };
     Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
-}
-
-/// Where a node stands `[L]`, 0 in directions that do not exist.
-fn position<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, node: NodeId) -> [f64; 3] {
-    let position = model.nodes.position(mesh, node);
-    std::array::from_fn(|d| if d < D { position[d] } else { 0.0 })
 }
 
 /// Prepares the points, and what contributions remember, for the equilibrium that has been found.
