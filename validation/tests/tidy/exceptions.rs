@@ -12,5 +12,4 @@ pub const MANY_ARGUMENTS: &[(&str, &str)] = &[];
 /// Crates with circles of modules, and the reason.
 pub const CIRCLES: &[(&str, &str)] = &[
     ("mpm-assembly", "ghost faces and the pattern name each other's types until both are contributions"),
-    ("mpm-basis", "the root defines the traits of bases that every basis implements"),
 ];
