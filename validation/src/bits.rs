@@ -100,14 +100,7 @@ impl Plan {
         }
         let took = clock.elapsed();
         let file = Results::open(&results)?;
-        let mut items = file.contents()?;
-        let xdmf = std::fs::read_to_string(results.with_extension("xdmf"))?;
-        let lines: Vec<String> = xdmf.lines().map(str::to_owned).collect();
-        items.push(Item {
-            name: "results.xdmf".into(),
-            shape: vec![lines.len()],
-            values: mpm_io::Values::Text(lines),
-        });
+        let items = file.contents()?;
         Ok(Outcome { items, status: file.status().into(), load_steps: file.rows().saturating_sub(1), took })
     }
 }
@@ -153,7 +146,7 @@ fn difference(old: &Item, new: &Item) -> Option<String> {
     let differing = old.values.differences(&new.values);
     let shapes = (old.shape != new.shape).then(|| format!("shape {:?} before, {:?} now", old.shape, new.shape));
     let first = differing.first().map(|&k| {
-        let (before, now) = (old.values.show(k), new.values.show(k));
+        let (before, now) = (short(old.values.show(k)), short(new.values.show(k)));
         let (all, index) = (old.values.len(), index(&old.shape, k));
         format!("{before} before, {now} now at {index:?}; {} of {all} values differ", differing.len())
     });
@@ -161,6 +154,12 @@ fn difference(old: &Item, new: &Item) -> Option<String> {
         (None, None) => None,
         (shapes, first) => Some([shapes, first].into_iter().flatten().collect::<Vec<_>>().join("; ")),
     }
+}
+
+/// The beginning of a long text.
+fn short(text: String) -> String {
+    const LONGEST: usize = 60;
+    if text.chars().count() <= LONGEST { text } else { text.chars().take(LONGEST).chain(['…']).collect() }
 }
 
 /// Index along every axis of the value at `k`.
