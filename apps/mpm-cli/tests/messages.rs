@@ -265,6 +265,18 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
+    // What laws, forces and solvers of others lead to.
+    ("body/trial.rs", "has no stress", "laws of scenes find one for every strain"),
+    ("error.rs", "body `{body}`: the law of material point", "laws of scenes find a stress for every strain"),
+    ("contribution.rs", "has {} numbers", "of checkpoints"),
+    ("error.rs", "contribution `{contribution}`", "those of scenes are never refused"),
+    (
+        "error.rs",
+        "the tangent is singular in an unknown of contribution",
+        "those of scenes have no unknowns of their own",
+    ),
+    ("completeness.rs", "", "of tests of bases"),
+    ("parameters.rs", "a positive, finite number", "moduli, ratios and radii are read within their bounds"),
     // No scene is known that ends so.
     ("basis/src/lib.rs", "its domain inverted", "Newton finds no equilibrium before"),
     ("basis/src/lib.rs", "its domain left the mesh", "the load step after finds the point outside"),
