@@ -23,15 +23,15 @@ mod unknowns;
 
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyLoads, COLUMNS, Controlled, Converged, Dilatation, ForeignPoints,
-    InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, PassInput, PointView, StoredColumn,
-    StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent, views,
+    InadmissiblePoint, InadmissibleState, Linked, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
+    PointView, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent,
+    views,
 };
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
     RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
 };
-pub use ghost::{GhostFaces, GhostStabilisation, OccupiedCell};
+pub use ghost::{GhostFaces, GhostStabilisation};
 pub use unknowns::{
-    Block, Constraints, CoupledPlaces, Couplings, Linked, Place, SparsityPattern, UnknownId, UnknownVector,
-    Unknowns,
+    Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,
 };

@@ -10,6 +10,4 @@ pub const LONG_FUNCTIONS: &[(&str, &str)] = &[];
 pub const MANY_ARGUMENTS: &[(&str, &str)] = &[];
 
 /// Crates with circles of modules, and the reason.
-pub const CIRCLES: &[(&str, &str)] = &[
-    ("mpm-assembly", "ghost faces and the pattern name each other's types until both are contributions"),
-];
+pub const CIRCLES: &[(&str, &str)] = &[];

@@ -1,7 +1,9 @@
 //! Connectivity of a body in a load step, with what makes sums over it quick.
 
+use super::dilatation::Dilatation;
+use super::linked::Linked;
 use crate::body::strips::Strips;
-use crate::{Couplings, Dilatation, Linked, SparsityPattern};
+use crate::unknowns::{Couplings, SparsityPattern};
 use mpm_basis::Connectivity;
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;

@@ -1,6 +1,6 @@
 //! What the solver asks of a body.
 
-use crate::OccupiedCell;
+use super::occupied::OccupiedCell;
 use crate::body::advance::{AdvanceError, Converged};
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilatation;

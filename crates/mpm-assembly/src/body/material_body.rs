@@ -1,6 +1,6 @@
 //! Points of one law under one basis.
 
-use crate::OccupiedCell;
+use super::occupied::{OccupiedCell, occupied};
 use crate::body::advance::{AdvanceError, Converged, PreparedDomains, PreparedState};
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::{Dilatation, MeanDilatation};
@@ -186,7 +186,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         out: &mut Vec<OccupiedCell>,
     ) {
         let young = self.law.elasticity().young();
-        crate::ghost::occupied(connectivity, lattice, active, &self.points.reference_volume, young, out);
+        occupied(connectivity, lattice, active, &self.points.reference_volume, young, out);
     }
 
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {

@@ -1,7 +1,6 @@
 //! From the dense sums of a set of nodes to the global arrays.
 
-use crate::unknowns::node_equation;
-use crate::{Constraints, SparsityPattern};
+use crate::unknowns::{Constraints, SparsityPattern, node_equation};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
 

@@ -5,7 +5,8 @@
 //! never reaches the nodes of the next but one: all even strips can be summed at once, then all odd
 //! ones. Which strip a set is in depends on connectivity alone.
 
-use crate::{Couplings, Linked};
+use super::linked::Linked;
+use crate::unknowns::Couplings;
 use std::ops::Range;
 
 /// A strip is cut as soon as it holds this many points and may be.

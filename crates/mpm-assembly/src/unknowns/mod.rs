@@ -6,7 +6,7 @@ mod numbering;
 mod pattern;
 
 pub use constraints::Constraints;
-pub use couplings::{CoupledPlaces, Couplings, Linked};
+pub use couplings::{CoupledPlaces, Couplings};
 pub(crate) use numbering::node_equation;
 pub use numbering::{Block, Place, UnknownId, UnknownVector, Unknowns};
 pub use pattern::SparsityPattern;

@@ -1,0 +1,44 @@
+//! The cells that a body occupies.
+
+use mpm_basis::{ActiveNodes, Connectivity};
+use mpm_grid::{CellId, Lattice};
+
+/// Material in one cell of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OccupiedCell {
+    /// The cell.
+    pub cell: CellId,
+    /// Volume at rest of the points that influence all of its nodes `[L^D]`; points that reach into
+    /// several cells count in each.
+    pub volume: f64,
+    /// That times their Young's modulus `[F L^(D-2)]`.
+    pub stiffness: f64,
+}
+
+/// Adds the cells all of whose nodes a point of the body influences; `young` `[F/L²]`.
+pub(crate) fn occupied<const D: usize>(
+    connectivity: &Connectivity<D>,
+    lattice: &Lattice<D>,
+    active: &ActiveNodes<D>,
+    volume: &[f64],
+    young: f64,
+    out: &mut Vec<OccupiedCell>,
+) {
+    let cells = lattice.cells();
+    for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+        let volume: f64 = volume[group.first_point..group.first_point + group.points].iter().sum();
+        for &node in group.nodes {
+            // The node as the lower corner of a cell.
+            let index = lattice.node_index(active.nodes()[node as usize]);
+            if (0..D).any(|d| index[d] >= cells[d]) {
+                continue;
+            }
+            let corners = lattice.corners(index);
+            let holds =
+                |corner| active.number(corner).is_some_and(|v| group.nodes.binary_search(&(v as u32)).is_ok());
+            if corners[..1 << D].iter().all(|&corner| holds(corner)) {
+                out.push(OccupiedCell { cell: lattice.cell(index), volume, stiffness: young * volume });
+            }
+        }
+    }
+}
