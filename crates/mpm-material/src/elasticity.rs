@@ -21,6 +21,21 @@ impl Elasticity {
         Ok(Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) })
     }
 
+    /// From the bulk modulus K and the shear modulus G [F/L²].
+    ///
+    /// # Errors
+    /// One of them is not positive and finite.
+    pub fn from_bulk_shear(bulk: f64, shear: f64) -> Result<Self, ParameterError> {
+        let bulk = ParameterError::unless_positive("bulk", bulk)?;
+        Ok(Self { bulk, shear: ParameterError::unless_positive("shear", shear)? })
+    }
+
+    /// The same shear modulus with a bulk modulus that is larger by `bulk` ≥ 0 [F/L²].
+    #[inline]
+    pub(crate) fn stiffened(&self, bulk: f64) -> Self {
+        Self { bulk: self.bulk + bulk, ..*self }
+    }
+
     /// Bulk modulus K [F/L²].
     #[inline]
     pub fn bulk(&self) -> f64 {

@@ -15,6 +15,29 @@ pub struct Hencky(
     pub Elasticity,
 );
 
+impl Hencky {
+    /// Kirchhoff stresses τ_a = λ Σ ε_b + 2G ε_a [F/L²] of principal strains.
+    #[inline]
+    pub(crate) fn stress(&self, strain: &Vector3<f64>) -> Vector3<f64> {
+        let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
+        strain.map(|eps| two_g * eps).add_scalar(lambda * strain.sum())
+    }
+
+    /// What [`Material::update`] answers, which never fails.
+    #[inline]
+    pub(crate) fn answer(&self, trial: &Vector3<f64>) -> Update<()> {
+        let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
+        Update {
+            elastic_strain: *trial,
+            kirchhoff: self.stress(trial),
+            tangent: Matrix3::from_diagonal_element(two_g).add_scalar(lambda),
+            secant: Vector3::repeat(two_g),
+            plastic: false,
+            history: (),
+        }
+    }
+}
+
 impl Material for Hencky {
     type History = ();
     const PLASTIC: bool = false;
@@ -28,15 +51,7 @@ impl Material for Hencky {
 
     #[inline]
     fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
-        let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
-        Ok(Update {
-            elastic_strain: *trial,
-            kirchhoff: trial.map(|eps| two_g * eps).add_scalar(lambda * trial.sum()),
-            tangent: Matrix3::from_diagonal_element(two_g).add_scalar(lambda),
-            secant: Vector3::repeat(two_g),
-            plastic: false,
-            history: (),
-        })
+        Ok(self.answer(trial))
     }
 
     #[inline]

@@ -34,6 +34,20 @@ pub trait History: Copy + Send + Sync + Sized {
     }
 }
 
+/// Most fields of a law that others wrap.
+pub(crate) const FIELDS: usize = 8;
+
+/// `fields`, then `last` up to the end: a law that wraps another adds one field to those that it has.
+pub(crate) const fn followed(fields: &'static [FieldInfo], last: FieldInfo) -> [FieldInfo; FIELDS] {
+    let mut all = [last; FIELDS];
+    let mut k = 0;
+    while k < fields.len() {
+        all[k] = fields[k];
+        k += 1;
+    }
+    all
+}
+
 impl History for () {
     const NUMBERS: usize = 0;
     const FIELDS: &'static [FieldInfo] = &[];

@@ -62,6 +62,15 @@ pub struct Update<H> {
     pub history: H,
 }
 
+impl Update<()> {
+    /// The answer of an elastic law, as that of a law with a history which it leaves as it is.
+    #[inline]
+    pub(crate) fn with_history<H>(self, history: H) -> Update<H> {
+        let Self { elastic_strain, kirchhoff, tangent, secant, plastic, .. } = self;
+        Update { elastic_strain, kirchhoff, tangent, secant, plastic, history }
+    }
+}
+
 /// Answer of a point to a trial elastic state.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Response<H> {

@@ -18,23 +18,43 @@
 //!
 //! What a point remembers is a [`History`]: it says which numbers it is stored as and under which names it is shown.
 //!
-//! The laws are [`Hencky`] (elastic) and [`VonMises`] (perfectly plastic).
+//! The laws are [`Hencky`] and [`NeoHooke`] (elastic); [`VonMises`] and [`Tresca`] with an [`UndrainedStrength`] that may
+//! soften; [`MohrCoulomb`] and [`DruckerPrager`] with a dilatancy of their own and a tension cut-off; [`CamClay`]; and
+//! [`Undrained`] pore fluid on top of any of them.
 
+mod cam_clay;
+mod deviator;
+mod drucker_prager;
 mod elasticity;
 mod hencky;
 mod history;
 mod law;
+mod mohr_coulomb;
+mod neo_hooke;
+mod ordered;
 mod parameters;
+mod per_point;
 mod spectral;
+mod strength;
 mod tangent;
 mod tensor;
+mod tresca;
+mod undrained;
 mod von_mises;
 
+pub use cam_clay::{CamClay, CamClayParameters, Preconsolidation};
+pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
 pub use law::{Material, NoReturn, Response, Update, log_strain, respond};
+pub use mohr_coulomb::MohrCoulomb;
+pub use neo_hooke::NeoHooke;
 pub use parameters::{ParameterError, PointParameters};
+pub use per_point::{PerPoint, PointHistory, Scalable};
+pub use strength::{PlasticShear, UndrainedStrength};
 pub use tangent::PrincipalTangent;
 pub use tensor::SymmetricTensor;
+pub use tresca::Tresca;
+pub use undrained::{PoreFluid, Undrained};
 pub use von_mises::{PlasticStrain, VonMises};

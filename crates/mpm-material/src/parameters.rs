@@ -21,11 +21,23 @@ impl ParameterError {
     /// # Errors
     /// Any other value.
     pub fn unless_positive(name: &'static str, value: f64) -> Result<f64, Self> {
-        if value > 0.0 && value.is_finite() {
-            Ok(value)
-        } else {
-            Err(Self { name, value, expected: "a positive, finite number" })
-        }
+        Self::unless(value > 0.0 && value.is_finite(), name, value, "a positive, finite number")
+    }
+
+    /// Accepts a finite value of the parameter `name` that is not negative.
+    ///
+    /// # Errors
+    /// Any other value.
+    pub fn unless_not_negative(name: &'static str, value: f64) -> Result<f64, Self> {
+        Self::unless(value >= 0.0 && value.is_finite(), name, value, "a finite number of at least 0")
+    }
+
+    /// Accepts a value of which `holds` is true.
+    ///
+    /// # Errors
+    /// `holds` is false.
+    pub fn unless(holds: bool, name: &'static str, value: f64, expected: &'static str) -> Result<f64, Self> {
+        if holds { Ok(value) } else { Err(Self { name, value, expected }) }
     }
 }
 
@@ -35,11 +47,14 @@ impl ParameterError {
 pub struct PointParameters {
     /// Position at rest `[L]`; in the plane its third component is zero.
     pub position: Vector3<f64>,
+    /// Factor on the strength of the law at this point [-], 1 unless a body says otherwise: obeyed by
+    /// [`crate::PerPoint`], and by [`crate::CamClay`] as a factor on its preconsolidation pressure.
+    pub strength: f64,
 }
 
 impl PointParameters {
     /// A point that rests at `position` `[L]`.
     pub fn at(position: Vector3<f64>) -> Self {
-        Self { position }
+        Self { position, strength: 1.0 }
     }
 }

@@ -1,24 +1,30 @@
-//! Von Mises plasticity, associated and perfectly plastic: the radial return in closed form.
+//! Von Mises plasticity, associated, perfect or with a strength that changes: the radial return.
+
+use std::f64::consts::SQRT_2;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{
-    Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters, Update,
+    Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters, Scalable,
+    UndrainedStrength, Update,
 };
 
 /// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
 /// by one load step must not be called plastic in the next by rounding alone: neighbours would
 /// then soften one-sidedly, and rounding would choose the branch of the solution.
-const YIELD_TOLERANCE: f64 = 1e-12;
+pub(crate) const YIELD_TOLERANCE: f64 = 1e-12;
 
-/// Von Mises plasticity with Hencky elasticity: |dev τ| ≤ ρ_y.
+/// Von Mises plasticity with Hencky elasticity: |dev τ| ≤ ρ_y = √2 s_u(ξ), ξ = √2 Σ|Δε_p|.
 ///
 /// With the exponential map the return keeps its small-strain form in logarithmic strains
-/// (Simo 1992). The flow preserves volume.
+/// (Simo 1992). The flow preserves volume. With ρ_y = √2 s_u a plane problem has the limit load of a material
+/// with the shear strength s_u; in triaxial compression the law bears q = √3 s_u.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct VonMises {
     elasticity: Elasticity,
     yield_radius: f64,
+    /// Read only where it is not perfect.
+    strength: UndrainedStrength,
 }
 
 /// Accumulated plastic strain Σ|Δε_p| [-], Frobenius norm, over the load steps of a point.
@@ -49,10 +55,20 @@ impl VonMises {
     /// √(3/2) ρ_y, the shear strength ρ_y/√2.
     pub fn new(elasticity: Elasticity, yield_radius: f64) -> Result<Self, ParameterError> {
         let yield_radius = ParameterError::unless_positive("yield_radius", yield_radius)?;
-        Ok(Self { elasticity, yield_radius })
+        let strength = UndrainedStrength::perfect(yield_radius / SQRT_2)?;
+        Ok(Self { elasticity, yield_radius, strength })
     }
 
-    /// Yield radius ρ_y [F/L²].
+    /// ρ_y = √2 s_u(ξ).
+    ///
+    /// # Errors
+    /// A strength that softens as fast as the shear modulus, or faster: the point would snap back.
+    pub fn with_strength(elasticity: Elasticity, strength: UndrainedStrength) -> Result<Self, ParameterError> {
+        let law = Self { elasticity, yield_radius: SQRT_2 * strength.intact(), strength };
+        law.check().map(|()| law)
+    }
+
+    /// Yield radius ρ_y before any plastic strain [F/L²].
     #[inline]
     pub fn yield_radius(&self) -> f64 {
         self.yield_radius
@@ -76,16 +92,27 @@ impl Material for VonMises {
     /// keeps the fraction β = ρ_y/ρ of e:
     ///
     /// τ = K tr(ε) 1 + β s, ε_e = ⅓ tr(ε) 1 + β e,
-    /// ∂τ/∂ε = K 1⊗1 + 2Gβ (I − ⅓ 1⊗1 − n⊗n).
+    /// ∂τ/∂ε = K 1⊗1 + 2Gβ (I − ⅓ 1⊗1 − n⊗n) + 2G h/(h + G) n⊗n, h = s_u'(ξ).
+    ///
+    /// Where the strength changes, s_u(ξ + Δ) + G Δ = ρ/√2 is solved before.
     #[inline]
     fn update(&self, trial: &Vector3<f64>, history: &PlasticStrain) -> Result<Update<PlasticStrain>, NoReturn> {
         let (k, two_g) = (self.elasticity.bulk(), 2.0 * self.elasticity.shear());
-        let rho_y = self.yield_radius;
+        let is_perfect = self.strength.is_perfect();
+        let shear = SQRT_2 * history.0;
+        let rho_y = if is_perfect { self.yield_radius } else { SQRT_2 * self.strength.at(shear) };
 
         let volumetric = trial.sum();
         let e = trial.add_scalar(-volumetric / 3.0);
         let rho = two_g * e.norm();
         if rho > rho_y * (1.0 + YIELD_TOLERANCE) {
+            let (rho_y, hardening) = if is_perfect {
+                (rho_y, 0.0)
+            } else {
+                let g = self.elasticity.shear();
+                let solution = self.strength.solve(shear, g, rho / SQRT_2);
+                (SQRT_2 * solution.strength, two_g * solution.slope / (solution.slope + g))
+            };
             let beta = rho_y / rho;
             let n = e * (two_g / rho);
             let modulus = two_g * beta;
@@ -93,27 +120,30 @@ impl Material for VonMises {
             Ok(Update {
                 elastic_strain: (e * beta).add_scalar(volumetric / 3.0),
                 kirchhoff: (e * modulus).add_scalar(k * volumetric),
-                tangent: isotropic - n * n.transpose() * modulus,
+                tangent: isotropic - n * n.transpose() * (modulus - hardening),
                 secant: Vector3::repeat(modulus),
                 plastic: true,
                 history: PlasticStrain(history.0 + (rho - rho_y) / two_g),
             })
         } else {
-            let elastic = Hencky(self.elasticity).update(trial, &())?;
-            Ok(Update {
-                elastic_strain: elastic.elastic_strain,
-                kirchhoff: elastic.kirchhoff,
-                tangent: elastic.tangent,
-                secant: elastic.secant,
-                plastic: false,
-                history: *history,
-            })
+            Ok(Hencky(self.elasticity).answer(trial).with_history(*history))
         }
     }
 
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
+    }
+}
+
+impl Scalable for VonMises {
+    #[inline]
+    fn scaled(&self, factor: f64) -> Self {
+        Self { yield_radius: self.yield_radius * factor, strength: self.strength.scaled(factor), ..*self }
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.strength.check(self.elasticity.shear(), "below the shear modulus, or a point snaps back")
     }
 }
 

@@ -1,0 +1,157 @@
+//! Modified Cam-Clay at finite strain: hyperelastic, associated, hardening with plastic volume.
+
+mod bracket;
+mod elastic;
+mod parameters;
+mod return_map;
+
+use nalgebra::Vector3;
+
+use crate::deviator::Deviator;
+use crate::von_mises::YIELD_TOLERANCE;
+use crate::{Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update};
+use elastic::Skeleton;
+use return_map::{Equations, Returned};
+
+pub use parameters::CamClayParameters;
+
+/// Modified Cam-Clay. With p = −⅓ tr τ, q = √(3/2) |dev τ|, ε_v = tr ε and ε_s = √(2/3) |dev ε|, all
+/// Kirchhoff's and logarithmic, it is elastic with the energy
+///
+/// ψ = κ p_r exp(ω) + (3/2) G₀ ε_s²,   ω = −ε_v/κ + 3g ε_s²/(2κ),   p = p_r exp(ω),   q = 3 (G₀ + g p) ε_s,
+///
+/// yields where f = q²/M² + p (p − p_c) > 0, flows along the gradient of f, and hardens by
+///
+/// p_c = p_c,n exp(−Δε_v,p/(λ − κ)).
+///
+/// So all of ln p against ln J is straight, whatever the step (Butterfield 1979), and no energy is made
+/// in cycles (the shear modulus as Houlsby, Amorosi and Rojas 2005, with exponent 1). At zero elastic
+/// strain p is p_r, not 0; p is positive in every state. Flow is associated, but hardening is not conjugate
+/// to it: the tangent of plastic states is not symmetric.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CamClay {
+    skeleton: Skeleton,
+    parameters: CamClayParameters,
+    /// At zero elastic strain.
+    elasticity: Elasticity,
+}
+
+/// Preconsolidation pressure p_c [F/L²], Kirchhoff's.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
+pub struct Preconsolidation(
+    /// The pressure.
+    pub f64,
+);
+
+impl History for Preconsolidation {
+    const NUMBERS: usize = 1;
+    const FIELDS: &'static [FieldInfo] =
+        &[FieldInfo { name: "preconsolidation_pressure", components: 1, unit: "F/L²" }];
+
+    fn store(&self, to: &mut Vec<f64>) {
+        to.push(self.0);
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        let error = |error: ParameterError| error.to_string();
+        ParameterError::unless_positive("preconsolidation_pressure", from[0]).map(Self).map_err(error)
+    }
+}
+
+impl CamClay {
+    /// # Errors
+    /// A parameter is out of range: M, κ, p_r, p_c positive; λ > κ; G₀, g not negative, and not both zero.
+    pub fn new(parameters: CamClayParameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        let CamClayParameters { swelling, shear, shear_ratio, reference_pressure, .. } = parameters;
+        let bulk = reference_pressure / swelling;
+        let elasticity = Elasticity::from_bulk_shear(bulk, shear + shear_ratio * reference_pressure)?;
+        let skeleton = Skeleton { swelling, shear, shear_ratio, reference_pressure };
+        Ok(Self { skeleton, parameters, elasticity })
+    }
+
+    /// Its parameters.
+    #[inline]
+    pub fn parameters(&self) -> &CamClayParameters {
+        &self.parameters
+    }
+
+    /// Principal elastic strains that carry principal Kirchhoff stresses.
+    ///
+    /// # Errors
+    /// The mean stress is not compressive: this law bears none.
+    pub fn elastic_strain(&self, kirchhoff: &Vector3<f64>) -> Result<Vector3<f64>, ParameterError> {
+        let split = Deviator::of(kirchhoff);
+        let p = -split.volumetric / 3.0;
+        ParameterError::unless_positive("mean pressure", p)?;
+        let q = 1.5_f64.sqrt() * split.norm;
+        let (volumetric, shear) = self.skeleton.strains(p, q);
+        Ok((split.direction() * (1.5_f64.sqrt() * shear)).add_scalar(volumetric / 3.0))
+    }
+
+    #[inline]
+    fn plastic(&self, split: &Deviator, returned: &Returned) -> Update<Preconsolidation> {
+        let Returned { stress: (p, q), shear_modulus, volumetric, beta, preconsolidation, derivative } =
+            *returned;
+        let secant = 2.0 * shear_modulus * beta;
+        Update {
+            elastic_strain: split.strains(volumetric, beta),
+            kirchhoff: split.stresses(p, q),
+            tangent: split.tangent(&derivative, secant),
+            secant: Vector3::repeat(secant),
+            plastic: true,
+            history: Preconsolidation(preconsolidation),
+        }
+    }
+}
+
+impl Material for CamClay {
+    type History = Preconsolidation;
+    const PLASTIC: bool = true;
+
+    /// Only that of elastic states is.
+    #[inline]
+    fn has_symmetric_tangent(&self) -> bool {
+        false
+    }
+
+    fn initial(&self, point: &PointParameters) -> Preconsolidation {
+        Preconsolidation(self.parameters.preconsolidation * point.strength)
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        trial: &Vector3<f64>,
+        history: &Preconsolidation,
+    ) -> Result<Update<Preconsolidation>, NoReturn> {
+        let split = Deviator::of(trial);
+        let state = self.skeleton.at(split.volumetric, split.shear());
+        // By the largest stress, because squares of trial pressures may overflow; what then is no number
+        // has yielded, unless the strains are none.
+        let scale = 1.0 / state.p.max(state.q).max(history.0);
+        let (p, along) = (scale * state.p, scale * state.q / self.parameters.critical_ratio);
+        let overshoot = along * along + p * (p - scale * history.0);
+        let is_elastic = overshoot <= YIELD_TOLERANCE;
+        if !is_elastic && trial.sum().is_finite() {
+            let equations =
+                Equations::new(self.skeleton, &self.parameters, (split.volumetric, split.shear()), history.0);
+            let returned = equations.solve(state.p)?;
+            return Ok(self.plastic(&split, &returned));
+        }
+        let secant = 2.0 * state.shear_modulus;
+        Ok(Update {
+            elastic_strain: *trial,
+            kirchhoff: split.stresses(state.p, state.q),
+            tangent: split.tangent(&state.derivative, secant),
+            secant: Vector3::repeat(secant),
+            plastic: false,
+            history: *history,
+        })
+    }
+
+    #[inline]
+    fn elasticity(&self) -> Elasticity {
+        self.elasticity
+    }
+}

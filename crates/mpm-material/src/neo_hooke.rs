@@ -1,0 +1,88 @@
+//! Compressible neo-Hooke elasticity.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{Elasticity, Material, NoReturn, ParameterError, PointParameters, Update};
+
+/// Compressible neo-Hookean elasticity with the energy, per reference volume,
+///
+/// ψ = ½ G (λ₁² + λ₂² + λ₃² − 3 − 2 ln J) + ½ λ (ln J)²,   λ = K − ⅔ G,
+///
+/// λ_a the principal stretches (Bonet and Wood 2008, section 6.4.3), so that
+///
+/// τ_a = G (λ_a² − 1) + λ ln J = G expm1(2ε_a) + λ Σ ε_b.
+///
+/// Unlike Hencky's law it stays elliptic in shear of any size, so that rubber can be turned far: it is
+/// polyconvex up to ln J = 1 + G/λ.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct NeoHooke(Elasticity);
+
+impl NeoHooke {
+    /// Elastic constants of small strains.
+    ///
+    /// # Errors
+    /// Poisson's ratio is negative: then λ < 0, and the energy falls without bound as a body is crushed.
+    pub fn new(elasticity: Elasticity) -> Result<Self, ParameterError> {
+        let (k, g) = (elasticity.bulk(), elasticity.shear());
+        // At ν = 0 rounding may leave a λ below zero.
+        let poisson = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        let range = poisson > -1e-15;
+        ParameterError::unless(range, "poisson", poisson, "a number of at least 0 and below 0.5")?;
+        Ok(Self(elasticity))
+    }
+
+    /// Energy ψ per reference volume [F/L²] of principal logarithmic strains.
+    pub fn energy(&self, strain: &Vector3<f64>) -> f64 {
+        let volumetric = strain.sum();
+        // λ_a² − 1 − 2 ln λ_a, summed.
+        let shape: f64 = strain.iter().map(|&eps| (2.0 * eps).exp_m1() - 2.0 * eps).sum();
+        0.5 * self.0.shear() * shape + 0.5 * self.0.lame() * volumetric * volumetric
+    }
+}
+
+/// (sinh x)/x − 1 for x² = `square` < 0.01, by its series Σ x²ᵐ/(2m+1)!; the first term left out is 3e-18.
+#[inline]
+fn sinh_ratio_m1(square: f64) -> f64 {
+    square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
+}
+
+impl Material for NeoHooke {
+    type History = ();
+    const PLASTIC: bool = false;
+
+    #[inline]
+    fn has_symmetric_tangent(&self) -> bool {
+        true
+    }
+
+    fn initial(&self, _point: &PointParameters) {}
+
+    /// Secants are G (λ_a² − λ_b²)/δ = 2G λ_a λ_b (sinh δ)/δ, δ = ε_a − ε_b.
+    #[inline]
+    fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
+        let (g, lambda) = (self.0.shear(), self.0.lame());
+        let excess = trial.map(|eps| (2.0 * eps).exp_m1());
+        let secant = |a: usize, b: usize| {
+            let (difference, gap) = (excess[a] - excess[b], trial[a] - trial[b]);
+            if gap * gap < 0.01 {
+                let both = ((1.0 + excess[a]) * (1.0 + excess[b])).sqrt();
+                2.0 * g * both * (1.0 + sinh_ratio_m1(gap * gap))
+            } else {
+                g * difference / gap
+            }
+        };
+        Ok(Update {
+            elastic_strain: *trial,
+            kirchhoff: (excess * g).add_scalar(lambda * trial.sum()),
+            tangent: Matrix3::from_diagonal(&(excess.add_scalar(1.0) * (2.0 * g))).add_scalar(lambda),
+            secant: Vector3::new(secant(0, 1), secant(1, 2), secant(2, 0)),
+            plastic: false,
+            history: (),
+        })
+    }
+
+    #[inline]
+    fn elasticity(&self) -> Elasticity {
+        self.0
+    }
+}

@@ -1,0 +1,156 @@
+//! Tresca plasticity, associated, perfect or with a strength that changes: exact returns to face and edges.
+
+use nalgebra::Vector3;
+
+use crate::ordered::{Loss, Ordered, extremes};
+use crate::strength::Shear;
+use crate::von_mises::YIELD_TOLERANCE;
+use crate::{
+    Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticShear, PointParameters, Scalable,
+    UndrainedStrength, Update,
+};
+
+/// Tresca plasticity with Hencky elasticity: τ₁ − τ₃ ≤ 2 s_u(ξ), dξ = 2 Σ dλ over the active planes
+/// (|dε_1 − dε_3| on a face). The flow preserves volume.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Tresca {
+    elasticity: Elasticity,
+    strength: UndrainedStrength,
+}
+
+impl Tresca {
+    /// Elastic constants and undrained shear strength.
+    ///
+    /// # Errors
+    /// A strength that softens as fast as ¾ G, or faster: a point on an edge would snap back.
+    pub fn new(elasticity: Elasticity, strength: UndrainedStrength) -> Result<Self, ParameterError> {
+        let law = Self { elasticity, strength };
+        law.check().map(|()| law)
+    }
+
+    /// Undrained shear strength.
+    #[inline]
+    pub fn strength(&self) -> &UndrainedStrength {
+        &self.strength
+    }
+
+    /// With ε₁ ≥ ε₂ ≥ ε₃, the face's return moves ε₁ and ε₃ by ½Δ each, where
+    ///
+    /// s_u(ξ + Δ) + G Δ = G (ε₁ − ε₃), D = D_e − G²/(h + G) m⊗m, m = (1, 0, −1), h = s_u'(ξ + Δ).
+    ///
+    /// It is right if it leaves the strains in order.
+    #[inline]
+    fn yielded(&self, trial: &Ordered, history: &PlasticShear) -> Update<PlasticShear> {
+        let g = self.elasticity.shear();
+        let [e1, e2, e3] = trial.strain;
+        let (upper, lower) = trial.gaps();
+        let face = self.strength.solve(history.0, g, g * (e1 - e3));
+        let half = 0.5 * face.increment;
+        if upper < half || lower < half {
+            return self.on_edge(trial, history);
+        }
+        let m = g / (face.slope + g).sqrt();
+        let loss = Loss { dyad: ([m, 0.0, -m], [m, 0.0, -m]), equal: None };
+        let secants = [1.0 - half / upper, 1.0 - half / lower, face.strength / (g * (e1 - e3))];
+        self.answer(trial, [e1 - half, e2, e3 + half], &loss, secants, history.0 + face.increment)
+    }
+
+    /// An edge makes the strains of the smaller gap equal. With w = (1, 1, −2) for τ₁ = τ₂ or (2, −1, −1)
+    /// for τ₂ = τ₃, and g the difference of the equal pair (places i and j),
+    ///
+    /// s_u(ξ + Δ) + ¾G Δ = ½G w·ε, Δε_p = ¼Δ w + ½ (ε_i − ε_j) g,
+    /// D = D_e − G g⊗g − ¼G²/(h + ¾G) w⊗w.
+    #[inline(never)]
+    fn on_edge(&self, trial: &Ordered, history: &PlasticShear) -> Update<PlasticShear> {
+        let g = self.elasticity.shear();
+        let [e1, e2, e3] = trial.strain;
+        let (upper, lower) = trial.gaps();
+        let is_compression = upper < lower;
+        let (w, reach) = if is_compression {
+            ([1.0, 1.0, -2.0], (e1 - e3) + lower)
+        } else {
+            ([2.0, -1.0, -1.0], upper + (e1 - e3))
+        };
+        let Shear { increment, strength, slope } = self.strength.solve(history.0, 0.75 * g, 0.5 * g * reach);
+        let weight = 0.5 * g / (slope + 0.75 * g).sqrt();
+        let dyad = w.map(|w| weight * w);
+        // τ₁ − τ₃ = 2 s_u and the equal pair leave no freedom but the volume.
+        let third = (e1 + e2 + e3) / 3.0;
+        let elastic = w.map(|w| third + strength / (3.0 * g) * w);
+        let ratio = |gap: f64| strength / (g * gap);
+        let (equal, secants) = if is_compression {
+            ((0, 1), [0.0, ratio(lower), ratio(e1 - e3)])
+        } else {
+            ((1, 2), [ratio(upper), 0.0, ratio(e1 - e3)])
+        };
+        let loss = Loss { dyad: (dyad, dyad), equal: Some(equal) };
+        self.answer(trial, elastic, &loss, secants, history.0 + increment)
+    }
+
+    /// `secants` are parts of 2G.
+    #[inline]
+    fn answer(
+        &self,
+        trial: &Ordered,
+        elastic: [f64; 3],
+        loss: &Loss,
+        secants: [f64; 3],
+        shear: f64,
+    ) -> Update<PlasticShear> {
+        let elastic_strain = trial.by_axis(&elastic);
+        Update {
+            elastic_strain,
+            kirchhoff: Hencky(self.elasticity).stress(&elastic_strain),
+            tangent: trial.tangent(&self.elasticity, loss),
+            secant: trial.secants(secants) * (2.0 * self.elasticity.shear()),
+            plastic: true,
+            history: PlasticShear(shear),
+        }
+    }
+}
+
+impl Material for Tresca {
+    type History = PlasticShear;
+    const PLASTIC: bool = true;
+
+    #[inline]
+    fn has_symmetric_tangent(&self) -> bool {
+        true
+    }
+
+    fn initial(&self, _point: &PointParameters) -> PlasticShear {
+        PlasticShear::default()
+    }
+
+    #[inline]
+    fn update(&self, trial: &Vector3<f64>, history: &PlasticShear) -> Result<Update<PlasticShear>, NoReturn> {
+        let elastic = Hencky(self.elasticity).answer(trial);
+        let strength = self.strength.at(history.0);
+        let (largest, smallest) = extremes(&elastic.kirchhoff);
+        let overshoot = 0.5 * (largest - smallest) - strength;
+        if overshoot > 0.0 {
+            let scale = largest.abs().max(smallest.abs()).max(strength);
+            if overshoot > YIELD_TOLERANCE * scale {
+                return Ok(self.yielded(&Ordered::of(trial), history));
+            }
+        }
+        Ok(elastic.with_history(*history))
+    }
+
+    #[inline]
+    fn elasticity(&self) -> Elasticity {
+        self.elasticity
+    }
+}
+
+impl Scalable for Tresca {
+    #[inline]
+    fn scaled(&self, factor: f64) -> Self {
+        Self { strength: self.strength.scaled(factor), ..*self }
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        let expected = "below 3/4 of the shear modulus, or a point on an edge snaps back";
+        self.strength.check(0.75 * self.elasticity.shear(), expected)
+    }
+}

@@ -1,0 +1,115 @@
+//! Water in the pores that cannot leave: a volumetric stiffness on top of any law.
+
+use nalgebra::Vector3;
+
+use crate::history::{FIELDS, followed};
+use crate::{Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update};
+
+/// A law of effective stress in undrained loading: the pore fluid adds −K_f ln J to the Kirchhoff pressure,
+///
+/// τ = τ' + K_f ln J 1,   D = D' + K_f 1⊗1,   u = −K_f ln J/J,
+///
+/// u the excess pore pressure (Cauchy's, compression positive). J counts from where the fluid was shut in,
+/// and comes from ln J = tr ε_tr + v, v the volumetric strain that is no longer, or was never, elastic.
+/// K_f is 50 to 100 times the bulk modulus of the skeleton: more costs digits, and mean dilatation has to
+/// be on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Undrained<M> {
+    skeleton: M,
+    fluid: f64,
+}
+
+/// History of the skeleton, and of the pore fluid.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct PoreFluid<H> {
+    /// What the skeleton remembers.
+    pub skeleton: H,
+    /// v = ln J − tr ε_e [-]: plastic volumetric strain, less the elastic one at which the fluid was shut in.
+    pub inelastic_volume: f64,
+    /// Excess pore pressure u [F/L²], compression positive.
+    pub excess_pressure: f64,
+}
+
+impl<H: History> PoreFluid<H> {
+    const ALL: &'static [FieldInfo; FIELDS] =
+        &followed(H::FIELDS, FieldInfo { name: "excess_pore_pressure", components: 1, unit: "F/L²" });
+}
+
+impl<H: History> History for PoreFluid<H> {
+    const NUMBERS: usize = H::NUMBERS + 2;
+    const FIELDS: &'static [FieldInfo] = Self::ALL.split_at(H::FIELDS.len() + 1).0;
+
+    fn store(&self, to: &mut Vec<f64>) {
+        self.skeleton.store(to);
+        to.extend([self.inelastic_volume, self.excess_pressure]);
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        Ok(Self {
+            skeleton: H::restore(&from[..H::NUMBERS])?,
+            inelastic_volume: from[H::NUMBERS],
+            excess_pressure: from[H::NUMBERS + 1],
+        })
+    }
+
+    fn show(&self, to: &mut Vec<f64>) {
+        self.skeleton.show(to);
+        to.push(self.excess_pressure);
+    }
+}
+
+impl<M> Undrained<M> {
+    /// The law `skeleton` of effective stress with a pore fluid of K_f = `bulk` [F/L²].
+    ///
+    /// # Errors
+    /// `bulk` is not positive and finite.
+    pub fn new(skeleton: M, bulk: f64) -> Result<Self, ParameterError> {
+        Ok(Self { skeleton, fluid: ParameterError::unless_positive("fluid_bulk", bulk)? })
+    }
+
+    /// The law of effective stress.
+    #[inline]
+    pub fn skeleton(&self) -> &M {
+        &self.skeleton
+    }
+}
+
+impl<M: Material> Material for Undrained<M> {
+    type History = PoreFluid<M::History>;
+    const PLASTIC: bool = M::PLASTIC;
+
+    #[inline]
+    fn has_symmetric_tangent(&self) -> bool {
+        self.skeleton.has_symmetric_tangent()
+    }
+
+    fn initial(&self, point: &PointParameters) -> Self::History {
+        PoreFluid { skeleton: self.skeleton.initial(point), inelastic_volume: 0.0, excess_pressure: 0.0 }
+    }
+
+    #[inline]
+    fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn> {
+        let effective = self.skeleton.update(trial, &history.skeleton)?;
+        let volume = trial.sum() + history.inelastic_volume;
+        let tension = self.fluid * volume;
+        let flow = trial - effective.elastic_strain;
+        Ok(Update {
+            elastic_strain: effective.elastic_strain,
+            kirchhoff: effective.kirchhoff.add_scalar(tension),
+            tangent: effective.tangent.add_scalar(self.fluid),
+            secant: effective.secant,
+            plastic: effective.plastic,
+            history: PoreFluid {
+                skeleton: effective.history,
+                inelastic_volume: history.inelastic_volume + flow.sum(),
+                excess_pressure: -tension * (-volume).exp(),
+            },
+        })
+    }
+
+    /// K and G of the skeleton, K_f added to K.
+    #[inline]
+    fn elasticity(&self) -> Elasticity {
+        self.skeleton.elasticity().stiffened(self.fluid)
+    }
+}
