@@ -230,7 +230,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/surface.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
     ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
-    ("material/src/parameters.rs", "", "moduli, ratios and radii are read within their bounds"),
+    ("parameters.rs", "", "moduli, ratios and radii are read within their bounds"),
     ("compile/mod.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
     ("compile/shapes.rs", "expected a ring mesh", "asked of ring meshes only"),
     ("pieces.rs", "a box can only be filled", "the compiler says so before"),
@@ -240,11 +240,11 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     // Laws that no scene has yet; their own tests meet every sentence.
     ("cam_clay/bracket.rs", "", "of laws that programs make"),
     ("cam_clay/mod.rs", "", "of laws that programs make"),
-    ("cam_clay/parameters.rs", "", "of laws that programs make"),
     ("drucker_prager.rs", "", "of laws that programs make"),
     ("mohr_coulomb/mod.rs", "", "of laws that programs make"),
     ("neo_hooke.rs", "", "of laws that programs make"),
     ("material/src/strength.rs", "", "of laws that programs make"),
+    ("material/src/tresca.rs", "", "of laws that programs make"),
     ("von_mises.rs", "below the shear modulus", "scenes have no softening yet"),
     // What only other programs and files meet.
     ("motion.rs", "no position at rest is carried", "asked by programs only"),
