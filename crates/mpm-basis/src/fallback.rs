@@ -6,7 +6,7 @@ use crate::domain::{Domain, block};
 use crate::influence::Stencil;
 use mpm_grid::{Block, LinearCell, Mesh, NodeKind, OutsideMesh, Vector};
 
-/// Another basis, except for points whose domain's [`Basis::distortion`] has passed `beyond`, or
+/// Another basis, except for points whose domain's [`Domain::distortion`](crate::Domain::distortion) has passed `beyond`, or
 /// whose domain has turned inside out: these go on, for good, with the CPDI1 parallelepiped of their
 /// own F.
 ///

@@ -90,7 +90,7 @@ impl DruckerPrager {
         Ok(Self { elasticity, friction, dilation, strength, tension: strength / friction, corner: 0.0 })
     }
 
-    /// The cone that meets Mohr–Coulomb's surface of cohesion c [F/L²] and friction φ [degrees] where
+    /// The cone that meets Mohr–Coulomb's surface of cohesion c [F/L²] and friction φ `[degrees]` where
     /// `at` says; η̄ follows from ψ as η does from φ.
     ///
     /// # Errors

@@ -131,7 +131,7 @@ pub trait Body<const D: usize>: Send + Sync {
     /// all its corners outside.
     fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport>;
 
-    /// Corners of a point's domain, see [`Basis::outline`](mpm_basis::Basis::outline) `[L]`.
+    /// Corners of a point's domain, see [`Domain::outline`](mpm_basis::Domain::outline) `[L]`.
     fn outline(&self, point: usize) -> Vec<Vector<D>>;
 
     /// Name and bytes of every column of the points; a column that the scene does not need has none.

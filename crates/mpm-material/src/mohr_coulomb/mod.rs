@@ -50,7 +50,7 @@ pub(crate) fn check_angles(friction: f64, dilation: f64) -> Result<(), Parameter
 }
 
 impl MohrCoulomb {
-    /// Cohesion c [F/L²], angles of friction φ and of dilation ψ [degrees].
+    /// Cohesion c [F/L²], angles of friction φ and of dilation ψ `[degrees]`.
     ///
     /// # Errors
     /// `cohesion` is negative, `friction` not in [0°, 90°), `dilation` not in [0°, φ]; or there is neither
