@@ -253,7 +253,8 @@ impl<const D: usize> Problem<'_, D> {
         let scale = norm(self.external) + f64::sqrt(supported) + of_contributions;
         let force = norm(&iterate.out_of_balance.nodes);
         let relative = if force == 0.0 { 0.0 } else { force / scale };
-        self.own_residuals(iterate).fold(relative, f64::max)
+        // Written so that a residual that is not a number is kept.
+        self.own_residuals(iterate).fold(relative, |worst, own| if own <= worst { worst } else { own })
     }
 
     /// Residuals of contributions' own unknowns over their own scales.
@@ -262,7 +263,8 @@ impl<const D: usize> Problem<'_, D> {
         let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
         with_own.map(move |(named, own)| {
             let residual = &iterate.out_of_balance.own[own.clone()];
-            residual.iter().map(|it| it * it).sum::<f64>().sqrt() / named.contribution.own_scale(&trial)
+            let residual = residual.iter().map(|it| it * it).sum::<f64>().sqrt();
+            if residual == 0.0 { 0.0 } else { residual / named.contribution.own_scale(&trial) }
         })
     }
 
