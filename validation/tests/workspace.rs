@@ -135,7 +135,6 @@ fn foreign_crates_enter_at_one_place() {
     only("faer", &["mpm-linear"]);
     only("hdf5", &["mpm-io"]);
     only("csv", &["mpm-io"]);
-    only("stl_io", &["mpm-io"]);
     only("robust", &["mpm-geometry"]);
     only("clap", &APPLICATIONS);
     only("plotters", &["mpm-plot"]);

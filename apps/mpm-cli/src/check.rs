@@ -4,11 +4,11 @@ use crate::complaint::Complaint;
 use crate::input;
 use crate::report::{count, unwritten};
 use crate::say::say;
+use crate::terminal::{Lines, number};
 use mpm_io::FolderFiles;
 use mpm_scene::Scene;
 use mpm_solver::Estimate;
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::Path;
 
 /// Says how large a scene with these settings is.
@@ -16,13 +16,13 @@ pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Comp
     let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
     if as_json {
-        return say(&format!("{:#}\n", json(&estimate, &input.scene)));
+        return say(&format!("{:#}\n", json(&estimate, &input.scene, &input.notes)));
     }
-    say(&sizes(&estimate, &input.scene, &unwritten(&input.scene)))
+    say(&sizes(&estimate, &input.scene, &unwritten(&input.scene), &input.notes))
 }
 
 /// Everything that a machine might ask for; memory in bytes.
-fn json(it: &Estimate, scene: &Scene) -> Value {
+fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
     let memory = &it.memory;
     json!({
         "title": scene.title(), "dimensions": it.dimensions, "material_points": it.points,
@@ -41,7 +41,7 @@ fn json(it: &Estimate, scene: &Scene) -> Value {
             "look": it.seconds.look, "newton_iterations": it.seconds.iterations,
             "solution_tried": it.seconds.is_tried,
         },
-        "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene),
+        "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
     })
 }
 
@@ -50,13 +50,10 @@ fn total(it: &Estimate, scene: &Scene) -> f64 {
     it.seconds.total(1 + scene.output().fields.len(), scene.output().every.0)
 }
 
-fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String]) -> String {
+fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -> String {
     let title = scene.title();
-    let mut text = String::new();
-    let mut line = |name: &str, value: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:<18}{value}");
-    };
+    let mut lines = Lines::new();
+    let mut line = |name: &str, value: String| lines.add(name, value);
     if !title.is_empty() {
         line("scene", title.to_string());
     }
@@ -64,7 +61,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String]) -> String {
     line("material points", count(it.points));
     for volume in &it.volumes {
         let off = (volume.points / volume.shape - 1.0).abs();
-        let value = format!("{} of `{}`, {off:.0e} off its shape's", volume.points, volume.body);
+        let value = format!("{} of `{}`, {off:.0e} off its shape's", number(volume.points), volume.body);
         line("volume", value);
     }
     line("cells", format!("{}, {} with material", count(it.cells), count(it.cells_with_material)));
@@ -118,7 +115,10 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String]) -> String {
     for (k, what) in skipped(it, unwritten).into_iter().enumerate() {
         line(if k == 0 { "skipped" } else { "" }, what);
     }
-    text
+    for note in notes {
+        line("note", note.clone());
+    }
+    lines.into_text()
 }
 
 /// What the run will do without.
@@ -141,8 +141,8 @@ fn skipped(it: &Estimate, unwritten: &[String]) -> Vec<String> {
     skipped
 }
 
-fn bytes(number: usize) -> String {
-    let mut value = number as f64;
+fn bytes(size: usize) -> String {
+    let mut value = size as f64;
     let mut unit = "B";
     for next in ["kB", "MB", "GB", "TB"] {
         if value < 1000.0 {
@@ -150,5 +150,5 @@ fn bytes(number: usize) -> String {
         }
         (value, unit) = (value / 1000.0, next);
     }
-    format!("{value:.3} {unit}").replace(".000 B", " B")
+    format!("{} {unit}", number(value))
 }

@@ -1,5 +1,6 @@
 //! Messages on standard error, each printed once, in colour only on a terminal.
 
+use crate::terminal::{error_width, rounded};
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents,
     Report, SourceCode, SourceSpan, SpanContents,
@@ -8,6 +9,9 @@ use std::io::{IsTerminal, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
+
+/// Columns where nobody sees a terminal: lines are not wrapped.
+const UNBROKEN: usize = 200;
 
 /// Columns up to which a line is shown beside what is wrong in it.
 const WIDEST: usize = 2000;
@@ -22,12 +26,12 @@ pub struct Complaint {
 impl Complaint {
     /// The simulation could not finish.
     pub fn unfinished(message: String) -> Self {
-        Self { report: Some(Report::new(MietteDiagnostic::new(message))), code: 1 }
+        Self { report: Some(Report::new(MietteDiagnostic::new(rounded(&message)))), code: 1 }
     }
 
     /// The input is wrong as a whole.
     pub fn input(message: String) -> Self {
-        Self { report: Some(Report::new(MietteDiagnostic::new(message))), code: 2 }
+        Self { report: Some(Report::new(MietteDiagnostic::new(rounded(&message)))), code: 2 }
     }
 
     /// The child process has printed the message already.
@@ -48,7 +52,7 @@ impl Complaint {
         // A place that spans several lines is marked on its first line only.
         let length = text[place.clone()].find('\n').unwrap_or(place.len());
         let label = LabeledSpan::new_primary_with_span(label, (place.start, length));
-        let diagnostic = MietteDiagnostic::new(message).with_label(label);
+        let diagnostic = MietteDiagnostic::new(rounded(&message)).with_label(label);
         let source = Source { name: file.display().to_string(), text: text.to_string() };
         Self { report: Some(Report::new(diagnostic).with_source_code(source)), code: 2 }
     }
@@ -68,6 +72,7 @@ impl Complaint {
             .with_context_lines(1)
             .with_links(false)
             .without_syntax_highlighting();
+        let handler = handler.with_width(error_width().unwrap_or(UNBROKEN));
         let mut text = String::new();
         if handler.render_report(&mut text, report.as_ref()).is_err() {
             text = format!("{report}\n");

@@ -31,6 +31,8 @@ pub struct Input {
     pub scene: Scene,
     /// What it comes to.
     pub compiled: Compiled,
+    /// What of the files that it names was not read.
+    pub notes: Vec<String>,
 }
 
 /// Reads the scene in `file`, sets values in it, each `path=value`, and compiles it; `files` has what it names.
@@ -65,16 +67,18 @@ pub fn set(
     for setting in settings {
         (text, scene) = set_one(&text, setting)?;
     }
+    let files = Files::of(files);
     let compiled =
-        compile_with(&scene, &Files(files)).map_err(|error| refused_setting(file, &text, settings, error))?;
-    Ok(Input { text, scene, compiled })
+        compile_with(&scene, &files).map_err(|error| refused_setting(file, &text, settings, error))?;
+    Ok(Input { text, scene, compiled, notes: files.into_notes() })
 }
 
 /// Reads and compiles the scene in `text`, which comes from `file`; `files` has what it names.
 pub fn parse(file: &Path, text: String, files: &FolderFiles) -> Result<Input, Complaint> {
     let scene = read_text(file, &text)?;
-    let compiled = compile_with(&scene, &Files(files)).map_err(|error| refused(file, &text, error))?;
-    Ok(Input { text, scene, compiled })
+    let files = Files::of(files);
+    let compiled = compile_with(&scene, &files).map_err(|error| refused(file, &text, error))?;
+    Ok(Input { text, scene, compiled, notes: files.into_notes() })
 }
 
 fn read_text(file: &Path, text: &str) -> Result<Scene, Complaint> {

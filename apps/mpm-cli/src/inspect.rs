@@ -1,9 +1,10 @@
 //! `mpm inspect`: what a results file holds, for people and for machines.
 
 use crate::complaint::Complaint;
-use crate::report::{self, Table, count};
-use crate::watch::Row;
-use mpm_io::{Results, ResultsError, component_name};
+use crate::report::{self, Row, Table, count};
+use crate::terminal::{Lines, number, rounded};
+
+use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -11,6 +12,9 @@ use std::path::Path;
 
 /// Prefix of the phases that count work that was left out.
 const SKIPPED: &str = "skipped: ";
+
+/// Of results that nobody writes.
+const LEFT: &str = " when it was last written; no program writes it now";
 
 /// What a results file holds.
 pub fn inspect(file: &Path, as_json: bool) -> Result<String, Complaint> {
@@ -51,6 +55,8 @@ struct Inspection {
     file: String,
     title: String,
     status: String,
+    /// Whether it is said to run, and no program writes it.
+    is_left: bool,
     program: String,
     /// Number of the first row.
     first_row: usize,
@@ -94,6 +100,7 @@ impl Inspection {
             // The results can be read even if the scene is of another version of the language.
             title: Scene::from_ron(results.scene()).map_or(String::new(), |scene| scene.title().to_string()),
             status: results.status().to_string(),
+            is_left: results.status() == "running" && !is_being_written(file),
             program: results.program().to_string(),
             first_row: results.first_row(),
             rows: results.rows(),
@@ -107,15 +114,12 @@ impl Inspection {
     }
 
     fn text(&self) -> String {
-        let mut text = String::new();
-        let mut line = |name: &str, value: String| {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{name:<18}{value}");
-        };
+        let mut lines = Lines::new();
+        let mut line = |name: &str, value: String| lines.add(name, value);
         if !self.title.is_empty() {
             line("scene", self.title.clone());
         }
-        line("status", self.status.clone());
+        line("status", rounded(&self.status) + if self.is_left { LEFT } else { "" });
         line("written by", self.program.clone());
         line(
             "load steps",
@@ -131,7 +135,8 @@ impl Inspection {
         );
         line("material points", count(self.points));
         let ends = self.fractions.first().zip(self.fractions.last());
-        let ends = ends.map_or(String::new(), |(a, b)| format!(", load fraction {a} to {b}"));
+        let ends =
+            ends.map_or(String::new(), |(a, b)| format!(", load fraction {} to {}", number(*a), number(*b)));
         line("recorded", format!("{} steps{ends}", count(self.fractions.len())));
         let time = self.timings.iter().filter(|it| it.count > 0 && !it.phase.starts_with(SKIPPED));
         let time: Vec<String> =
@@ -141,6 +146,7 @@ impl Inspection {
             self.skipped().map(|(name, number)| format!("{} {name}", count(number))).collect();
         line("skipped", skipped.join("; "));
 
+        let mut text = lines.into_text();
         let mut table = Table::new(["smallest", "largest", "last", "history"]);
         for (name, ranges) in &self.history {
             for (c, range) in ranges.iter().enumerate() {
@@ -228,15 +234,4 @@ fn steps(results: &Results) -> Result<Vec<Row>, ResultsError> {
         })
     })
     .collect()
-}
-
-/// Seven digits, as short as they go.
-pub fn number(x: f64) -> String {
-    if x == 0.0 || (1e-3..1e7).contains(&x.abs()) {
-        let digits = 6 - x.abs().max(1.0).log10().floor() as usize;
-        let text = format!("{x:.digits$}");
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        return text.to_string();
-    }
-    format!("{x:.4e}")
 }

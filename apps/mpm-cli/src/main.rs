@@ -9,6 +9,7 @@ mod input;
 mod inspect;
 mod keeper;
 mod plot;
+mod previous;
 mod reading;
 mod reference;
 mod report;
@@ -16,6 +17,7 @@ mod run;
 mod say;
 mod sweep;
 mod templates;
+mod terminal;
 mod validate;
 mod watch;
 
@@ -55,7 +57,7 @@ enum Command {
     Sweep(sweep::SweepArguments),
     /// Say what a results file holds: status, load steps, ranges of columns and fields, time, what was skipped.
     Inspect {
-        /// The results file, of a finished, failed or killed run.
+        /// The results file, of a finished, running, failed or killed run.
         results: PathBuf,
         /// Print it as JSON for machines.
         #[arg(long)]

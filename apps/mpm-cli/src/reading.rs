@@ -6,8 +6,9 @@
 use crate::complaint::Complaint;
 use clap::ValueEnum;
 use mpm_geometry::Surface;
-use mpm_io::{Calls, Checkpoint, FolderFiles, Results, ResultsError};
+use mpm_io::{Calls, Checkpoint, FolderFiles, Results, ResultsError, is_being_written};
 use mpm_scene::{PointTable, SceneFiles};
+use std::cell::RefCell;
 use std::io;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
@@ -22,11 +23,18 @@ const AT_LEAST: f64 = 10.0;
 /// Reading speed of a slow disk, from which the time limit of large files follows `[B/s]`.
 const RATE: f64 = 10e6;
 
+/// Times that results are read while a run writes them: it may change what belongs together.
+const ATTEMPTS: usize = 5;
+/// Time between two of them.
+const PAUSE: Duration = Duration::from_millis(200);
+
 /// What a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
     /// Results of a run.
     Results,
+    /// Results of which only the head is wanted.
+    Head,
     /// The state of a run.
     Checkpoint,
     /// A table of points in the plane.
@@ -36,10 +44,10 @@ pub enum Kind {
 }
 
 /// Runs the whole command in a child process; the child's output and exit code become those of this process.
-pub fn apart(file: &Path, read: impl FnOnce() -> Result<(), Complaint>) -> Result<(), Complaint> {
+pub fn apart(file: &Path, read: impl Fn() -> Result<(), Complaint>) -> Result<(), Complaint> {
     if let Some(seconds) = seconds_of(READER) {
         watch(seconds);
-        return read();
+        return patiently(file, read);
     }
     let mut command = match itself() {
         Ok(command) => command,
@@ -53,6 +61,17 @@ pub fn apart(file: &Path, read: impl FnOnce() -> Result<(), Complaint>) -> Resul
     }
 }
 
+/// Reads results again where a run has changed them meanwhile.
+fn patiently(file: &Path, read: impl Fn() -> Result<(), Complaint>) -> Result<(), Complaint> {
+    for _ in 1..ATTEMPTS {
+        match read() {
+            Err(_) if is_being_written(file) => std::thread::sleep(PAUSE),
+            done => return done,
+        }
+    }
+    read()
+}
+
 /// Lets a child process read a file in full. The contents are checked later, by whoever reads the file in this process.
 pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
     let (Ok(mut command), true) = (itself(), file.is_file()) else { return Ok(()) };
@@ -60,7 +79,7 @@ pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
     command.arg("read-back").args(value.iter().map(|it| it.get_name())).arg("--").arg(file);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let what = match kind {
-        Kind::Results => "results file",
+        Kind::Results | Kind::Head => "results file",
         Kind::Checkpoint => "checkpoint",
         Kind::Points2 | Kind::Points3 => "table of points",
     };
@@ -72,6 +91,7 @@ pub fn read_back(kind: Kind, file: &Path) -> Result<(), Complaint> {
     watch(seconds_of(READER).unwrap_or_else(|| patience(file)));
     let name = || file.display().to_string();
     match kind {
+        Kind::Head => Results::open(file).map(drop).map_err(|error| Complaint::input(error.to_string())),
         Kind::Results => read_results(file).map_err(|error| Complaint::input(error.to_string())),
         Kind::Checkpoint => Checkpoint::open(file)
             .and_then(|checkpoint| checkpoint.read_all())
@@ -101,20 +121,41 @@ fn read_results(file: &Path) -> Result<(), ResultsError> {
 }
 
 /// The files of a scene; a child process reads those in HDF5 first.
-pub struct Files<'a>(pub &'a FolderFiles);
+pub struct Files<'a> {
+    folder: &'a FolderFiles,
+    /// What of the files was not read.
+    notes: RefCell<Vec<String>>,
+}
+
+impl<'a> Files<'a> {
+    /// Those in a folder.
+    pub fn of(folder: &'a FolderFiles) -> Self {
+        Self { folder, notes: RefCell::default() }
+    }
+
+    /// What of the files was not read, each once.
+    pub fn into_notes(self) -> Vec<String> {
+        let mut notes = self.notes.into_inner();
+        notes.sort();
+        notes.dedup();
+        notes
+    }
+}
 
 impl SceneFiles for Files<'_> {
     fn surface(&self, file: &str) -> Result<Surface, String> {
-        self.0.surface(file)
+        self.folder.surface(file)
     }
 
     fn points(&self, file: &str, dimensions: usize) -> Result<PointTable, String> {
-        let path = self.0.path(file);
+        let path = self.folder.path(file);
         if FolderFiles::is_hdf5(&path) {
             let kind = if dimensions == 2 { Kind::Points2 } else { Kind::Points3 };
             survives(&path, kind).map_err(|complaint| complaint.to_string())?;
         }
-        self.0.points(file, dimensions)
+        let table = self.folder.points(file, dimensions)?;
+        self.notes.borrow_mut().extend(table.notes.iter().map(|note| format!("{}: {note}", table.file)));
+        Ok(table)
     }
 }
 

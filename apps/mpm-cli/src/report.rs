@@ -1,7 +1,7 @@
 //! The report at the end of a run: convergence and cost.
 
 use crate::reference::field_names;
-use crate::watch::Row;
+use crate::terminal::Lines;
 use mpm_scene::Scene;
 use mpm_solver::Summary;
 use std::fmt::Write;
@@ -12,12 +12,58 @@ const ENDS: usize = 5;
 /// A run of so few load steps is shown in full.
 const SHORT: usize = 24;
 
+/// One converged load step.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Number of the step, from 1.
+    pub step: usize,
+    /// Load fraction at its end.
+    pub fraction: f64,
+    /// Relative out-of-balance force of every iterate.
+    pub residuals: Vec<f64>,
+    /// Free components of displacement.
+    pub equations: u64,
+    /// 0 LLᵀ, 1 LBLᵀ, 2 LU, 3 conjugate gradients, 4 another solver.
+    pub method: u64,
+    /// Times the step was halved before it converged.
+    pub cuts: u64,
+    /// Newton corrections halved.
+    pub shortened: u64,
+}
+
+/// Names of the columns of [`step`].
+pub fn step_names() -> String {
+    let [step, fraction, iterations, equations, method, cuts, residuals] = COLUMNS;
+    format!("{step:>6}  {fraction:>8}  {iterations}  {equations}  {method}  {cuts}  {residuals}")
+}
+
+/// How a load step converged, in a line.
+pub fn step(row: &Row) -> String {
+    let [step, fraction, iterations, equations, method, cuts, residuals] = cells(row);
+    format!("{step:>6}  {fraction:>8}  {iterations:>10}  {equations:>9}  {method:>6}  {cuts:>4}  {residuals}")
+}
+
+const COLUMNS: [&str; 7] = ["step", "fraction", "iterations", "equations", "method", "cuts", "residuals"];
+
+fn cells(row: &Row) -> [String; 7] {
+    let residuals: Vec<String> = row.residuals.iter().map(|residual| format!("{residual:.0e}")).collect();
+    [
+        row.step.to_string(),
+        format!("{:.6}", row.fraction),
+        row.residuals.len().to_string(),
+        row.equations.to_string(),
+        method(row.method).to_string(),
+        row.cuts.to_string(),
+        residuals.join(" "),
+    ]
+}
+
 /// How every load step converged; of a long run the first, the last and the remarkable ones.
 pub fn convergence(rows: &[Row]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(["step", "fraction", "iterations", "equations", "method", "cuts", "residuals"]);
+    let mut table = Table::new(COLUMNS);
     let mut left_out = 0;
     for (k, row) in rows.iter().enumerate() {
         let end = k < ENDS || k + ENDS >= rows.len();
@@ -26,16 +72,7 @@ pub fn convergence(rows: &[Row]) -> String {
             continue;
         }
         table.note_left_out(&mut left_out);
-        let residuals: Vec<String> = row.residuals.iter().map(|residual| format!("{residual:.0e}")).collect();
-        table.push([
-            row.step.to_string(),
-            format!("{:.6}", row.fraction),
-            row.residuals.len().to_string(),
-            row.equations.to_string(),
-            method(row.method).to_string(),
-            row.cuts.to_string(),
-            residuals.join(" "),
-        ]);
+        table.push(cells(row));
     }
     table.note_left_out(&mut left_out);
     table.to_string()
@@ -60,11 +97,8 @@ pub fn method(code: u64) -> &'static str {
 
 /// Totals of a run that finished.
 pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
-    let mut text = String::from("\n");
-    let mut line = |name: &str, value: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:<18}{value}");
-    };
+    let mut lines = Lines::new();
+    let mut line = |name: &str, value: String| lines.add(name, value);
     if !scene.title().is_empty() {
         line("scene", scene.title().to_string());
     }
@@ -117,7 +151,7 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     }
     line("skipped", skipped.join("; "));
     line("results", format!("{} (and {})", results.display(), results.with_extension("xdmf").display()));
-    text
+    format!("\n{}", lines.into_text())
 }
 
 /// Fields of the points that the scene does not ask for.

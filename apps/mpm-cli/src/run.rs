@@ -5,13 +5,13 @@ use crate::input::{Input, Settings};
 use crate::keeper::{self, CheckpointArguments, Keeper};
 use crate::reading::{self, Kind};
 use crate::say::say;
-use crate::watch::Watch;
-use crate::{input, inspect, report};
+use crate::watch::{Show, Watch};
+use crate::{input, inspect, previous, report};
 use clap::Args;
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
 use mpm_scene::Scene;
 use mpm_solver::{Error, State};
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -23,6 +23,9 @@ pub struct RunArguments {
     /// Results file; an .xdmf file is written beside it [default: the scene's name with .h5, in this directory].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Replace results of a run that was interrupted, or was longer, and its checkpoint.
+    #[arg(long)]
+    pub force: bool,
     /// Folder in which the files lie that the scene names [default: that of the scene].
     #[arg(long, value_name = "FOLDER")]
     pub files: Option<PathBuf>,
@@ -85,6 +88,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     read.push(("scene", arguments.scene.clone()));
     let checkpoint = arguments.checkpoints.checkpoint.clone().unwrap_or_else(|| keeper::beside(&path));
     check_places(&read, &path, &checkpoint)?;
+    if !arguments.force {
+        previous::protect(&input.scene, &input.text, &path, &checkpoint)?;
+    }
     let keeper = Keeper::new(checkpoint, head, &arguments.checkpoints)?;
     let writer = ResultsWriter::create(&path, options(&input));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
@@ -158,13 +164,26 @@ fn carry_out(
     quiet: bool,
 ) -> Result<(), Complaint> {
     keeper::listen(keeper.cancellation())?;
-    let mut watch = Watch::new(writer, keeper, quiet);
+    if !quiet {
+        for note in &input.notes {
+            // Nobody is left to tell if this fails.
+            let _ = writeln!(std::io::stderr(), "note: {note}");
+        }
+    }
+    let show = match quiet {
+        true => Show::Nothing,
+        false if std::io::stdout().is_terminal() => Show::Bar,
+        false => Show::Lines,
+    };
+    let mut watch = Watch::new(writer, keeper, show);
     let outcome = match state {
         None => input.compiled.run(&mut watch),
         Some(state) => input.compiled.resume(state, &mut watch),
     };
     if !quiet {
-        say(&report::convergence(watch.rows()))?;
+        if show == Show::Bar {
+            say(&report::convergence(watch.rows()))?;
+        }
         if let Ok(summary) = &outcome {
             say(&report::summary(summary, &input.scene, files.results))?;
         }

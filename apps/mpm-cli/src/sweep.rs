@@ -3,9 +3,10 @@
 use crate::complaint::Complaint;
 use crate::reading::{self, Kind};
 use crate::say::say;
-use crate::{input, inspect, keeper};
+use crate::terminal::number;
+use crate::{input, keeper};
 use clap::Args;
-use mpm_io::{FolderFiles, Results, component_name};
+use mpm_io::{FolderFiles, Results, component_name, shortest};
 use mpm_solver::observe::Cancellation;
 use serde_json::{Map, Value, json};
 use std::ffi::OsStr;
@@ -217,7 +218,8 @@ impl Combination {
             && run(&["resume", checkpoint, "--output", "results.h5", "--files"], &self.files)?.code()
                 != Some(2);
         if !gone_on {
-            run(&["run", "scene.ron", "--output", "results.h5", "--files"], &self.files)?;
+            // What is open is run anew: it is that of another scene, or cannot be gone on with.
+            run(&["run", "scene.ron", "--force", "--output", "results.h5", "--files"], &self.files)?;
         }
         Ok(())
     }
@@ -342,7 +344,7 @@ fn csv(rows: &[Row]) -> String {
         cells.push(quoted(&row.standing.to_string()));
         cells.extend(names.iter().map(|name| {
             let found = row.numbers.iter().find(|(other, _)| other == *name);
-            found.map_or(String::new(), |(_, value)| value.to_string())
+            found.map_or(String::new(), |(_, value)| shortest(*value))
         }));
         text += &(cells.join(",") + "\n");
     }
@@ -368,7 +370,7 @@ fn table(rows: &[Row]) -> String {
         let mut line: Vec<String> = row.settings.iter().map(|(_, value)| value.clone()).collect();
         line.extend(shown.iter().map(|name| {
             let found = row.numbers.iter().find(|(other, _)| other == *name);
-            found.map_or(String::new(), |(_, value)| inspect::number(*value))
+            found.map_or(String::new(), |(_, value)| number(*value))
         }));
         line.push(row.standing.to_string());
         cells.push(line);

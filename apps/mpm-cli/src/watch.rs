@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use crate::keeper::Keeper;
+use crate::report::{self, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpm_io::ResultsWriter;
 use mpm_solver::State;
@@ -13,27 +14,19 @@ use mpm_solver::observe::{
 /// Parts of the load fraction that the progress bar tells apart.
 const PARTS: f64 = 10_000.0;
 
-/// One converged load step.
-#[derive(Clone, Debug)]
-pub struct Row {
-    /// Number of the step, from 1.
-    pub step: usize,
-    /// Load fraction at its end.
-    pub fraction: f64,
-    /// Relative out-of-balance force of every iterate.
-    pub residuals: Vec<f64>,
-    /// Free components of displacement.
-    pub equations: u64,
-    /// 0 LLᵀ, 1 LBLᵀ, 2 LU, 3 conjugate gradients, 4 another solver.
-    pub method: u64,
-    /// Times the step was halved before it converged.
-    pub cuts: u64,
-    /// Newton corrections halved.
-    pub shortened: u64,
+/// What is shown of a run while it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Show {
+    Nothing,
+    /// A bar on standard error, where that is a terminal.
+    Bar,
+    /// A line on standard output for each load step, for files and other programs.
+    Lines,
 }
 
 /// An observer that hands on to the results file.
 pub struct Watch {
+    show: Show,
     writer: ResultsWriter,
     keeper: Keeper,
     started: bool,
@@ -45,13 +38,14 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Watches a run for `writer` and `keeper`; shows nothing if `quiet` or where nobody looks.
-    pub fn new(writer: ResultsWriter, keeper: Keeper, quiet: bool) -> Self {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    /// Watches a run for `writer` and `keeper`.
+    pub fn new(writer: ResultsWriter, keeper: Keeper, show: Show) -> Self {
+        let target =
+            if show == Show::Bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
-        Self { writer, keeper, started: false, before: 0, bar, columns: Vec::new(), rows: Vec::new() }
+        Self { show, writer, keeper, started: false, before: 0, bar, columns: Vec::new(), rows: Vec::new() }
     }
 
     /// Whether the results file was created or continued.
@@ -74,6 +68,14 @@ impl Watch {
         &self.rows
     }
 
+    /// Prints a line at once; a reader that has gone away ends the talk, not the run.
+    fn tell(&self, line: &str) {
+        if self.show == Show::Lines {
+            let mut out = std::io::stdout().lock();
+            let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+        }
+    }
+
     fn count(&self, row: &[Entry], column: &str) -> u64 {
         let at = self.columns.iter().position(|name| name == column);
         match at.map(|at| &row[at]) {
@@ -89,6 +91,7 @@ impl Observer for Watch {
         self.bar.set_message(format!("step 1 of {}", run.steps));
         self.writer.start(run)?;
         self.started = true;
+        self.tell(&report::step_names());
         Ok(())
     }
 
@@ -99,6 +102,7 @@ impl Observer for Watch {
         self.writer.resume(run, so_far)?;
         self.before = so_far.rows.saturating_sub(1);
         self.started = true;
+        self.tell(&report::step_names());
         Ok(())
     }
 
@@ -111,6 +115,7 @@ impl Observer for Watch {
             return Ok(());
         }
         // The results file must hold every row before the checkpoint, also after a power cut.
+        self.writer.flush()?;
         let kept = self.writer.sync().map_err(ObserverError::from);
         let kept = kept.and_then(|()| self.keeper.write(&state()).map_err(ObserverError::from));
         if let Err(error) = kept {
@@ -132,7 +137,7 @@ impl Observer for Watch {
         let last = residuals.last().map_or(String::new(), |residual| format!(", residual {residual:.1e}"));
         self.bar.set_position((step.fraction * PARTS) as u64);
         self.bar.set_message(format!("step {}: {} iterations{last}", step.index, residuals.len()));
-        self.rows.push(Row {
+        let row = Row {
             step: step.index,
             fraction: step.fraction,
             equations: self.count(step.row, "equations"),
@@ -140,7 +145,9 @@ impl Observer for Watch {
             cuts: self.count(step.row, "cuts"),
             shortened: self.count(step.row, "shortened_corrections"),
             residuals,
-        });
+        };
+        self.tell(&report::step(&row));
+        self.rows.push(row);
         Ok(())
     }
 

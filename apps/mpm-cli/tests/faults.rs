@@ -22,8 +22,7 @@ const SCENE: &str = r#"PlaneStrain(
     output: (fields: [CauchyStress, Displacement, Plastic], every: 3, checkpoint: (every: 4)),
 )"#;
 
-/// A folder of a test's own. One test at a time: a program that another test starts would inherit the results
-/// file that this one is reading, and with it the lock.
+/// A folder of a test's own. One test at a time: what is timed is not kept waiting by another.
 struct Place(tempfile::TempDir, #[expect(dead_code, reason = "held")] MutexGuard<'static, ()>);
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -72,13 +71,12 @@ impl Place {
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", said(&output));
     }
 
-    /// Waits until the run has come to so many rows. The results file is locked while it goes; the XDMF file
-    /// beside it, with every third row, is not.
+    /// Waits until the run has written so many rows.
     fn wait_for_rows(&self, file: &str, rows: usize, run: &mut Child) {
-        let path = self.path(file).with_extension("xdmf");
-        let grids = || fs::read_to_string(&path).map_or(0, |text| text.matches("GridType=\"Uniform\"").count());
+        let path = self.path(file);
+        let written = || Results::open(&path).map_or(0, |results| results.rows());
         let began = Instant::now();
-        while 3 * grids() < rows + 2 {
+        while written() < rows {
             assert!(run.try_wait().unwrap().is_none(), "the run ended before {rows} rows");
             assert!(began.elapsed() < Duration::from_secs(120), "no {rows} rows in two minutes");
             sleep(Duration::from_millis(2));

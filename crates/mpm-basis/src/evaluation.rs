@@ -37,7 +37,7 @@ impl<const D: usize> Stencils<D> {
                     stencil.clear();
                     basis
                         .influences(mesh, &x[point], &domain[point], &mut stencil)
-                        .map_err(|reason| UnconnectedPoint { point, reason })?;
+                        .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
                     stencil.finish();
                     made.push(stencil.entries());
                 }

@@ -6,19 +6,26 @@
 //! three follows the material, not the grid.
 
 use crate::influence::Influence;
-use mpm_grid::{Lattice, NodeId, OutsideMesh, Vector};
+use mpm_grid::{Lattice, NodeId, OutsideMesh, Position, Vector};
 
 /// A node is active where `Σ_p |S_vp|` exceeds this `[-]`.
 pub(crate) const ACTIVE: f64 = 1e-14;
 
 /// A point that the mesh does not cover.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("material point {point}: {reason}")]
+#[error("material point {point} at {}: {}", Position(position), part(position, reason))]
 pub struct UnconnectedPoint<const D: usize> {
     /// Index of the point in its body.
     pub point: usize,
     /// What left the mesh, and how far.
     pub reason: OutsideMesh<D>,
+    /// Where the point itself is `[L]`.
+    pub position: Vector<D>,
+}
+
+/// Which part of the point's domain lies outside, and how far.
+fn part<const D: usize>(position: &Vector<D>, reason: &OutsideMesh<D>) -> String {
+    if *position == reason.position { reason.to_string() } else { format!("a corner of its domain: {reason}") }
 }
 
 /// Influences of all points of one body on the nodes of the grid.

@@ -10,6 +10,7 @@
 mod crossing;
 mod grid;
 mod memory;
+mod mend;
 mod moments;
 mod part;
 mod parts;

@@ -1,6 +1,7 @@
 //! Closed surfaces of flat triangles, checked when they are made: every edge joins two facets that face the same
 //! way, no facets cross, and the outside is outside.
 
+use crate::mend::Numbered;
 use crate::triangles::Triangles;
 use crate::{crossing, moments};
 use nalgebra::Vector3;
@@ -76,7 +77,7 @@ pub enum SurfaceError {
         facets: [usize; 2],
     },
     /// The outside is inside.
-    #[error("the surface encloses a volume of {volume:e}: its facets face inwards")]
+    #[error("the surface encloses a volume of {}: its facets face inwards", short(*volume))]
     Inward {
         /// By the divergence theorem `[L³]`.
         volume: f64,
@@ -92,7 +93,17 @@ pub enum SurfaceError {
 }
 
 fn coordinates(x: &[f64; 3]) -> String {
-    x.map(|x| x.to_string()).join(", ")
+    x.map(short).join(", ")
+}
+
+/// A number with at most six digits.
+fn short(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) {
+        let digits = 5 - x.abs().max(1.0).log10().floor() as usize;
+        let text = format!("{x:.digits$}");
+        return if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text };
+    }
+    format!("{x:.3e}")
 }
 
 fn place(x: &[f64; 3]) -> String {
@@ -109,7 +120,9 @@ fn listed(facets: &[usize]) -> String {
 }
 
 impl Surface {
-    /// A surface of triangles, each by its corners `[L]`; corners at equal coordinates are one vertex.
+    /// A surface of triangles, each by its corners `[L]`; corners at equal coordinates are one vertex, and where that
+    /// leaves it open, those within 2e-8 of its extent and the rounding of single precision, too. Facets without area
+    /// are left out.
     ///
     /// # Errors
     /// Why it encloses nothing, or not clearly.
@@ -125,9 +138,22 @@ impl Surface {
                 return Err(SurfaceError::NotFinite { facet: k + 1, corner: *corner });
             }
         }
-        let surface = Self { triangles: Triangles::weld(triangles) };
-        surface.check_facets()?;
-        surface.check_edges()?;
+        match Self::checked(Numbered::of(triangles, false)) {
+            // Facets without area that rounding has turned over.
+            Err(error @ SurfaceError::Crossing { .. }) => {
+                Self::checked(Numbered::of(triangles, true)).map_err(|_| error)
+            }
+            other => other,
+        }
+    }
+
+    fn checked(Numbered { triangles, numbers }: Numbered) -> Result<Self, SurfaceError> {
+        if triangles.facets.is_empty() {
+            return Err(SurfaceError::Empty);
+        }
+        let surface = Self { triangles };
+        surface.check_edges(&numbers)?;
+        surface.check_facets(&numbers)?;
         let volume = surface.volume();
         if volume <= 0.0 {
             return Err(SurfaceError::Inward { volume });
@@ -137,22 +163,23 @@ impl Surface {
             Some([a, b]) => {
                 let corners = surface.triangles.corners(a);
                 let near = corners.iter().sum::<Vector3<f64>>() / 3.0;
-                Err(SurfaceError::Crossing { facets: [a + 1, b + 1], near: near.into() })
+                Err(SurfaceError::Crossing { facets: [numbers[a], numbers[b]], near: near.into() })
             }
         }
     }
 
-    fn check_facets(&self) -> Result<(), SurfaceError> {
+    fn check_facets(&self, numbers: &[usize]) -> Result<(), SurfaceError> {
         let flat = |k: &usize| crossing::is_flat(&self.triangles.corners(*k));
         match (0..self.triangles.facets.len()).find(flat) {
             None => Ok(()),
-            Some(k) => {
-                Err(SurfaceError::Flat { facet: k + 1, corners: self.triangles.corners(k).map(Into::into) })
-            }
+            Some(k) => Err(SurfaceError::Flat {
+                facet: numbers[k],
+                corners: self.triangles.corners(k).map(Into::into),
+            }),
         }
     }
 
-    fn check_edges(&self) -> Result<(), SurfaceError> {
+    fn check_edges(&self, numbers: &[usize]) -> Result<(), SurfaceError> {
         // Ends in ascending order, whether the facet runs so, and the facet.
         let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * self.triangles.facets.len());
         for (facet, k) in self.triangles.facets.iter().zip(0..) {
@@ -165,7 +192,7 @@ impl Surface {
         let ends = |edge: [u32; 2]| edge.map(|vertex| self.triangles.vertices[vertex as usize].into());
         let open = edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).count();
         for same in edges.chunk_by(|a, b| a.0 == b.0) {
-            let facet = |k: usize| same[k].2 as usize + 1;
+            let facet = |k: usize| numbers[same[k].2 as usize];
             match same.len() {
                 1 => {
                     return Err(SurfaceError::Open { edge: ends(same[0].0), facet: facet(0), edges: open });

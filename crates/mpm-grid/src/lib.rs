@@ -42,7 +42,7 @@ pub use cell::LinearCell;
 pub use index::{CellId, NodeId};
 pub use lattice::{Lattice, LatticeError};
 pub use layout::{Layout, LayoutError, Span};
-pub use location::{OutsideMesh, Place};
+pub use location::{OutsideMesh, Place, Position};
 pub use mesh::Mesh;
 pub use motion::{AffineMotion, DrivenPlane, MeshMotion, MotionError, Reindexing};
 pub use node_space::{NodeKind, NodeSpace, NodeSpaceError};

@@ -2,6 +2,7 @@
 
 use crate::axis::SNAP;
 use crate::{Axis, Vector};
+use std::fmt;
 
 /// A position in the mesh: cell and local coordinates, [-1, 1]^D inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,13 +15,24 @@ pub struct Place<const D: usize> {
 
 /// A position farther outside the mesh than accepted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("position {:?} lies {distance} cells outside the mesh", position.as_slice())]
+#[error("{} lies {distance} cells outside the mesh", Position(position))]
 pub struct OutsideMesh<const D: usize> {
     /// The position `[L]`.
     pub position: Vector<D>,
     /// How far outside, in cells of the boundary cell nearest to it; at least 0, or not a number
     /// where the position is none.
     pub distance: f64,
+}
+
+/// How a position is told: `(x, y, z)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Position<'a, const D: usize>(pub &'a Vector<D>);
+
+impl<const D: usize> fmt::Display for Position<'_, D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let coordinates: Vec<String> = self.0.iter().map(f64::to_string).collect();
+        write!(f, "({})", coordinates.join(", "))
+    }
 }
 
 /// Cell and local coordinates along each axis.

@@ -126,6 +126,12 @@ fn write(path: &Path, text: &str) -> Result<(), ResultsError> {
     fs::write(path, text).map_err(|error| ResultsError::write(path, "the file", error))
 }
 
+/// The shortest text that reads back as the same number, bit for bit.
+pub fn shortest(number: f64) -> String {
+    let (plain, scientific) = (number.to_string(), format!("{number:e}"));
+    if scientific.len() < plain.len() { scientific } else { plain }
+}
+
 /// A table of columns that are some numbers wide each, by RFC 4180.
 fn csv(heads: &[String], columns: &[Vec<&[f64]>]) -> String {
     let quoted = |head: &String| match head.contains([',', '"', '\n', '\r']) {
@@ -137,7 +143,7 @@ fn csv(heads: &[String], columns: &[Vec<&[f64]>]) -> String {
     for row in 0..rows {
         let numbers = columns.iter().flat_map(|column| column[row]);
         for (k, number) in numbers.enumerate() {
-            let _ = write!(text, "{}{number}", if k > 0 { "," } else { "" });
+            let _ = write!(text, "{}{}", if k > 0 { "," } else { "" }, shortest(*number));
         }
         text.push('\n');
     }

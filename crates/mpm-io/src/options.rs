@@ -1,5 +1,7 @@
 //! What a results file is to hold.
 
+use std::time::Duration;
+
 use mpm_solver::observe::Field;
 
 /// Number format of the point fields; positions are always `f64`.
@@ -28,6 +30,9 @@ pub struct Options {
     pub compression: u8,
     /// Number format of the fields.
     pub precision: Precision,
+    /// Load steps that end within so long of the last write are written together; a run that is killed loses those
+    /// that are not written. Zero writes each at once.
+    pub keep_back: Duration,
 }
 
 impl Default for Options {
@@ -39,6 +44,7 @@ impl Default for Options {
             every: 1,
             compression: 0,
             precision: Precision::Double,
+            keep_back: Duration::from_secs(1),
         }
     }
 }

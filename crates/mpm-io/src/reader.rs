@@ -102,11 +102,9 @@ impl Results {
             ));
         }
         let _call = Call::begin();
-        let file = File::open(&path).map_err(|error| {
-            let reason = reason(&error);
-            let is_locked = reason.contains("unable to lock") || reason.contains("temporarily unavailable");
-            ResultsError::open(&path, if is_locked { "another program is writing it".into() } else { reason })
-        })?;
+        // A run that writes the file keeps others out of writing only, and is not to be kept out by its readers.
+        let file = File::with_options().with_fapl(|access| access.file_locking(false)).open(&path);
+        let file = file.map_err(|error| ResultsError::open(&path, reason(&error)))?;
         let file = Closing::new(file);
         let source = Source { path: &path };
 

@@ -24,8 +24,15 @@ pub(crate) fn put_in_place(part: &Path, path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Finds every reason not to write to `path` before HDF5 truncates what is there.
-pub(crate) fn check_replaceable(path: &Path) -> Result<(), String> {
+/// Whether a run is writing the results file at `path`, as far as its file system knows locks.
+pub fn is_being_written(path: impl AsRef<Path>) -> bool {
+    let file = fs::File::open(path);
+    file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+}
+
+/// Finds every reason not to write to `path` before HDF5 truncates what is there; a file that is there comes back
+/// locked.
+pub(crate) fn check_replaceable(path: &Path) -> Result<Option<fs::File>, String> {
     if path.extension().is_some_and(|extension| extension == "xdmf") {
         return Err("the .xdmf file is written beside it; choose another ending, such as .h5".into());
     }
@@ -36,14 +43,31 @@ pub(crate) fn check_replaceable(path: &Path) -> Result<(), String> {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => Err("another program has the file open".into()),
                 // Some file systems know no locks.
-                Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+                Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(file)),
             }
         }
         Err(_) => match path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
             Some(parent) if !parent.is_dir() => Err(format!("there is no directory {}", parent.display())),
-            _ => Ok(()),
+            _ => Ok(None),
         },
     }
+}
+
+/// Keeps other programs from writing a file, but not from reading it, for as long as it is open.
+#[cfg(unix)]
+pub(crate) fn keep_from_writing(file: &fs::File) -> Result<(), String> {
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Err("another program has the file open".into()),
+        // Some file systems know no locks.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// Locks of other systems would keep HDF5 itself from writing.
+#[cfg(not(unix))]
+pub(crate) fn keep_from_writing(file: &fs::File) -> Result<(), String> {
+    let _ = file.unlock();
+    Ok(())
 }
 
 /// Fills a file with zeros from its end on; on an error it has its length of before.

@@ -58,6 +58,23 @@ impl Rows {
         Ok(first)
     }
 
+    /// Appends parts, one after the other, and returns the index of the first row of each. Compressed parts start new
+    /// chunks, others are written as one.
+    pub(crate) fn append_each<T: H5Type + Clone>(&mut self, parts: &[&[T]]) -> hdf5::Result<Vec<usize>> {
+        if self.compressed || parts.len() < 2 {
+            return parts.iter().map(|part| self.append(part)).collect();
+        }
+        let mut first = self.len;
+        let firsts = parts.iter().map(|part| {
+            let start = first;
+            first += part.len() / self.width;
+            start
+        });
+        let firsts = firsts.collect();
+        self.append(&parts.concat())?;
+        Ok(firsts)
+    }
+
     /// Replaces all rows.
     pub(crate) fn replace<T: H5Type>(&mut self, values: &[T]) -> hdf5::Result<()> {
         self.write_at(0, values)

@@ -15,4 +15,10 @@ impl Snapshot {
         let values = fields.iter().map(|&field| points.field(field)).collect();
         Self { fraction, positions: points.positions(), fields: values }
     }
+
+    /// What it takes up.
+    pub(crate) fn bytes(&self) -> usize {
+        let fields: usize = self.fields.iter().map(Vec::len).sum();
+        size_of::<f64>() * (self.positions.len() + fields)
+    }
 }

@@ -117,36 +117,43 @@ impl PointCloud {
         })
     }
 
-    /// Appends one step; readers see it once it is [counted](Self::count).
-    pub(crate) fn append(&mut self, step: &Snapshot) -> hdf5::Result<Placed> {
-        let n = step.positions.len() / 3;
-        let part = match self.parts.iter().position(|part| part.points == n) {
-            Some(part) => part,
-            None => self.append_part(n)?,
-        };
-        let first_cell = self.parts[part].first_cell;
-
-        let point = self.points.append(&step.positions)?;
-        for ((rows, starts), values) in self.fields.iter_mut().zip(&step.fields) {
-            let first = match self.precision {
-                Precision::Double => rows.append(values)?,
-                Precision::Single => rows.append(&values.iter().map(|&v| v as f32).collect::<Vec<_>>())?,
-            };
-            starts.append(&[first as i64])?;
+    /// Appends steps; readers see them once they are [counted](Self::count).
+    pub(crate) fn append(&mut self, steps: &[Snapshot]) -> hdf5::Result<Vec<Placed>> {
+        if steps.is_empty() {
+            return Ok(Vec::new());
         }
-
-        self.starts.part.append(&[part as i64])?;
-        self.starts.parts.append(&[1_i64])?;
-        self.starts.point.append(&[point as i64])?;
-        self.starts.cell.append(&[first_cell as i64])?;
-        self.starts.connectivity.append(&[first_cell as i64])?;
-        self.values.append(&[step.fraction])?;
-        Ok(Placed { point, connectivity: first_cell })
-    }
-
-    /// Whether any step has been appended.
-    pub(crate) fn is_recorded(&self) -> bool {
-        self.values.len() > 0
+        let (mut parts, mut cells) = (Vec::new(), Vec::new());
+        for step in steps {
+            let n = step.positions.len() / 3;
+            let part = match self.parts.iter().position(|part| part.points == n) {
+                Some(part) => part,
+                None => self.append_part(n)?,
+            };
+            parts.push(part as i64);
+            cells.push(self.parts[part].first_cell as i64);
+        }
+        let positions: Vec<&[f64]> = steps.iter().map(|step| &step.positions[..]).collect();
+        let points = self.points.append_each(&positions)?;
+        for (k, (rows, starts)) in self.fields.iter_mut().enumerate() {
+            let values = steps.iter().map(|step| &step.fields[k][..]);
+            let firsts = match self.precision {
+                Precision::Double => rows.append_each(&values.collect::<Vec<_>>())?,
+                Precision::Single => {
+                    let rounded = |values: &[f64]| values.iter().map(|&v| v as f32).collect();
+                    let values: Vec<Vec<f32>> = values.map(rounded).collect();
+                    rows.append_each(&values.iter().map(|it| &it[..]).collect::<Vec<_>>())?
+                }
+            };
+            starts.append(&numbers(&firsts))?;
+        }
+        self.starts.part.append(&parts)?;
+        self.starts.parts.append(&vec![1_i64; steps.len()])?;
+        self.starts.point.append(&numbers(&points))?;
+        self.starts.cell.append(&cells)?;
+        self.starts.connectivity.append(&cells)?;
+        self.values.append(&steps.iter().map(|step| step.fraction).collect::<Vec<_>>())?;
+        let placed = points.iter().zip(&cells);
+        Ok(placed.map(|(&point, &cell)| Placed { point, connectivity: cell as usize }).collect())
     }
 
     /// Counts the appended steps, once they are on disk.
@@ -167,4 +174,8 @@ impl PointCloud {
         self.parts.push(Part { points: n, first_cell });
         Ok(self.parts.len() - 1)
     }
+}
+
+fn numbers(indices: &[usize]) -> Vec<i64> {
+    indices.iter().map(|&index| index as i64).collect()
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::mem;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::FileSpaceStrategy;
@@ -16,8 +17,9 @@ use crate::earlier::Earlier;
 use crate::error::{ResultsError, reason};
 use crate::names::{PhaseName, RESULTS, RESULTS_VERSION, phase_name};
 use crate::options::Options;
+use crate::pending::{Pending, Values};
 use crate::reader::Results;
-use crate::replace::{check_replaceable, fill, is_at, part_of, put_in_place};
+use crate::replace::{check_replaceable, fill, is_at, keep_from_writing, part_of, put_in_place};
 use crate::rows::Rows;
 use crate::snapshot::Snapshot;
 use crate::vtkhdf::PointCloud;
@@ -28,9 +30,15 @@ const PAGE: u64 = 4096;
 
 /// An [`Observer`] that writes a results file (layout: [crate]).
 ///
-/// **Killed runs.** Every load step is flushed, and nothing that is already stored is moved or
+/// **Load steps are written together**, at the latest [`Options::keep_back`] (one second) after those before, whenever
+/// [`ResultsWriter::flush`] is called, and at the end. A run that is killed loses those that were not written.
+///
+/// **Readers.** The file holds a shared lock while it is written (`flock` on Unix): other programs can read it at any
+/// time, as h5py and ParaView do, and cannot open it for writing.
+///
+/// **Killed runs.** What is written is flushed, and nothing that is already stored is moved or
 /// re-indexed, so a run killed at any moment (also within a flush, also by an error of ours such
-/// as a full disk) leaves a file that plain HDF5 opens, with all earlier load steps. This rests
+/// as a full disk) leaves a file that plain HDF5 opens, with all load steps written before. This rests
 /// on five choices:
 /// * superblock 2, which has no "open for writing" flag (SWMR needs superblock 3, whose flag
 ///   survives a kill and then keeps readers out), yet the chunk indices of HDF5 1.10, which only
@@ -43,7 +51,7 @@ const PAGE: u64 = 4096;
 /// * the counts of complete rows (attribute `rows` of `/history`) and of recorded steps
 ///   (`VTKHDF/Steps/NSteps`) are raised by a flush of their own, after the data.
 ///
-/// Beyond these counts a killed run can leave one more row, in some columns only; where that row
+/// Beyond these counts a killed run can leave more rows, in some columns only; where one of them
 /// is the first of a new chunk (every 1024th) it can be unreadable. [`Results`] keeps to the
 /// counts. Past some 8000 recorded steps (2000 if compressed) blocks of the index outgrow a page,
 /// and a kill in the very middle of writing one can cost the steps it describes. Flushing hands
@@ -56,7 +64,7 @@ pub struct ResultsWriter {
     options: Options,
     /// `None` once the run has finished and the file is closed.
     file: Option<File>,
-    /// The same file, to see that there is room for what HDF5 is about to write.
+    /// The same file, to see that there is room for what HDF5 is about to write; it holds the lock.
     room: fs::File,
     run: Option<Run>,
     /// Results of the run so far, until they are taken over; the file is then beside its later place.
@@ -76,6 +84,7 @@ struct Run {
     timings: [Rows; 3],
     cloud: PointCloud,
     xdmf: Xdmf,
+    pending: Pending,
     unrecorded: Option<Snapshot>,
 }
 
@@ -96,11 +105,12 @@ impl ResultsWriter {
             return Err(fail(&format!("compression {} is not in 0 to 9", options.compression)));
         }
         let (scene, program) = (text(&options.scene)?, text(&options.program)?);
-        check_replaceable(path).map_err(|reason| fail(&reason))?;
+        // Held until the lock is a shared one.
+        let replaced = check_replaceable(path).map_err(|reason| fail(&reason))?;
         let file = (|| {
             hdf5::silence_errors(true);
             let file = File::with_options()
-                .with_fapl(|access| access.libver_v18())
+                .with_fapl(|access| access.libver_v18().file_locking(false))
                 .with_fcpl(|create| {
                     let pages =
                         FileSpaceStrategy::FreeSpaceManager { paged: true, persist: false, threshold: 1 };
@@ -115,11 +125,17 @@ impl ResultsWriter {
             file.close()?;
             // Opened anew, the file keeps its superblock 2 but new datasets get 1.10's indices.
             File::with_options()
-                .with_fapl(|access| access.libver_bounds(LibraryVersion::V110, LibraryVersion::latest()))
+                .with_fapl(|access| {
+                    access.libver_bounds(LibraryVersion::V110, LibraryVersion::latest()).file_locking(false)
+                })
                 .open_rw(path)
         })();
         let file = file.map_err(|error| fail(&reason(&error)))?;
-        let room = fs::OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
+        let room = match replaced {
+            Some(room) => room,
+            None => fs::OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?,
+        };
+        keep_from_writing(&room).map_err(|reason| fail(&reason))?;
         Ok(Self { path: path.into(), options, file: Some(file), room, run: None, earlier: None })
     }
 
@@ -135,7 +151,7 @@ impl ResultsWriter {
         if !path.exists() {
             return Self::create(path, options);
         }
-        check_replaceable(path).map_err(|reason| ResultsError::create(path, reason))?;
+        drop(check_replaceable(path).map_err(|reason| ResultsError::create(path, reason))?);
         let earlier = Results::open(path)?;
         if earlier.scene() != options.scene {
             return Err(ResultsError::malformed(path, "scene", "is another than that of the run"));
@@ -145,7 +161,18 @@ impl ResultsWriter {
         Ok(writer)
     }
 
-    /// Waits until all that was flushed is on the disk.
+    /// Writes the load steps that were kept back.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`]; the file is given up then.
+    pub fn flush(&mut self) -> Result<(), ResultsError> {
+        if self.file.is_none() || self.run.as_ref().is_none_or(|run| run.pending.rows() == 0) {
+            return Ok(());
+        }
+        self.commit().map_err(|error| self.give_up("the last load steps", &error))
+    }
+
+    /// Waits until all that was written is on the disk.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
@@ -165,20 +192,20 @@ impl ResultsWriter {
             let (entries, residuals) = earlier.row(row)?;
             let snapshot = earlier.snapshot(row, &fields)?;
             let run = self.run.as_mut().expect("it is there");
-            let written = run.append_row(row, &entries, &residuals).and_then(|()| match &snapshot {
-                Some(snapshot) => run.record(snapshot),
-                None => Ok(()),
-            });
-            written.map_err(|error| self.give_up(&item, &error))?;
+            run.push(row, &entries, &residuals);
+            if let Some(snapshot) = snapshot {
+                run.pending.record(snapshot);
+            }
+            if run.pending.is_much() {
+                run.write_pending().map_err(|error| self.give_up(&item, &error))?;
+            }
         }
         drop(earlier);
         self.commit().map_err(|error| self.give_up("the load steps so far", &error))?;
         put_in_place(&self.path, &path)
             .map_err(|reason| ResultsError::write(&path, "the load steps so far", reason))?;
         self.path = path;
-        if self.run.as_ref().is_some_and(|run| run.cloud.is_recorded()) {
-            self.write_xdmf("the load steps so far")?;
-        }
+        self.write_xdmf("the load steps so far", Duration::ZERO)?;
         Ok(())
     }
 
@@ -186,23 +213,27 @@ impl ResultsWriter {
         self.file.as_ref().expect("a run is not observed after its end")
     }
 
-    /// Flushes what was appended, then the counts that make it visible.
-    fn commit(&self) -> hdf5::Result<()> {
-        let run = self.run.as_ref().expect("a run starts before its first load step");
+    /// Writes what was kept back, then the counts that make it visible.
+    fn commit(&mut self) -> hdf5::Result<()> {
+        let began = Instant::now();
         if !is_at(&self.room, &self.path) {
             return Err("it was deleted or replaced by another program".into());
         }
-        self.flush()?;
+        self.run.as_mut().expect("a run starts before its first load step").write_pending()?;
+        self.flush_file()?;
+        let run = self.run.as_mut().expect("it is there");
         run.rows.write_scalar(&(run.offset.len() as i64))?;
         run.cloud.count()?;
-        self.flush()
+        self.flush_file()?;
+        self.run.as_mut().expect("it is there").pending.is_written(began);
+        Ok(())
     }
 
     /// Extends the file to the length that its header will promise, then flushes.
     ///
     /// If the length is not to be had (a limit on the size of files), HDF5 would find out after
     /// it has written the header, and readers refuse a file that is shorter than promised.
-    fn flush(&self) -> hdf5::Result<()> {
+    fn flush_file(&self) -> hdf5::Result<()> {
         let promised = self.file().size();
         let length = self.room.metadata().map_err(|error| error.to_string())?.len();
         if length < promised {
@@ -213,25 +244,24 @@ impl ResultsWriter {
         self.file().flush()
     }
 
-    /// Appends a load step and, if it is to be recorded, its points.
+    /// Keeps a load step and, if it is to be recorded, its points; writes all that is kept where it is time.
     fn append(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
         let run = self.run.as_mut().expect("a run starts before its first load step");
-        run.append_row(step.index, step.row, step.residuals)?;
-        run.write_timings(step.timings)?;
+        run.push(step.index, step.row, step.residuals);
         let snapshot = Snapshot::of(step.fraction, step.fields, &self.options.fields);
         if step.index.is_multiple_of(self.options.every) {
             run.unrecorded = None;
-            run.record(&snapshot)?;
+            run.pending.record(snapshot);
         } else {
             // Any step can turn out to be the last: a run may fail at the next.
             run.unrecorded = Some(snapshot);
         }
-        self.commit()
-    }
-
-    fn append_last(&mut self, snapshot: &Snapshot) -> hdf5::Result<()> {
-        self.run.as_mut().expect("it has a last step").record(snapshot)?;
-        self.commit()
+        // The initial state at once, so that the file can be looked at.
+        if run.pending.is_due(self.options.keep_back) || step.index == 0 {
+            run.write_timings(step.timings)?;
+            self.commit()?;
+        }
+        Ok(())
     }
 
     /// Reports an error and gives the file up as it is on disk, as if the run had been killed.
@@ -250,11 +280,15 @@ impl ResultsWriter {
             history.new_attr::<i64>().create("first_row")?.write_scalar(&(row as i64))?;
         }
         self.run.as_mut().expect("a run starts before it goes on").first = row;
-        self.flush()
+        self.flush_file()
     }
 
-    fn write_xdmf(&mut self, item: &str) -> Result<(), ResultsError> {
-        let xdmf = &self.run.as_ref().expect("a step was written").xdmf;
+    /// Writes the XDMF file where recorded steps have come, so long after the last time.
+    fn write_xdmf(&mut self, item: &str, after: Duration) -> Result<(), ResultsError> {
+        let xdmf = match &mut self.run {
+            Some(run) if run.xdmf.is_due(after) || (after.is_zero() && run.xdmf.is_behind()) => &mut run.xdmf,
+            _ => return Ok(()),
+        };
         let written = xdmf.write().map_err(|error| ResultsError::write(xdmf.path(), item, error));
         if written.is_err() {
             // Where a small file has no room, the end of the results may have none.
@@ -273,7 +307,7 @@ impl ResultsWriter {
             run.write_timings(timings)?;
         }
         self.file().attr("status")?.write_scalar(&plain(&status))?;
-        self.flush()?;
+        self.flush_file()?;
         self.run = None;
         self.file.take().map_or(Ok(()), File::close)
     }
@@ -305,34 +339,34 @@ impl Run {
             ],
             cloud: PointCloud::create(file, fields, start.points, *compression, *precision)?,
             xdmf: Xdmf::beside(path, fields, *precision),
+            pending: Pending::new(&start.columns),
             unrecorded: None,
         })
     }
 
-    /// Appends the row of a load step.
-    fn append_row(&mut self, index: usize, row: &[Entry], residuals: &[f64]) -> hdf5::Result<()> {
-        assert_eq!(index, self.first + self.offset.len(), "load steps are observed in order");
-        assert_eq!(row.len(), self.columns.len(), "a row has one entry per column");
-        for ((rows, column), entry) in self.history.iter_mut().zip(&self.columns).zip(row) {
-            match (entry, column.kind) {
-                (Entry::Count(values), ColumnKind::Count) if values.len() == column.width => {
-                    rows.append(values)?
-                }
-                (Entry::Real(values), ColumnKind::Real) if values.len() == column.width => {
-                    rows.append(values)?
-                }
-                _ => panic!("the entry of column {} is of its kind and width", column.name),
-            };
-        }
-        self.residual.append(residuals)?;
-        self.offset.append(&[self.residual.len() as u64])?;
-        Ok(())
+    /// Keeps the row of a load step.
+    fn push(&mut self, index: usize, row: &[Entry], residuals: &[f64]) {
+        let next = self.first + self.offset.len() + self.pending.rows();
+        assert_eq!(index, next, "load steps are observed in order");
+        self.pending.push(&self.columns, row, residuals);
     }
 
-    /// Appends the points of a load step.
-    fn record(&mut self, snapshot: &Snapshot) -> hdf5::Result<()> {
-        let placed = self.cloud.append(snapshot)?;
-        self.xdmf.add(snapshot.fraction, snapshot.positions.len() / 3, &placed);
+    /// Hands what is kept to HDF5.
+    fn write_pending(&mut self) -> hdf5::Result<()> {
+        let Pending { columns, residuals, ends, snapshots, .. } = &mut self.pending;
+        for (rows, values) in self.history.iter_mut().zip(columns) {
+            match values {
+                Values::Count(values) => rows.append(values)?,
+                Values::Real(values) => rows.append(values)?,
+            };
+        }
+        let before = self.residual.len() as u64;
+        self.residual.append(residuals)?;
+        self.offset.append(&ends.iter().map(|end| before + end).collect::<Vec<_>>())?;
+        for (placed, snapshot) in self.cloud.append(snapshots)?.iter().zip(snapshots) {
+            self.xdmf.add(snapshot.fraction, snapshot.positions.len() / 3, placed);
+        }
+        self.pending.clear();
         Ok(())
     }
 
@@ -349,7 +383,7 @@ impl Observer for ResultsWriter {
         assert!(self.run.is_none(), "a writer observes one run");
         let path = self.earlier.as_ref().map_or(&self.path, |(_, path)| path);
         let created = Run::create(self.file(), run, &self.options, path);
-        let created = created.and_then(|created| self.flush().map(|()| created));
+        let created = created.and_then(|created| self.flush_file().map(|()| created));
         self.run = Some(created.map_err(|error| self.give_up("the layout of the run", &error))?);
         Ok(())
     }
@@ -379,30 +413,30 @@ impl Observer for ResultsWriter {
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
         let item = format!("load step {}", step.index);
         self.append(step).map_err(|error| self.give_up(&item, &error))?;
-        if step.index.is_multiple_of(self.options.every) {
-            self.write_xdmf(&item)?;
-        }
-        Ok(())
+        Ok(self.write_xdmf(&item, self.options.keep_back)?)
     }
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
         if self.file.is_none() {
             return Ok(()); // given up; the error has been reported
         }
-        if let Some(last) = self.run.as_mut().and_then(|run| run.unrecorded.take()) {
-            let item = "the last load step";
-            self.append_last(&last).map_err(|error| self.give_up(item, &error))?;
-            self.write_xdmf(item)?;
+        if let Some(run) = &mut self.run {
+            let last = run.unrecorded.take();
+            last.into_iter().for_each(|last| run.pending.record(last));
+            self.commit().map_err(|error| self.give_up("the last load steps", &error))?;
+            self.write_xdmf("the last load steps", Duration::ZERO)?;
         }
         Ok(self.close(outcome, timings).map_err(|error| self.give_up("the outcome", &error))?)
     }
 }
 
-/// A copy that was never to take its place goes.
 impl Drop for ResultsWriter {
     fn drop(&mut self) {
         if self.earlier.is_some() {
+            // A copy that was never to take its place goes.
             let _ = fs::remove_file(&self.path);
+        } else {
+            let _ = self.flush();
         }
     }
 }

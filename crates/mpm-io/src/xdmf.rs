@@ -2,12 +2,16 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 use std::{fs, io};
 
 use mpm_solver::observe::Field;
 
 use crate::options::Precision;
 use crate::vtkhdf::Placed;
+
+/// Time between two writes against the time that the last one took.
+const REST: u32 = 20;
 
 /// Writer of the file; its text grows by one grid per recorded step.
 pub(crate) struct Xdmf {
@@ -16,6 +20,10 @@ pub(crate) struct Xdmf {
     fields: Vec<Field>,
     precision: Precision,
     grids: String,
+    /// Whether the file lacks grids.
+    is_behind: bool,
+    /// When the file was last written, and how long that took: its text grows without bound.
+    written: Option<(Instant, Duration)>,
 }
 
 impl Xdmf {
@@ -28,6 +36,8 @@ impl Xdmf {
             fields: fields.to_vec(),
             precision,
             grids: String::new(),
+            is_behind: false,
+            written: None,
         }
     }
 
@@ -64,13 +74,29 @@ impl Xdmf {
         }
         self.grids += &grid;
         self.grids += "</Grid>\n";
+        self.is_behind = true;
+    }
+
+    /// Whether grids are to be written so long after the last time; less often where the text is long.
+    pub(crate) fn is_due(&self, longest: Duration) -> bool {
+        let rested = |(at, took): &(Instant, Duration)| at.elapsed() >= longest.max(REST * *took);
+        self.is_behind && self.written.as_ref().is_none_or(rested)
+    }
+
+    /// Whether the file lacks grids.
+    pub(crate) fn is_behind(&self) -> bool {
+        self.is_behind
     }
 
     /// Replaces the file at once: a reader sees the old or the new.
-    pub(crate) fn write(&self) -> io::Result<()> {
+    pub(crate) fn write(&mut self) -> io::Result<()> {
+        let began = Instant::now();
         let temporary = self.path.with_extension("xdmf.part");
         fs::write(&temporary, self.text())?;
-        fs::rename(&temporary, &self.path)
+        fs::rename(&temporary, &self.path)?;
+        self.is_behind = false;
+        self.written = Some((began, began.elapsed()));
+        Ok(())
     }
 
     fn text(&self) -> String {

@@ -73,6 +73,46 @@ fn a_changing_number_of_points() -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
+/// Opens results as people do, with the locks that HDF5 takes by itself.
+const READ_RUNNING: &str = r#"
+import sys
+import h5py
+from vtkmodules.vtkIOHDF import vtkHDFReader
+with h5py.File(sys.argv[1], "r") as file:
+    reader = vtkHDFReader()
+    reader.SetFileName(sys.argv[1])
+    reader.UpdateInformation()
+    print(file.attrs["status"], file["history"].attrs["rows"], reader.GetNumberOfSteps())
+try:
+    h5py.File(sys.argv[1], "r+")
+    print("written by two")
+except OSError:
+    print("kept")
+"#;
+
+#[test]
+fn results_are_read_while_they_are_written_and_nobody_else_writes_them()
+-> Result<(), Box<dyn Error + Send + Sync>> {
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("a.h5");
+    let _turn = TURN.lock();
+    let mut writer = ResultsWriter::create(&path, fake::options())?;
+    fake::start(&mut writer, 7)?;
+    for step in 0..30 {
+        fake::load_step(&mut writer, step, 7)?;
+        if step % 10 == 9 {
+            writer.flush()?;
+            let output = Command::new(python()).args(["-c", READ_RUNNING]).arg(&path).output()?;
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let rows = step + 1;
+            assert_eq!(String::from_utf8(output.stdout)?, format!("running {rows} {rows}\nkept\n"));
+        }
+    }
+    writer.finish(&Outcome::Completed, &fake::timings(29))?;
+    assert_eq!(Results::open(&path)?.rows(), 30);
+    Ok(())
+}
+
 /// Reads the last file of a series with VTK's own reader and prints its numbers, bit for bit.
 const READ_VTU: &str = r#"
 import sys

@@ -56,7 +56,10 @@ fn killed_runs_keep_their_load_steps() -> Result<(), Box<dyn Error + Send + Sync
 /// Writes load steps without end, and a dot after each.
 fn write_on_and_on(path: &str) -> Result<(), Box<dyn Error + Send + Sync>> {
     let compression = std::env::var(LEVEL)?.parse()?;
-    let mut writer = ResultsWriter::create(path, Options { every: EVERY, compression, ..fake::options() })?;
+    let mut writer = ResultsWriter::create(
+        path,
+        Options { every: EVERY, compression, keep_back: Duration::ZERO, ..fake::options() },
+    )?;
     fake::start(&mut writer, POINTS)?;
     for step in 0.. {
         fake::load_step(&mut writer, step, POINTS)?;

@@ -50,6 +50,8 @@ pub struct PointTable {
     pub volume: Vec<f64>,
     /// Half-vectors of the domains, row by row, vector by vector; empty where the file has none `[L]`.
     pub domain: Vec<f64>,
+    /// What of the file was not read, for whoever shows it.
+    pub notes: Vec<String>,
 }
 
 impl PointTable {
@@ -156,7 +158,7 @@ mod tests {
             row: vec![2, 4],
             position: vec![0.5, 0.5, 1.5, 0.5],
             volume: vec![1.0, 0.25],
-            domain: Vec::new(),
+            ..PointTable::default()
         }
     }
 

@@ -16,7 +16,7 @@ mod limits;
 mod pieces;
 mod vortex;
 
-pub use compile::{compile, compile_with, compile_within};
+pub use compile::{compile, compile_with, compile_within, mesh_of};
 pub use compiled::Compiled;
 pub use error::SceneError;
 pub use files::{NoFiles, PointTable, SceneFiles};

@@ -27,6 +27,7 @@ impl SceneFiles for Files {
                 .collect(),
             volume: vec![0.5, 0.25],
             domain: Vec::new(),
+            notes: Vec::new(),
         })
     }
 }

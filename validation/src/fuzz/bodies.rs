@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 type Triangle = [[f32; 3]; 3];
 
 /// Kinds of files, and the first of those that are HDF5.
-const KINDS: u64 = 6;
-const FIRST_HDF5: u64 = 4;
+const KINDS: u64 = 8;
+const FIRST_HDF5: u64 = 6;
 
 /// What files start from, and where they are put; cases take turns.
 pub(super) struct Bodies {
@@ -31,7 +31,12 @@ struct Honest {
 }
 
 enum Content {
-    Surface { triangles: Vec<Triangle>, is_text: bool },
+    Surface {
+        triangles: Vec<Triangle>,
+        is_text: bool,
+    },
+    /// Text of surfaces as other programs write it.
+    SurfaceText(Corpus),
     Csv(Corpus),
     Hdf5(&'static [u8]),
 }
@@ -53,11 +58,14 @@ impl Bodies {
             Honest { name, dimensions, scene, content }
         };
         let csv = |text: &str| Content::Csv(Corpus::new([text]));
+        let solids = Content::SurfaceText(Corpus::new([SOLIDS]));
         let honest = vec![
             surface("binary.stl", false),
             surface("text.stl", true),
+            Honest { content: solids, ..surface("solids.stl", true) },
             table("plane.csv", 2, csv(PLANE)),
             table("solid.csv", 3, csv(SOLID)),
+            table("parted.csv", 2, csv(PARTED)),
             table("plane.h5", 2, Content::Hdf5(PLANE_HDF5)),
             table("solid.h5", 3, Content::Hdf5(SOLID_HDF5)),
         ];
@@ -87,7 +95,7 @@ impl Bodies {
                 }
                 file
             }
-            Content::Csv(corpus) => corpus.changed(random),
+            Content::Csv(corpus) | Content::SurfaceText(corpus) => corpus.changed(random),
             Content::Hdf5(honest) => {
                 let mut file = honest.to_vec();
                 bytes::change(&mut file, random);
@@ -104,7 +112,7 @@ impl Bodies {
             return 0;
         }
         let is_read = match content {
-            Content::Surface { .. } => files.surface(name).is_ok(),
+            Content::Surface { .. } | Content::SurfaceText(_) => files.surface(name).is_ok(),
             _ => files.points(name, *dimensions).is_ok(),
         };
         if !is_read {
@@ -211,6 +219,30 @@ const PLANE: &str = "x, y, volume, r1x, r1y, r2x, r2y
 0.75, 0.75, 0.25, 0.25, 0, 0, 0.25
 ";
 
+/// The same with a column that is not read, units, capitals, and semicolons.
+const PARTED: &str = "\u{feff}id;X [m];Y [m];Volume [m2]
+7;0.25;0.25;0.25
+8;0.75;0.25;0.25
+9;0.25;0.75;0.25
+";
+
+/// Two tetrahedra in one text, the second in capitals, with corners that are equal up to rounding and a facet without
+/// area, and without its last word.
+const SOLIDS: &str = "\u{feff} solid one
+facet normal 0 0 -1 outer loop vertex 0 0 0 vertex 0 1 0 vertex 1 0 0 endloop endfacet
+facet normal 0 -1 0 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 0 1 endloop endfacet
+facet normal nan 1 1 outer loop vertex 1 0 0 vertex 0 1 0 vertex 0 0 1 endloop endfacet
+facet normal -1 0 0 outer loop vertex 0 1 0 vertex 0 0 0 vertex 0 0 1.00000001 endloop endfacet
+endsolid one
+SOLID TWO
+FACET NORMAL 0 0 -1 OUTER LOOP VERTEX .7 .7 0 VERTEX .7 1.2 0 VERTEX 1.2 .7 0 ENDLOOP ENDFACET
+FACET NORMAL 0 -1 0 OUTER LOOP VERTEX .7 .7 0 VERTEX 1.2 .7 0 VERTEX .7 .7 1 ENDLOOP ENDFACET
+FACET NORMAL 1 1 1 OUTER LOOP VERTEX 1.2 .7 0 VERTEX .7 1.2 0 VERTEX .7 .7 1 ENDLOOP ENDFACET
+FACET NORMAL -1 0 0 OUTER LOOP VERTEX .7 1.2 0 VERTEX .7 .7 0 VERTEX .7 .7 .5 ENDLOOP ENDFACET
+FACET NORMAL -1 0 0 OUTER LOOP VERTEX .7 1.2 0 VERTEX .7 .7 .5 VERTEX .7 .7 1 ENDLOOP ENDFACET
+FACET NORMAL 0 0 0 OUTER LOOP VERTEX .7 .7 0 VERTEX .7 .7 1 VERTEX .7 .7 .5 ENDLOOP ENDFACET
+";
+
 const SOLID: &str = "x,y,z,volume
 0.5,0.5,0.5,1
 1.5,0.5,0.5,1
@@ -233,6 +265,8 @@ mod tests {
         for (case, honest) in bodies.honest.iter().enumerate() {
             let file = match &honest.content {
                 Content::Surface { triangles, is_text } => stl(triangles, *is_text),
+                Content::SurfaceText(_) => SOLIDS.into(),
+                Content::Csv(_) if honest.name == "parted.csv" => PARTED.into(),
                 Content::Csv(_) if honest.dimensions == 2 => PLANE.into(),
                 Content::Csv(_) => SOLID.into(),
                 Content::Hdf5(file) => file.to_vec(),

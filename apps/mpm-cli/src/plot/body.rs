@@ -3,26 +3,28 @@
 use super::arguments::{BodyArguments, View};
 use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
-use crate::inspect::number;
-use mpm_grid::LoadFraction;
+use crate::terminal::number;
+use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
-use mpm_scene::Scene;
-use mpm_scene::{Compiled, compile};
-use mpm_solver::Model;
+use mpm_scene::{Scene, mesh_of};
 use mpm_solver::observe::Field;
 use std::ops::Range;
 
 /// Margin round the body, relative to its size.
 const ROOM: f64 = 0.06;
 
+/// Shade of a body that no field colours [part of the colour bar].
+const PLAIN: f64 = 0.3;
+
 /// Bodies of a results file, ready to be drawn.
 pub struct Bodies<'a> {
     file: &'a Drawn,
     arguments: &'a BodyArguments,
-    colour: Colour,
+    /// What colours the body; nothing where no field is recorded.
+    colour: Option<Colour>,
     /// The mesh of the scene, if it is to be drawn.
-    model: Option<Model<2>>,
+    mesh: Option<(Layout<2>, MeshMotion<2>)>,
     solid: bool,
 }
 
@@ -68,20 +70,16 @@ impl<'a> Bodies<'a> {
                 "--slice is for results in three dimensions; these are in the plane".into(),
             ));
         }
-        let model = match solid || arguments.no_mesh {
-            true => None,
-            false => match compile(&file.scene) {
-                Ok(Compiled::Plane(model)) => Some(model),
-                Ok(Compiled::Solid(_)) => None,
-                Err(error) => {
-                    return Err(Complaint::input(format!(
-                        "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
-                    )));
-                }
-            },
+        let mesh = match &file.scene {
+            Scene::PlaneStrain(scene) if !arguments.no_mesh => Some(mesh_of(scene).map_err(|error| {
+                Complaint::input(format!(
+                    "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
+                ))
+            })?),
+            _ => None,
         };
         let colour = Colour::of(file, arguments.field.as_deref())?;
-        Ok(Self { file, arguments, colour, model, solid })
+        Ok(Self { file, arguments, colour, mesh, solid })
     }
 
     /// The recorded steps up to the one that is wanted, without the others before it.
@@ -116,8 +114,8 @@ impl<'a> Bodies<'a> {
                     include(&mut room[0], corner[0]);
                     include(&mut room[1], corner[1]);
                 }
-                if values[point].is_finite() {
-                    include(&mut colours, values[point]);
+                if let Some(value) = values.as_ref().map(|values| values[point]).filter(|it| it.is_finite()) {
+                    include(&mut colours, value);
                 }
             }
         }
@@ -150,7 +148,7 @@ impl<'a> Bodies<'a> {
         let seen = self.seen(step)?;
         let values = self.values(step)?;
         let (from, to) = scales.colours;
-        let shade = |point: usize| (values[point] - from) / (to - from);
+        let shade = |point: usize| values.as_ref().map_or(PLAIN, |values| (values[point] - from) / (to - from));
         let fraction = self.file.results.fractions()[step];
         let title = match self.file.scene.title() {
             "" => format!("load fraction {}", number(fraction)),
@@ -161,7 +159,7 @@ impl<'a> Bodies<'a> {
             range: scales.room,
             radius: seen.radius,
             lines: self.mesh(fraction)?,
-            bar: Some(ColourBar { label: self.colour.label.clone(), range: scales.colours }),
+            bar: self.colour.as_ref().map(|it| ColourBar { label: it.label.clone(), range: scales.colours }),
             ..Shapes::default()
         };
         for &(point, at, _) in &seen.points {
@@ -177,9 +175,11 @@ impl<'a> Bodies<'a> {
         Ok(shapes)
     }
 
-    fn values(&self, step: usize) -> Result<Vec<f64>, Complaint> {
-        let table = self.file.results.field(&self.colour.field, step).map_err(complain)?;
-        Ok((0..table.len()).map(|point| self.colour.component.of(table.row(point))).collect())
+    /// What colours each point.
+    fn values(&self, step: usize) -> Result<Option<Vec<f64>>, Complaint> {
+        let Some(Colour { field, component, .. }) = &self.colour else { return Ok(None) };
+        let table = self.file.results.field(field, step).map_err(complain)?;
+        Ok(Some((0..table.len()).map(|point| component.of(table.row(point))).collect()))
     }
 
     /// The points of a step from behind to in front.
@@ -239,14 +239,14 @@ impl<'a> Bodies<'a> {
 
     /// Edges of the mesh at a load fraction.
     fn mesh(&self, fraction: f64) -> Result<Vec<[(f64, f64); 2]>, Complaint> {
-        let Some(model) = &self.model else { return Ok(Vec::new()) };
+        let Some((layout, motion)) = &self.mesh else { return Ok(Vec::new()) };
         let no_mesh = |reason: String| {
             Complaint::input(format!(
                 "no mesh at load fraction {fraction}: {reason}; leave it out by --no-mesh"
             ))
         };
         let at = LoadFraction::new(fraction).map_err(|error| no_mesh(error.to_string()))?;
-        let mesh = model.motion.mesh_at(&model.layout, at).map_err(|error| no_mesh(error.to_string()))?;
+        let mesh = motion.mesh_at(layout, at).map_err(|error| no_mesh(error.to_string()))?;
         let place = |node| {
             let x = mesh.position(node);
             (x[0], x[1])
@@ -319,23 +319,19 @@ impl Component {
 }
 
 impl Colour {
-    fn of(file: &Drawn, wanted: Option<&str>) -> Result<Self, Complaint> {
+    /// The field that is wanted, or the most telling one of those that are recorded.
+    fn of(file: &Drawn, wanted: Option<&str>) -> Result<Option<Self>, Complaint> {
         let mut names = file.results.fields().map_err(complain)?;
         names.retain(|name| name != Field::OUTLINE.name());
         // The default is the first of these that is recorded.
         let telling = [Field::RHO, Field::CAUCHY_STRESS, Field::DISPLACEMENT];
         names
             .sort_by_key(|name| telling.iter().position(|field| field.name() == name).unwrap_or(telling.len()));
-        let Some(first) = names.first() else {
-            return Err(Complaint::input(format!(
-                "the results hold no field to colour the body by; record one by the scene's output.fields, as {}",
-                "CauchyStress"
-            )));
-        };
-        let wanted = wanted.unwrap_or(first);
+        let Some(wanted) = wanted.or(names.first().map(String::as_str)) else { return Ok(None) };
         let (field, of) = wanted.split_at(wanted.find(['.', '[']).unwrap_or(wanted.len()));
         if !names.iter().any(|name| name == field) {
-            let message = format!("--field: no field `{field}` is recorded; there are {}", names.join(", "));
+            let recorded = if names.is_empty() { "none".into() } else { names.join(", ") };
+            let message = format!("--field: no field `{field}` is recorded; there are {recorded}");
             return Err(Complaint::input(message));
         }
         let width = file.results.field(field, 0).map_err(complain)?.width();
@@ -348,7 +344,7 @@ impl Colour {
         };
         let unit = file.results.unit(field).map_err(complain)?;
         let label = format!("{field}{name} [{unit}]");
-        Ok(Self { field: field.to_string(), component: *component, label })
+        Ok(Some(Self { field: field.to_string(), component: *component, label }))
     }
 }
 

@@ -24,7 +24,7 @@ use mesh::{layout, motion};
 use mpm_assembly::GhostStabilisation;
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
-use mpm_grid::{LoadFraction, Mesh, NodeKind, NodeSpace};
+use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{
     Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, StepFailure,
@@ -56,6 +56,17 @@ pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, S
 /// As [`compile_with`].
 pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Result<Compiled, SceneError> {
     made(scene, files, MemoryLimit { bytes })
+}
+
+/// The mesh of a scene and how it moves; files that the scene names are not asked for.
+///
+/// # Errors
+/// What is wrong with either, with its path.
+pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, MeshMotion<D>), SceneError> {
+    let memory = memory_left();
+    let layout = layout(&scene.mesh, memory)?;
+    let motion = motion(&scene.motion, &layout, memory)?;
+    Ok((layout, motion))
 }
 
 fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {

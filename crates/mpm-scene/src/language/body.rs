@@ -149,7 +149,8 @@ pub enum ShapeInput<const D: usize> {
     },
     /// Material points that are given, one row each. A CSV file has a line of names first: `x`, `y`, in three
     /// dimensions `z`, `volume`, and, if points have domains, `r1x`, `r1y`, … `r3z`: vectors from the point to the middles of
-    /// its domain's sides, right-handed. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
+    /// its domain's sides, right-handed. Names may be in capitals and have a unit in brackets, as `X [mm]`, which is not
+    /// converted; columns are parted by commas, semicolons, tabs or blanks; a column `id` or `index` is not read. An HDF5 file has datasets `position` (rows by dimensions), `volume` and, if
     /// points have domains, `domain` (rows by dimensions by dimensions, one vector after the other). Without
     /// domains they are cubes of the points' volumes. Points are kept in the order of the file, unless most of them stand
     /// far from the one before: then in the order of the cells that hold them, row by row.

@@ -55,7 +55,8 @@ impl<const D: usize> Dilatation<D> {
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(active.space().kind(), NodeKind::Vertices, "cells have their nodes at their corners");
         let locate = |(point, x): (usize, &Vector<D>)| {
-            let place = mesh.locate(x, BEYOND).map_err(|reason| UnconnectedPoint { point, reason })?;
+            let place =
+                mesh.locate(x, BEYOND).map_err(|reason| UnconnectedPoint { point, position: *x, reason })?;
             Ok(mesh.lattice().cell(place.cell).index() as u32)
         };
         let located: Vec<Result<u32, UnconnectedPoint<D>>> =
