@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 
 use mpm_io::{Item, Options, Precision, Results, ResultsError, ResultsWriter, Values};
-use mpm_solver::observe::{ColumnKind, Entry, Field, Fields, Observer, Outcome};
+use mpm_solver::observe::{ColumnKind, Counted, Entry, Field, Fields, Observer, Outcome};
 
 type Check = Result<(), Box<dyn Error + Send + Sync>>;
 
@@ -200,7 +200,12 @@ fn a_column_that_cannot_be_stored_is_an_error() -> Check {
     let directory = tempfile::tempdir()?;
     let mut writer = ResultsWriter::create(directory.path().join("run.h5"), Options::default())?;
     let column = Column { name: "twice".into(), kind: ColumnKind::Real, width: 1 };
-    let error = writer.start(&RunStart { columns: vec![column.clone(), column], points: 1, steps: 1 });
+    let error = writer.start(&RunStart {
+        columns: vec![column.clone(), column],
+        points: 1,
+        steps: 1,
+        counted: Counted::Rows,
+    });
     assert!(error.is_err_and(|error| error.to_string().contains("cannot write the layout of the run")));
     Ok(())
 }
