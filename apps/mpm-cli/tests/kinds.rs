@@ -145,7 +145,8 @@ fn results_whose_scene_names_files_are_drawn_without_a_field_too() {
     fs::remove_file(folder.path().join("points_plotted.csv")).unwrap();
     says(folder.path(), &["plot", "points_plotted.h5", "-o", "a.svg"]);
     let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
-    assert_eq!(svg.matches("<circle").count(), 16, "a disc for each point");
+    let marks = svg.matches("<circle").count() - svg.matches("r=\"3\"").count();
+    assert_eq!(marks, 16, "a disc for each point, besides the marks of curves");
     assert!(svg.contains("Reactions"), "and the reactions");
     let text = flat(&complains(folder.path(), 2, &["plot", "points_plotted.h5", "--field", "rho"]));
     assert!(text.contains("no field `rho` is recorded; there are none"), "{text}");

@@ -15,7 +15,7 @@ pub struct Place<const D: usize> {
 
 /// A position farther outside the mesh than accepted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{} lies {distance} cells outside the mesh", Position(position))]
+#[error("{} lies {} cells outside the mesh", Position(position), six_digits(*distance))]
 pub struct OutsideMesh<const D: usize> {
     /// The position `[L]`.
     pub position: Vector<D>,

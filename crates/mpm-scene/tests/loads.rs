@@ -9,7 +9,7 @@ struct Reactions(Vec<Vec<f64>>);
 
 impl Observer for Reactions {
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
-        if let [.., Entry::Real(reaction), Entry::Real(_), Entry::Real(moment), Entry::Real(_)] = step.row {
+        if let [.., Entry::Real(reaction), Entry::Real(_), Entry::Real(moment)] = step.row {
             self.0.push([&reaction[..], &moment[..]].concat());
         }
         Ok(())

@@ -9,15 +9,15 @@ use mpm_linear::Choice;
 /// The columns, in the order in which [`super::history::Record`] fills them.
 pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     let mut columns = columns_of_every_run();
+    if !model.supports.is_empty() {
+        columns.push(real(&format!("reaction/{TOTAL}"), D));
+    }
     for support in &model.supports {
         columns.push(real(&format!("reaction/{}", support.name), D));
         columns.push(real(&format!("displacement/{}", support.name), D));
         if support.moment_about.is_some() {
             columns.push(real(&format!("reaction_moment/{}", support.name), moments(D)));
         }
-    }
-    if !model.supports.is_empty() {
-        columns.push(real(&format!("reaction/{TOTAL}"), D));
     }
     if let Some(limit) = model.domain_limit {
         columns.push(count(match limit.control {

@@ -170,10 +170,10 @@ impl Record {
         let seconds = self.clock.elapsed().as_secs_f64();
         self.clock = Instant::now();
         let mut row = solution_entries(result, cuts_here, seconds);
+        row.extend(total_reaction(&model.supports, result));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
-        row.extend(total_reaction(&model.supports, result));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         row.extend(self.optional_entries(model, result, &mesh_after));
         row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
