@@ -239,10 +239,15 @@ fn area_on<const D: usize>(
         }
         let count = side.clone().count() as f64;
         let centre = side.clone().sum::<Vector<D>>() / count;
-        if let Some((from, to)) = &face.within
-            && (0..D).any(|d| d != face.axis && !(from[d]..=to[d]).contains(&centre[d]))
-        {
-            return None;
+        if let Some(within) = &face.within {
+            let low = side.clone().fold(centre, |low, x| low.inf(x));
+            let high = side.clone().fold(centre, |high, x| high.sup(x));
+            if side.clone().all(|x| (0..D).all(|d| x[d] == low[d] || x[d] == high[d])) {
+                return part_within(face.axis, (low, high), within);
+            }
+            if (0..D).any(|d| d != face.axis && !(within.0[d]..=within.1[d]).contains(&centre[d])) {
+                return None;
+            }
         }
         let mut next = || *side.next().expect("a side has 2^(D-1) corners");
         let area = match D {
@@ -255,6 +260,24 @@ fn area_on<const D: usize>(
         return Some((area, centre));
     }
     None
+}
+
+/// Size and centre of what of a side along the axes lies between two corners, if anything does.
+fn part_within<const D: usize>(
+    axis: usize,
+    (mut low, mut high): (Vector<D>, Vector<D>),
+    (from, to): &([f64; D], [f64; D]),
+) -> Option<(f64, Vector<D>)> {
+    let mut area = 1.0;
+    for d in (0..D).filter(|&d| d != axis) {
+        let size = high[d] - low[d];
+        (low[d], high[d]) = (low[d].max(from[d]), high[d].min(to[d]));
+        if high[d] - low[d] <= 1e-9 * size {
+            return None;
+        }
+        area *= high[d] - low[d];
+    }
+    Some((area, (low + high) * 0.5))
 }
 
 fn triangle_area<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
