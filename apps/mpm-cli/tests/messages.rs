@@ -277,6 +277,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
+    ("estimate/driven.rs", "", "remarks of `mpm check`, in the validation's faults"),
     ("estimate/remarks.rs", "", "remarks of `mpm check`, in the validation's faults"),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
     ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),

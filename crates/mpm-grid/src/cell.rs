@@ -267,7 +267,7 @@ fn cofactor<const D: usize>(m: &Block<D>, i: usize, j: usize) -> f64 {
 
 /// The inverse; not finite where the block is singular.
 #[inline]
-pub(crate) fn inverse<const D: usize>(m: &Block<D>) -> Block<D> {
+pub fn inverse<const D: usize>(m: &Block<D>) -> Block<D> {
     let per_det = 1.0 / determinant(m);
     match D {
         1 => Block::from_element(per_det),

@@ -39,7 +39,7 @@ mod region;
 mod ring;
 
 pub use axis::{Axis, AxisError};
-pub use cell::LinearCell;
+pub use cell::{LinearCell, inverse};
 pub use index::{CellId, NodeId};
 pub use lattice::{Lattice, LatticeError};
 pub use layout::{Layout, LayoutError, Span};

@@ -2,6 +2,7 @@
 
 use crate::observe::ObserverError;
 use mpm_assembly::AdvanceError;
+use mpm_grid::six_digits;
 use mpm_material::NoReturn;
 
 /// Why a run did not start or did not finish.
@@ -42,6 +43,24 @@ pub enum Error {
         points: usize,
         /// Points of all bodies at most.
         most: usize,
+    },
+    /// The body has left the nodes that drive it.
+    #[error(
+        "after load step {step} (load fraction {fraction}): the nodes of support `{support}` have lost the body: it is \
+        {} cells away from them, {} at the start; nodes that move with their mesh keep it",
+        six_digits(*gap), six_digits(*start)
+    )]
+    LostBody {
+        /// Row of the history that shows the points as they are.
+        step: usize,
+        /// Load fraction there.
+        fraction: f64,
+        /// Name of the support.
+        support: String,
+        /// Gap of the support, see the column `driven_gap` `[cells]`.
+        gap: f64,
+        /// The gap at the start `[cells]`.
+        start: f64,
     },
     /// Path control took all its steps before the load fraction reached 1.
     #[error("the limit of {steps} load steps is reached at load fraction {fraction}")]

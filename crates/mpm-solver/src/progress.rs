@@ -1,5 +1,6 @@
 //! How far a run has come: the part of a state that is kept as text.
 
+use crate::record::grip::Grip;
 use crate::timing::Spent;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +11,7 @@ pub struct Progress {
     pub(crate) rows: u64,
     pub(crate) control: StepsProgress,
     pub(crate) displacement: Vec<Vec<f64>>,
+    pub(crate) grips: Vec<Grip>,
     pub(crate) cuts_before: u64,
     pub(crate) totals: Totals,
     pub(crate) spent: Spent,

@@ -116,6 +116,7 @@ impl<const D: usize> RunState<D> {
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;
                     *former = Some(done.into_former());
                     controlled?;
+                    self.record.check_grips(model)?;
                     solver.end_step();
                     self.offer(Moment::Step(self.record.rows() - 1), model, observer)?;
                 }

@@ -190,6 +190,18 @@ fn check_start<const D: usize>(
                 format!("support `{}` drives nodes, but none of them carries material", support.name),
             ));
         }
+        let mut carrying = support.nodes.iter().filter(|&&node| active.number(node).is_some());
+        if let Some(Prescribed::Turned(turn)) = support.components.iter().flatten().find(|it| it.is_turn())
+            && carrying.all(|&node| turn.is_at_axis(&model.nodes.position(mesh, node), mesh))
+        {
+            return Err(SceneError::new(
+                format!("supports[{k}].turn"),
+                format!(
+                    "every node of support `{}` that carries material lies on the axis: nothing turns",
+                    support.name
+                ),
+            ));
+        }
     }
     Ok(())
 }

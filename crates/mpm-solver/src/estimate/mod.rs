@@ -1,5 +1,6 @@
 //! What a run will have to do and to hold, found by connecting the points once.
 
+mod driven;
 mod rehearsal;
 mod remarks;
 

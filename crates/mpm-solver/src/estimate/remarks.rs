@@ -1,5 +1,6 @@
 //! What in a model is probably not meant, though it can be run.
 
+use super::driven;
 use crate::model::{Model, NamedBody, Support};
 use crate::steps::stations::Stations;
 use mpm_assembly::views;
@@ -24,6 +25,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     remarks.extend(model.supports.iter().filter(|support| touches_nothing(support, active)).map(|support| {
         format!("support `{}` touches no material: none of its nodes carries any", support.name)
     }));
+    remarks.extend(driven::of(model, mesh, active));
     remarks.extend(shared(model, mesh, active));
     remarks.extend(jumps(model));
     remarks.extend(knots(model));
@@ -74,7 +76,7 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
 }
 
 /// A position by the names of its coordinates.
-fn place<const D: usize>(x: &Vector<D>) -> String {
+pub(super) fn place<const D: usize>(x: &Vector<D>) -> String {
     let told: Vec<String> = (0..D).map(|d| format!("{} = {}", AXES[d], six_digits(x[d]))).collect();
     told.join(", ")
 }

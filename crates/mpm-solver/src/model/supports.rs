@@ -1,6 +1,6 @@
 //! Displacements that are prescribed on nodes of the mesh.
 
-use mpm_grid::{LoadFraction, NodeId, Ramp, Vector};
+use mpm_grid::{LoadFraction, Mesh, NodeId, Ramp, Vector};
 
 /// Prescribed displacements of a set of nodes.
 #[derive(Clone, Debug)]
@@ -48,6 +48,11 @@ impl Prescribed {
         }
     }
 
+    /// Whether it is a part of a rotation.
+    pub fn is_turn(&self) -> bool {
+        matches!(self, Self::Turned(_))
+    }
+
     /// Whether it is not at rest at load fraction 0.
     pub fn jumps(&self) -> bool {
         self.ramp().is_some_and(Ramp::jumps)
@@ -69,6 +74,14 @@ impl Turn {
     /// The two directions across the axis, in their order.
     pub fn across(&self) -> [usize; 2] {
         across(self.axis)
+    }
+
+    /// Whether a position lies on the axis, up to rounding of coordinates as large as those of a mesh.
+    pub fn is_at_axis<const D: usize>(&self, x: &Vector<D>, mesh: &Mesh<D>) -> bool {
+        let corner = mesh.position(NodeId::from_index(0).expect("a mesh has nodes"));
+        let size = (x - corner).amax().max(corner.amax());
+        let [d, e] = self.across();
+        (x[d] - self.centre[0]).hypot(x[e] - self.centre[1]) <= 1e-12 * size
     }
 
     /// `(R(Δα) - I)(x - c)` of what stands at `x` at the start of a load step `[L]`.

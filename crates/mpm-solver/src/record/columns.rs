@@ -1,5 +1,6 @@
 //! The columns of the history of a model.
 
+use super::grip::driven;
 use crate::model::{Model, Probe};
 use crate::observe::{Column, ColumnKind};
 use mpm_assembly::RecordedValues;
@@ -11,6 +12,9 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     let mut columns = columns_of_every_run();
     if !model.supports.is_empty() {
         columns.push(real(&format!("reaction/{TOTAL}"), D));
+    }
+    for support in driven(model) {
+        columns.push(real(&format!("{GAP}{}", support.name), 1));
     }
     for support in &model.supports {
         columns.push(real(&format!("reaction/{}", support.name), D));
@@ -57,6 +61,9 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     columns.extend(model.probes.iter().flat_map(Probe::columns));
     columns
 }
+
+/// Before the name of a support, its column of gaps.
+pub(crate) const GAP: &str = "driven_gap/";
 
 /// Name of the sum of all reactions; no support has it.
 pub(crate) const TOTAL: &str = "total";

@@ -1,8 +1,9 @@
 //! The history of a run: one row per load step.
 
-use super::columns::{columns, may_iterate};
+use super::columns::{GAP, columns, may_iterate};
 use super::energy::elastic;
 use super::fields::BodyFields;
+use super::grip::{Grip, driven};
 use super::summary::Summary;
 use super::{Balanced, StepResult};
 use crate::error::Error;
@@ -27,6 +28,10 @@ pub(crate) struct Record {
     at: LoadFraction,
     /// Mean displacement of each support's nodes so far.
     displacement: Vec<Vec<f64>>,
+    /// How driven supports hold their bodies at the start.
+    grips: Vec<Grip>,
+    /// Their gaps in the last row `[cells]`.
+    gaps: Vec<f64>,
     clock: Instant,
     cuts_before: u64,
     totals: Totals,
@@ -45,6 +50,8 @@ impl Record {
             rows: 0,
             at: LoadFraction::START,
             displacement: vec![vec![0.0; D]; model.supports.len()],
+            grips: vec![Grip::default(); driven(model).count()],
+            gaps: Vec::new(),
             clock: Instant::now(),
             cuts_before: 0,
             totals: Totals::default(),
@@ -61,6 +68,7 @@ impl Record {
     pub(crate) fn save(&self, progress: &mut Progress) {
         progress.rows = self.rows as u64;
         progress.displacement.clone_from(&self.displacement);
+        progress.grips.clone_from(&self.grips);
         progress.cuts_before = self.cuts_before;
         progress.totals = self.totals.clone();
     }
@@ -70,7 +78,7 @@ impl Record {
     /// # Errors
     /// What cannot be one of this model.
     pub(crate) fn restore(&mut self, progress: &Progress) -> Result<(), String> {
-        let Progress { rows, control, displacement, cuts_before, totals, .. } = progress;
+        let Progress { rows, control, displacement, grips, cuts_before, totals, .. } = progress;
         let shape = |columns: &[Vec<f64>]| columns.iter().map(Vec::len).collect::<Vec<_>>();
         if shape(displacement) != shape(&self.displacement) {
             let (found, expected) = (shape(displacement), shape(&self.displacement));
@@ -80,6 +88,10 @@ impl Record {
         }
         if !displacement.iter().flatten().all(|u| u.is_finite()) {
             return Err("has a displacement of a support that is not finite".into());
+        }
+        if grips.len() != self.grips.len() || !grips.iter().all(Grip::is_possible) {
+            let expected = self.grips.len();
+            return Err(format!("has {} gaps of driven supports, expected {expected} of 0 to 1", grips.len()));
         }
         if *rows == 0 || *rows > u64::from(u32::MAX) {
             return Err(format!("has {rows} rows of history, expected 1 to {}", u32::MAX));
@@ -100,6 +112,7 @@ impl Record {
         }
         self.rows = *rows as usize;
         self.displacement.clone_from(displacement);
+        self.grips.clone_from(grips);
         self.cuts_before = *cuts_before;
         self.totals = totals.clone();
         Ok(())
@@ -149,6 +162,11 @@ impl Record {
         row.truncate(row.len() - probes.len());
         row.extend(probes);
         let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
+        self.grips = driven(model).map(|support| Grip::at_start(model, support, &mesh)).collect();
+        let of_gaps = self.columns.iter().zip(&mut row).filter(|(column, _)| column.name.starts_with(GAP));
+        for ((_, entry), grip) in of_gaps.zip(&self.grips) {
+            *entry = Entry::Real(vec![grip.gap]);
+        }
         let shown = Shown { mesh: &mesh, fraction: 0.0, row: &row, residuals: &[] };
         self.show(model, &shown, observer, timings)
     }
@@ -171,10 +189,13 @@ impl Record {
         self.clock = Instant::now();
         let mut row = solution_entries(result, cuts_here, seconds);
         row.extend(total_reaction(&model.supports, result));
+        let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
+        let gap = |(grip, support): (&Grip, _)| grip.gap_at(model, support, (&mesh_after, result.balanced.end));
+        self.gaps = self.grips.iter().zip(driven(model)).map(gap).collect();
+        row.extend(self.gaps.iter().map(|gap| Entry::Real(vec![*gap])));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
-        let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         row.extend(self.optional_entries(model, result, &mesh_after));
         row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
 
@@ -188,6 +209,20 @@ impl Record {
             residuals: &result.balanced.equilibrium.effort.residuals,
         };
         self.show(model, &shown, observer, timings)
+    }
+
+    /// Ends a run in which a driven support has lost its body.
+    ///
+    /// # Errors
+    /// [`Error::LostBody`] for the first of them.
+    pub(crate) fn check_grips<const D: usize>(&self, model: &Model<D>) -> Result<(), Error> {
+        for ((grip, gap), support) in self.grips.iter().zip(&self.gaps).zip(driven(model)) {
+            if grip.is_lost(*gap) {
+                let (step, fraction, support) = (self.rows - 1, self.at.get(), support.name.clone());
+                return Err(Error::LostBody { step, fraction, support, gap: *gap, start: grip.gap });
+            }
+        }
+        Ok(())
     }
 
     /// Entries of the columns that only some models have.

@@ -3,6 +3,7 @@
 mod columns;
 pub(crate) mod energy;
 mod fields;
+pub(crate) mod grip;
 pub(crate) mod history;
 mod probe;
 pub(crate) mod summary;

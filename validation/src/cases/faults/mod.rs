@@ -1,5 +1,6 @@
 //! Inputs that are easily answered wrongly: each gets its right value, or a message.
 
+mod driven;
 mod files;
 mod said_and_run;
 
@@ -49,7 +50,7 @@ impl Answer {
 fn faults(_: Extent) -> Result<Findings, Broken> {
     let mut table = Table::new("What each input is answered with.", &["kind", "scene", "answer"]);
     let mut findings = Findings::default();
-    for Kind { input, scene, answer } in said_and_run::KINDS.iter().chain(files::KINDS) {
+    for Kind { input, scene, answer } in said_and_run::KINDS.iter().chain(files::KINDS).chain(driven::KINDS) {
         // What stops one of them must not hide the others.
         let Answer { said, error, tolerance } =
             answer(scene).unwrap_or_else(|error| Answer::new(error.to_string(), f64::NAN, 0.0));

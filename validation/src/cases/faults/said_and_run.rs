@@ -36,18 +36,18 @@ pub(super) const KINDS: &[Kind] = &[
 ];
 
 /// The scene with another basis.
-fn with_basis(text: &str, basis: &str) -> String {
+pub(super) fn with_basis(text: &str, basis: &str) -> String {
     let bases = ["basis: Smpm", "basis: Cpdi1"];
     bases.iter().fold(text.to_string(), |text, old| text.replace(old, &format!("basis: {basis}")))
 }
 
 /// The largest of the errors that every basis of the plane makes.
-fn of_every_basis(of: impl Fn(&str) -> Result<f64, Broken>) -> Result<f64, Broken> {
+pub(super) fn of_every_basis(of: impl Fn(&str) -> Result<f64, Broken>) -> Result<f64, Broken> {
     let errors: Vec<f64> = PLANE.iter().map(|basis| of(basis)).collect::<Result<_, _>>()?;
     Ok(largest(errors))
 }
 
-fn last(values: &[f64]) -> f64 {
+pub(super) fn last(values: &[f64]) -> f64 {
     values.last().copied().unwrap_or(f64::NAN)
 }
 
@@ -226,7 +226,7 @@ fn graded(scene: &str) -> Result<Answer, Broken> {
 }
 
 /// 1 where a text lacks some words.
-fn missing(text: &str, words: &str) -> f64 {
+pub(super) fn missing(text: &str, words: &str) -> f64 {
     f64::from(u8::from(!text.contains(words)))
 }
 

@@ -1,0 +1,155 @@
+//! Driven nodes that will lose their body, or that material can pass.
+
+use super::remarks::place;
+use crate::model::{Model, Prescribed, Support};
+use crate::record::grip::{MOST, cell_around, departures, driven};
+use mpm_basis::ActiveNodes;
+use mpm_grid::{LoadFraction, Mesh, NodeId, NodeKind, Vector, six_digits};
+
+/// A body that will be this far from its driven nodes is named `[cells]`.
+const FAR: f64 = 0.1;
+
+/// Nodes that move less are not asked whether material can pass them `[cells]`.
+const FEW: f64 = 0.25;
+
+/// Load fractions that are looked at: the ends of so many equal parts.
+const PARTS: u32 = 20;
+
+/// Sentences about supports.
+pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes<D>) -> Vec<String> {
+    let mut remarks: Vec<String> = driven(model).filter_map(|it| leaves(model, it, active)).collect();
+    if model.nodes.kind() == NodeKind::Vertices {
+        remarks.extend(model.supports.iter().filter_map(|support| passes(model, support, mesh, active)));
+    }
+    remarks
+}
+
+fn fractions() -> impl Iterator<Item = LoadFraction> {
+    (1..=PARTS).filter_map(|k| LoadFraction::new(f64::from(k) / f64::from(PARTS)).ok())
+}
+
+/// Nodes whose mesh stays while the body goes with what is prescribed of them.
+fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, active: &ActiveNodes<D>) -> Option<String> {
+    let (mut most, mut lost) = (0.0, None);
+    for at in fractions() {
+        let Ok(moved) = model.motion.mesh_at(&model.layout, at) else { continue };
+        let carrying = support.nodes.iter().copied().filter(|&node| active.number(node).is_some());
+        let mut gone = departures(model, support, (&moved, at), carrying);
+        gone.sort_by(f64::total_cmp);
+        let middle = gone.get(gone.len() / 2).copied().unwrap_or(0.0);
+        most = f64::max(most, middle);
+        if middle > MOST && lost.is_none() {
+            lost = Some(at);
+        }
+    }
+    if most <= FAR {
+        return None;
+    }
+    let how = match lost {
+        Some(at) => format!(
+            "by more than half a cell from load fraction {} on, where a run ends that has lost its body",
+            six_digits(at.get())
+        ),
+        None => format!("by up to {} cells, and the reaction is off as far", six_digits(most)),
+    };
+    Some(format!(
+        "support `{}` moves in a mesh that does not move with it: the body leaves its nodes {how}; in a mesh whose `motion` \
+         follows, nodes with `follow_mesh` keep it",
+        support.name
+    ))
+}
+
+/// Nodes of a line or sheet, with free material beside them and room behind.
+fn passes<const D: usize>(
+    model: &Model<D>,
+    support: &Support<D>,
+    mesh: &Mesh<D>,
+    active: &ActiveNodes<D>,
+) -> Option<String> {
+    let lattice = mesh.lattice();
+    let (cells, periodic) = (lattice.cells(), lattice.periodic());
+    let is_driven = |node: NodeId| support.nodes.binary_search(&node).is_ok();
+    let is_closed = |cell: [u32; D]| lattice.corners(cell)[..1 << D].iter().all(|&node| is_driven(node));
+    let around = |node: NodeId| {
+        let index = lattice.node_index(node);
+        (0..1_u8 << D).filter_map(move |c| cell_around(&index, cells, periodic, c))
+    };
+    if support.nodes.iter().any(|&node| around(node).any(is_closed)) {
+        return None;
+    }
+    // Where free material stands beside a driven node, across its motion, and cells on both sides along it.
+    let mut leak = None;
+    for &node in support.nodes.iter().filter(|&&node| active.number(node).is_some()) {
+        let motion = farthest(model, support, mesh, node);
+        let size = around(node).map(|cell| diameter(mesh, cell)).fold(f64::INFINITY, f64::min);
+        if motion.norm() * (D as f64).sqrt() <= FEW * size {
+            continue;
+        }
+        let along = motion.iamax();
+        let index = lattice.node_index(node);
+        let has_cells = |d: usize| periodic[d] || (index[d] > 0 && index[d] < cells[d]);
+        let beside = (0..D).filter(|&d| d != along).flat_map(|d| neighbours(index, cells, periodic, d));
+        let free = |other: [u32; D]| {
+            let other = lattice.node(other);
+            active.number(other).is_some() && !is_driven(other)
+        };
+        // Along a line of driven nodes it moves within that line.
+        let goes_on =
+            neighbours(index, cells, periodic, along).into_iter().any(|next| is_driven(lattice.node(next)));
+        if has_cells(along) && !goes_on && beside.into_iter().any(free) {
+            leak = Some(mesh.position(node));
+            break;
+        }
+    }
+    leak.map(|at| {
+        format!(
+            "support `{}` is a line of driven nodes with cells on both sides, and material beside it at {} can pass to the other \
+             side: nodes that fill cells, a block of them, keep it out",
+            support.name,
+            place(&at)
+        )
+    })
+}
+
+/// The largest of the displacements that are prescribed of a node `[L]`.
+fn farthest<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>, node: NodeId) -> Vector<D> {
+    let x = mesh.position(node);
+    let displacement = |at: LoadFraction| {
+        let moved = model.motion.mesh_at(&model.layout, at).map_or(x, |mesh| mesh.position(node));
+        Vector::from_fn(|d, _| match &support.components[d] {
+            Some(Prescribed::Driven(ramp)) => ramp.from_rest(at),
+            Some(Prescribed::Turned(turn)) => turn.displacement(&x, LoadFraction::START, at)[d],
+            Some(Prescribed::FollowMesh) => moved[d] - x[d],
+            Some(Prescribed::Held) | None => 0.0,
+        })
+    };
+    let knots =
+        model.knots().into_iter().filter_map(|knot| LoadFraction::new(knot).ok()).chain([LoadFraction::END]);
+    let mut all: Vec<Vector<D>> = knots.map(displacement).collect();
+    all.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    all.pop().unwrap_or_else(Vector::zeros)
+}
+
+/// Indices of the nodes before and after one in a direction.
+fn neighbours<const D: usize>(
+    index: [u32; D],
+    cells: [u32; D],
+    periodic: [bool; D],
+    d: usize,
+) -> Vec<[u32; D]> {
+    let n = cells[d];
+    let before = if index[d] > 0 { Some(index[d] - 1) } else { periodic[d].then(|| n - 1) };
+    let after = if periodic[d] { Some((index[d] + 1) % n) } else { (index[d] < n).then(|| index[d] + 1) };
+    let with = |k: u32| {
+        let mut other = index;
+        other[d] = k;
+        other
+    };
+    [before, after].into_iter().flatten().map(with).collect()
+}
+
+/// The longest diagonal of a cell from its first corner `[L]`.
+fn diameter<const D: usize>(mesh: &Mesh<D>, cell: [u32; D]) -> f64 {
+    let corners = mesh.corner_positions(cell);
+    (corners[(1 << D) - 1] - corners[0]).norm()
+}
