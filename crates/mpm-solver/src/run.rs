@@ -102,6 +102,7 @@ impl<const D: usize> RunState<D> {
             self.record.show_initial(model, observer, &mut self.tools.solver.timings)?;
         }
         while let Some(mut plan) = self.steps.next()? {
+            self.record.check_grips(model)?;
             // Relaxation goes on with what has been analysed for the step that it tries again.
             if !matches!(plan.kind, StepKind::Relaxed) {
                 self.tools.solver.end_step();
@@ -116,7 +117,6 @@ impl<const D: usize> RunState<D> {
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;
                     *former = Some(done.into_former());
                     controlled?;
-                    self.record.check_grips(model)?;
                     solver.end_step();
                     self.offer(Moment::Step(self.record.rows() - 1), model, observer)?;
                 }

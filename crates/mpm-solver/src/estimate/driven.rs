@@ -1,10 +1,9 @@
 //! Driven nodes that will lose their body, or that material can pass.
 
-use super::remarks::place;
 use crate::model::{Model, Prescribed, Support};
 use crate::record::grip::{MOST, cell_around, departures, driven};
 use mpm_basis::ActiveNodes;
-use mpm_grid::{LoadFraction, Mesh, NodeId, NodeKind, Vector, six_digits};
+use mpm_grid::{LoadFraction, Mesh, NodeId, NodeKind, Position, Vector, six_digits};
 
 /// A body that will be this far from its driven nodes is named `[cells]`.
 const FAR: f64 = 0.1;
@@ -34,7 +33,7 @@ fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, active: &Activ
     for at in fractions() {
         let Ok(moved) = model.motion.mesh_at(&model.layout, at) else { continue };
         let carrying = support.nodes.iter().copied().filter(|&node| active.number(node).is_some());
-        let mut gone = departures(model, support, (&moved, at), carrying);
+        let mut gone = departures(model, support, (&moved, at), carrying, 1.0);
         gone.sort_by(f64::total_cmp);
         let middle = gone.get(gone.len() / 2).copied().unwrap_or(0.0);
         most = f64::max(most, middle);
@@ -106,7 +105,7 @@ fn passes<const D: usize>(
             "support `{}` is a line of driven nodes with cells on both sides, and material beside it at {} can pass to the other \
              side: nodes that fill cells, a block of them, keep it out",
             support.name,
-            place(&at)
+            Position(&at)
         )
     })
 }

@@ -49,6 +49,9 @@ pub struct Model<const D: usize> {
     pub condition_history: bool,
     /// Whether the history tells energies.
     pub energies: bool,
+    /// Whether a run ends where driven nodes have lost their body, see [`crate::Error::LostBody`]; it does, unless a program
+    /// says otherwise.
+    pub needs_grip: bool,
     /// What the history follows besides supports, in the order of the scene.
     pub probes: Vec<Probe<D>>,
 }
@@ -79,6 +82,7 @@ impl<const D: usize> Model<D> {
             domain_history: false,
             condition_history: false,
             energies: false,
+            needs_grip: true,
             probes: Vec::new(),
         }
     }

@@ -4,9 +4,9 @@
 //! the body leaves: the force then falls without a sign, or is that of other material. The *gap* of a node is the larger
 //! of two distances, in cells, of at most 1:
 //! * from the node to the nearest domain of a point in its cells, 1 where there is none;
-//! * if the node was at the body's surface at the start, `1 - Σ S_w(x_v + r)` over the driven nodes w, where r is the
-//!   prescribed displacement so far less that of the mesh. What stood at the node has gone there; on lines or faces of
-//!   driven nodes, along which a body slides, that is 0. Turned nodes have no such part.
+//! * if nodes of the support were at the body's surface at the start, `1 - Σ S_w(x_v - r)` over the driven nodes w, where
+//!   r is the prescribed displacement so far less that of the mesh. What is at the node has come from there; from lines or
+//!   faces of driven nodes, along which a body slides, that is 0. Turned nodes have no such part.
 //!
 //! The gap of a support is the one within which nodes of half the weight lie that carried material at the start; the
 //! weight of a node is the volume of its cells at rest.
@@ -20,12 +20,14 @@ use std::array::from_fn;
 /// A gap that has grown by more than this ends the run `[cells]`.
 pub(crate) const MOST: f64 = 0.5;
 
-/// The grip of a support on its body at the start of a run.
+/// How a support holds its body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Grip {
-    /// The gap `[cells]`.
-    pub gap: f64,
+    /// The gap at the start `[cells]`.
+    pub at_start: f64,
+    /// The gap in the last row `[cells]`.
+    pub now: f64,
     /// Weight of the nodes with material `[L^D]`.
     weight: f64,
     /// Whether nodes of half that weight are at the body's surface.
@@ -52,7 +54,7 @@ impl Grip {
         let weight: f64 = carrying().map(|node| node.weight).sum();
         let surface: f64 = carrying().filter(|node| node.is_at_surface).map(|node| node.weight).sum();
         let gap = within(carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * weight);
-        Self { gap, weight, at_surface: surface >= 0.5 * weight }
+        Self { at_start: gap, now: gap, weight, at_surface: surface >= 0.5 * weight }
     }
 
     /// The gap later, in the mesh that the points meet next `[cells]`.
@@ -68,7 +70,7 @@ impl Grip {
         if !self.at_surface {
             return gap;
         }
-        let gone = departures(model, support, (mesh, at), carrying().map(|node| node.id));
+        let gone = departures(model, support, (mesh, at), carrying().map(|node| node.id), -1.0);
         let weighted: Vec<(f64, f64)> = gone.into_iter().zip(carrying().map(|node| node.weight)).collect();
         let half = 0.5 * weighted.iter().map(|it| it.1).sum::<f64>();
         gap.max(within(weighted, half))
@@ -76,12 +78,14 @@ impl Grip {
 
     /// Whether it can be that of a support.
     pub(crate) fn is_possible(&self) -> bool {
-        (0.0..=1.0).contains(&self.gap) && self.weight >= 0.0 && self.weight.is_finite()
+        [self.at_start, self.now].iter().all(|gap| (0.0..=1.0).contains(gap))
+            && self.weight >= 0.0
+            && self.weight.is_finite()
     }
 
-    /// Whether the body is lost at a gap.
-    pub(crate) fn is_lost(&self, gap: f64) -> bool {
-        self.weight > 0.0 && (gap >= 1.0 || gap > self.gap + MOST)
+    /// Whether the body is lost.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.weight > 0.0 && (self.now >= 1.0 || self.now > self.at_start + MOST)
     }
 }
 
@@ -98,12 +102,13 @@ fn within(mut values: Vec<(f64, f64)>, half: f64) -> f64 {
     1.0
 }
 
-/// `1 - Σ S_w(x_v + r)` of some nodes v of a support `[cells]`; 0 where that has no meaning.
+/// `1 - Σ S_w(x_v + s r)` of some nodes v of a support, s being 1 or -1 `[cells]`; 0 where that has no meaning.
 pub(crate) fn departures<const D: usize>(
     model: &Model<D>,
     support: &Support<D>,
     (mesh, at): (&Mesh<D>, LoadFraction),
     nodes: impl Iterator<Item = NodeId>,
+    sign: f64,
 ) -> Vec<f64> {
     let turns = support.components.iter().flatten().any(|it| matches!(it, Prescribed::Turned(_)));
     let renames = matches!(model.motion, MeshMotion::Rotate { .. } | MeshMotion::Twist { .. });
@@ -118,7 +123,7 @@ pub(crate) fn departures<const D: usize>(
             Some(Prescribed::Driven(ramp)) => ramp.from_rest(at) - carried[d],
             _ => 0.0,
         });
-        let Ok(place) = mesh.locate(&(x + relative), 0.5) else { return 1.0 };
+        let Ok(place) = mesh.locate(&(x + relative * sign), 0.5) else { return 1.0 };
         let mut held = 0.0;
         mesh.values(&place, |corner, value| {
             if support.nodes.binary_search(&corner).is_ok() {

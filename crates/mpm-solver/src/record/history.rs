@@ -28,10 +28,8 @@ pub(crate) struct Record {
     at: LoadFraction,
     /// Mean displacement of each support's nodes so far.
     displacement: Vec<Vec<f64>>,
-    /// How driven supports hold their bodies at the start.
+    /// How driven supports hold their bodies.
     grips: Vec<Grip>,
-    /// Their gaps in the last row `[cells]`.
-    gaps: Vec<f64>,
     clock: Instant,
     cuts_before: u64,
     totals: Totals,
@@ -51,7 +49,6 @@ impl Record {
             at: LoadFraction::START,
             displacement: vec![vec![0.0; D]; model.supports.len()],
             grips: vec![Grip::default(); driven(model).count()],
-            gaps: Vec::new(),
             clock: Instant::now(),
             cuts_before: 0,
             totals: Totals::default(),
@@ -165,7 +162,7 @@ impl Record {
         self.grips = driven(model).map(|support| Grip::at_start(model, support, &mesh)).collect();
         let of_gaps = self.columns.iter().zip(&mut row).filter(|(column, _)| column.name.starts_with(GAP));
         for ((_, entry), grip) in of_gaps.zip(&self.grips) {
-            *entry = Entry::Real(vec![grip.gap]);
+            *entry = Entry::Real(vec![grip.at_start]);
         }
         let shown = Shown { mesh: &mesh, fraction: 0.0, row: &row, residuals: &[] };
         self.show(model, &shown, observer, timings)
@@ -190,9 +187,10 @@ impl Record {
         let mut row = solution_entries(result, cuts_here, seconds);
         row.extend(total_reaction(&model.supports, result));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
-        let gap = |(grip, support): (&Grip, _)| grip.gap_at(model, support, (&mesh_after, result.balanced.end));
-        self.gaps = self.grips.iter().zip(driven(model)).map(gap).collect();
-        row.extend(self.gaps.iter().map(|gap| Entry::Real(vec![*gap])));
+        for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
+            grip.now = grip.gap_at(model, support, (&mesh_after, result.balanced.end));
+        }
+        row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now])));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
@@ -211,18 +209,20 @@ impl Record {
         self.show(model, &shown, observer, timings)
     }
 
-    /// Ends a run in which a driven support has lost its body.
+    /// Ends a run before a load step in which a driven support would not hold its body.
     ///
     /// # Errors
     /// [`Error::LostBody`] for the first of them.
     pub(crate) fn check_grips<const D: usize>(&self, model: &Model<D>) -> Result<(), Error> {
-        for ((grip, gap), support) in self.grips.iter().zip(&self.gaps).zip(driven(model)) {
-            if grip.is_lost(*gap) {
-                let (step, fraction, support) = (self.rows - 1, self.at.get(), support.name.clone());
-                return Err(Error::LostBody { step, fraction, support, gap: *gap, start: grip.gap });
-            }
-        }
-        Ok(())
+        let lost = |(grip, _): &(&Grip, &Support<D>)| model.needs_grip && grip.is_lost();
+        let Some((grip, support)) = self.grips.iter().zip(driven(model)).find(lost) else { return Ok(()) };
+        Err(Error::LostBody {
+            step: self.rows - 1,
+            fraction: self.at.get(),
+            support: support.name.clone(),
+            gap: grip.now,
+            start: grip.at_start,
+        })
     }
 
     /// Entries of the columns that only some models have.
