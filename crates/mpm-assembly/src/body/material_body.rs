@@ -19,8 +19,8 @@ use mpm_basis::{
 use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{
-    Consolidation, FieldInfo, History, Material, NoReturn, OwnParameters, PointParameters, SymmetricTensor,
-    respond, start_under, stored_energy,
+    Consolidation, FieldInfo, Material, NoReturn, OwnParameters, PointParameters, SymmetricTensor, respond,
+    start_under, stored_energy,
 };
 use nalgebra::Matrix3;
 use rayon::prelude::*;

@@ -2,11 +2,13 @@
 
 mod basis;
 mod bodies;
+mod initial;
 mod law;
 mod loads;
 mod mesh;
 mod names;
 mod overlap;
+mod quantity;
 mod shapes;
 mod supports;
 

@@ -92,6 +92,11 @@ fn token(text: &str, at: usize) -> Range<usize> {
     at..at + quoted.unwrap_or(if word > 0 { word } else { sign })
 }
 
+/// An error without a place, of a part that was read by itself.
+pub(super) fn in_words(error: &Error) -> String {
+    reason(error, "", &(0..0))
+}
+
 fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {
     let found = match text[place.clone()].trim() {
         "" if place.start == text.len() => "the end of the text".to_string(),
