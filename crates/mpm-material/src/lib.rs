@@ -24,6 +24,7 @@
 
 mod cam_clay;
 mod deviator;
+mod driver;
 mod drucker_prager;
 mod elasticity;
 mod hencky;
@@ -43,6 +44,7 @@ mod undrained;
 mod von_mises;
 
 pub use cam_clay::{CamClay, CamClayParameters, Preconsolidation};
+pub use driver::{Control, DrivenPoint, NotDriven, StepControl, invariants};
 pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;
 pub use hencky::Hencky;

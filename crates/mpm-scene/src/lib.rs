@@ -16,7 +16,7 @@ mod limits;
 mod pieces;
 mod vortex;
 
-pub use compile::{compile, compile_with, compile_within, mesh_of};
+pub use compile::{DrivenPath, compile, compile_with, compile_within, drive, mesh_of};
 pub use compiled::Compiled;
 pub use error::SceneError;
 pub use files::{NamedColumns, NoFiles, PointTable, SceneFiles};

@@ -35,7 +35,12 @@ impl Refused {
 
     /// As an error of the material named `name`.
     pub(super) fn of(self, name: &str) -> SceneError {
-        SceneError::new(format!("materials.{name}{}", self.field), self.reason)
+        self.at(&format!("materials.{name}"))
+    }
+
+    /// As an error of the law that stands at `path`.
+    pub(super) fn at(self, path: &str) -> SceneError {
+        SceneError::new(format!("{path}{}", self.field), self.reason)
     }
 }
 

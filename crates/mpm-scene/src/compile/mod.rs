@@ -2,6 +2,7 @@
 
 mod basis;
 mod bodies;
+mod drive;
 mod initial;
 mod law;
 mod loads;
@@ -20,6 +21,8 @@ use crate::language::{
     ToleranceInput,
 };
 use crate::limits::memory_left;
+pub use drive::{DrivenPath, drive};
+
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
 use loads::{loads, probes};

@@ -10,6 +10,7 @@ mod basis;
 mod body;
 mod boundary;
 mod direction;
+mod drive;
 mod edit;
 mod material;
 mod mesh;
@@ -29,6 +30,7 @@ pub use boundary::{
     BoundsInput, DisplaceInput, LoadInput, ProbeInput, ProbePointsInput, RegionInput, SupportInput, TurnInput,
 };
 pub use direction::Direction;
+pub use drive::{DriveInput, PointControlInput, SegmentInput};
 pub use edit::{EditError, Edited, set_value};
 pub use material::{ConeInput, ConeMatchInput, MaterialInput, SofteningInput};
 pub use mesh::{AxisInput, CornerInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
