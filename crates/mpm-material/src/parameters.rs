@@ -47,14 +47,29 @@ impl ParameterError {
 pub struct PointParameters {
     /// Position at rest `[L]`; in the plane its third component is zero.
     pub position: Vector3<f64>,
-    /// Factor on the strength of the law at this point [-], 1 unless a body says otherwise: obeyed by
-    /// [`crate::PerPoint`], and by [`crate::CamClay`] as a factor on its preconsolidation pressure.
-    pub strength: f64,
+    /// The point's own parameters, for [`crate::PerPoint`]; none where the law's are meant.
+    pub own: Option<crate::OwnParameters>,
+    /// Principal stresses under which it begins `[F/L²]`, if it does.
+    pub stress: Option<Vector3<f64>>,
+    /// How far the point was compressed in the past, for [`crate::CamClay`].
+    pub consolidation: Consolidation,
+}
+
+/// What decides the preconsolidation pressure at the start.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub enum Consolidation {
+    /// The law's parameter.
+    #[default]
+    OfLaw,
+    /// The pressure itself [F/L²].
+    Pressure(f64),
+    /// The yield surface goes through these principal stresses [F/L²].
+    Stress(Vector3<f64>),
 }
 
 impl PointParameters {
     /// A point that rests at `position` `[L]`.
     pub fn at(position: Vector3<f64>) -> Self {
-        Self { position, strength: 1.0 }
+        Self { position, own: None, stress: None, consolidation: Consolidation::OfLaw }
     }
 }

@@ -6,16 +6,16 @@ use crate::body::kinematics::{block, gradient, trial_excess};
 use crate::body::points::Points;
 use crate::body::trial::{InadmissiblePoint, trial};
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, log_strain};
+use mpm_material::{Material, Response, SymmetricTensor, log_strain};
 
 /// Energy that the trial displacement `increment` (`Δu_v` of every active node `[L]`) dissipates `[F L]`
 /// (in the plane: per unit thickness),
 ///
 /// ```text
-/// D = Σ_p V⁰_p τ_p : (ε_p,tr - ε_p,e)        ∂D/∂Δu_v = Σ_p V⁰_p s_p g_vp,   s = τ - ⅓ tr(τ) I,
+/// D = Σ_p V⁰_p τ'_p : (ε_p,tr - ε_p,e)        ∂D/∂Δu_v = Σ_p V⁰_p s_p g_vp,   s = τ - ⅓ tr(τ) I,
 /// ```
 ///
-/// both sums over the points that yield; the gradient is added to `gradient` `[F]`. `ε_tr - ε_e` is the
+/// both sums over the points that yield; τ' is the stress without that of pore fluid, which stores all of its work; the gradient is added to `gradient` `[F]`. `ε_tr - ε_e` is the
 /// step's plastic strain (backward Euler in logarithmic strain). The gradient is exact where flow is
 /// isochoric and associated and the yield stress stays: then `s` is constant along its own direction.
 /// For other laws it is an approximation (Verhoosel, Remmers & Gutiérrez 2009 control a step by the
@@ -52,10 +52,9 @@ pub fn dissipation<const D: usize, M: Material>(
                 continue;
             }
             let tau = state.response.kirchhoff;
-            let before = log_strain(&trial_excess(&gradient(&du, gradients), &points.elastic_excess[p]));
-            let after = log_strain(&state.response.elastic_excess);
+            let before = trial_excess(&gradient(&du, gradients), &points.elastic_excess[p]);
             let volume = points.reference_volume[p];
-            energy += volume * tau.to_matrix().dot(&(before.to_matrix() - after.to_matrix()));
+            energy += volume * dissipated(law, &before, &state.response);
             let deviator = block::<D>(&tau) - Block::identity() * (tau.trace() / 3.0);
             for (&node, gradient) in view.nodes.iter().zip(gradients) {
                 gradient_sum[node as usize] += deviator * state.inverse.tr_mul(gradient) * volume;
@@ -63,4 +62,16 @@ pub fn dissipation<const D: usize, M: Material>(
         }
     }
     Ok(energy)
+}
+
+/// τ' : (ε_tr - ε_e) of a point that yields, per reference volume `[F/L²]`.
+pub(crate) fn dissipated<M: Material>(
+    law: &M,
+    trial: &SymmetricTensor,
+    response: &Response<M::History>,
+) -> f64 {
+    let (before, after) = (log_strain(trial), log_strain(&response.elastic_excess));
+    let flow = before.to_matrix() - after.to_matrix();
+    let fluid = law.fluid_stress(after.trace(), &response.history);
+    response.kirchhoff.to_matrix().dot(&flow) - fluid * flow.trace()
 }

@@ -36,7 +36,7 @@ pub trait Body<const D: usize>: Send + Sync {
     fn symmetry(&self) -> Symmetry;
 
     /// What its law remembers of a point and shows in results.
-    fn history_fields(&self) -> &'static [FieldInfo];
+    fn history_fields(&self) -> Vec<FieldInfo>;
 
     /// Appends the components of all [history fields](Self::history_fields) of one point.
     fn history(&self, point: usize, to: &mut Vec<f64>);

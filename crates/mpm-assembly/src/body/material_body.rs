@@ -8,7 +8,7 @@ use crate::body::domain_control::{self, Controlled, TooManyPoints};
 use crate::body::interface::{Body, BodyLoads};
 use crate::body::kinematics::determinant;
 use crate::body::point_view::PointView;
-use crate::body::points::Points;
+use crate::body::points::{Points, at_rest};
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::stored::{self, ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
@@ -18,7 +18,10 @@ use mpm_basis::{
 };
 use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::{FieldInfo, History, Material, SymmetricTensor, respond};
+use mpm_material::{
+    Consolidation, FieldInfo, Material, NoReturn, OwnParameters, PointParameters, SymmetricTensor, respond,
+    start_under, stored_energy,
+};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -36,6 +39,27 @@ pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
     prepared: (PreparedState<D, M>, PreparedDomains<D, B::Domain>),
     is_prepared: bool,
     mean_dilatation: Option<MeanDilatation>,
+}
+
+/// How a point begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointStart {
+    /// Parameters of its own, for laws that are [`PerPoint`](mpm_material::PerPoint).
+    pub own: Option<OwnParameters>,
+    /// Its stress, Cauchy's and Kirchhoff's in one `[F/L²]`; in the plane with its component along z.
+    pub stress: Option<SymmetricTensor>,
+    /// How far it was compressed in the past.
+    pub consolidation: Consolidation,
+}
+
+/// A point that cannot begin under its stress.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("material point {point} cannot begin under its stress: {reason}")]
+pub struct RefusedStart {
+    /// Index of the point in its body.
+    pub point: usize,
+    /// What the law says.
+    pub reason: NoReturn,
 }
 
 impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
@@ -60,6 +84,28 @@ impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     pub fn with_reference_positions(mut self) -> Self {
         self.points.reference_position = self.points.position.clone();
         self
+    }
+
+    /// The same, with points that begin as `starts` say, one for each in order.
+    ///
+    /// # Errors
+    /// The first point that has no elastic state under its stress.
+    pub fn with_starts(mut self, starts: &[PointStart]) -> Result<Self, RefusedStart> {
+        assert_eq!(starts.len(), self.points.len(), "every point has a start");
+        for (point, start) in starts.iter().enumerate() {
+            let mut parameters = PointParameters::at(at_rest(&self.points.position[point]));
+            (parameters.own, parameters.consolidation) = (start.own, start.consolidation);
+            self.points.history[point] = match &start.stress {
+                None => self.law.initial(&parameters),
+                Some(stress) => {
+                    let started = start_under(&self.law, &parameters, stress);
+                    let (excess, history) = started.map_err(|reason| RefusedStart { point, reason })?;
+                    self.points.elastic_excess[point] = excess;
+                    history
+                }
+            };
+        }
+        Ok(self)
     }
 
     /// The same, with volume changes averaged over cells where `mean` says how.
@@ -93,12 +139,12 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         if self.law.has_symmetric_tangent() { Symmetry::Symmetric } else { Symmetry::Unsymmetric }
     }
 
-    fn history_fields(&self) -> &'static [FieldInfo] {
-        M::History::FIELDS
+    fn history_fields(&self) -> Vec<FieldInfo> {
+        self.law.history_fields()
     }
 
     fn history(&self, point: usize, to: &mut Vec<f64>) {
-        self.points.history[point].show(to);
+        self.law.show(&self.points.history[point], to);
     }
 
     fn has_domains(&self) -> bool {
@@ -226,6 +272,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             deformation_gradient: points.deformation_gradient[point],
             volume_ratio: determinant(&points.deformation_gradient[point]),
             elastic_excess,
+            stored_energy: stored_energy(&self.law, &elastic_excess, &points.history[point]),
             // The committed elastic state is admissible, so the law answers elastically.
             kirchhoff: respond(&self.law, &elastic_excess, &points.history[point])
                 .map_or(SymmetricTensor::from_matrix(&Matrix3::repeat(f64::NAN)), |it| it.kirchhoff),

@@ -28,7 +28,7 @@ pub use domain_control::{Controlled, TooManyPoints};
 pub use interface::{Body, BodyLoads, views};
 pub use kinematics::determinant;
 pub use linked::Linked;
-pub use material_body::MaterialBody;
+pub use material_body::{MaterialBody, PointStart, RefusedStart};
 pub use occupied::OccupiedCell;
 pub use point_view::PointView;
 pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};

@@ -55,12 +55,17 @@ impl<const D: usize, M: Material> Default for Points<D, M> {
     }
 }
 
+/// A position as laws know it: in the plane its third component is zero `[L]`.
+pub(crate) fn at_rest<const D: usize>(position: &Vector<D>) -> Vector<3> {
+    let mut at_rest = Vector::<3>::zeros();
+    at_rest.as_mut_slice()[..D].copy_from_slice(position.as_slice());
+    at_rest
+}
+
 impl<const D: usize, M: Material> Points<D, M> {
     /// Adds a point of volume `volume` `[L^D]` that rests at `position` `[L]`, free of stress.
     pub fn push(&mut self, law: &M, position: Vector<D>, volume: f64) {
-        let mut at_rest = Vector::<3>::zeros();
-        at_rest.as_mut_slice()[..D].copy_from_slice(position.as_slice());
-        self.history.push(law.initial(&PointParameters::at(at_rest)));
+        self.history.push(law.initial(&PointParameters::at(at_rest(&position))));
         self.position.push(position);
         self.reference_volume.push(volume);
         self.deformation_gradient.push(Block::identity());

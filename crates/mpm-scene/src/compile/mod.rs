@@ -2,11 +2,14 @@
 
 mod basis;
 mod bodies;
+mod drive;
+mod initial;
 mod law;
 mod loads;
 mod mesh;
 mod names;
 mod overlap;
+mod quantity;
 mod shapes;
 mod supports;
 
@@ -18,6 +21,8 @@ use crate::language::{
     ToleranceInput,
 };
 use crate::limits::memory_left;
+pub use drive::{DrivenPath, drive};
+
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
 use loads::{loads, probes};

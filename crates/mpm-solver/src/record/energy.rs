@@ -5,7 +5,6 @@ use crate::error::StepFailure;
 use crate::model::NamedBody;
 use mpm_assembly::{Constraints, PassInput, Sums, views};
 use mpm_grid::Vector;
-use mpm_material::log_strain;
 
 /// What a load step dissipates and what is done on it from outside `[F L]` (in the plane: per unit thickness).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,14 +62,13 @@ impl StepEnergy {
     }
 }
 
-/// Energy stored in the points, `Σ_p V⁰_p ½ τ_p : ε_p,e`: that of laws whose stress is linear in elastic
-/// logarithmic strain, which all laws of scenes are `[F L]` (in the plane: per unit thickness).
+/// Energy stored in the points, `Σ_p V⁰_p ψ_p` with ψ the law's elastic energy `[F L]` (in the plane: per unit
+/// thickness).
 pub(crate) fn elastic<const D: usize>(bodies: &[NamedBody<D>]) -> f64 {
     let mut energy = 0.0;
     for named in bodies {
         for view in views(&*named.body) {
-            let strain = log_strain(&view.elastic_excess);
-            energy += 0.5 * view.reference_volume * view.kirchhoff.to_matrix().dot(&strain.to_matrix());
+            energy += view.reference_volume * view.stored_energy;
         }
     }
     energy

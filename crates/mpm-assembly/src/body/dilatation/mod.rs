@@ -44,6 +44,7 @@ pub use cells::{Dilatation, MeanDilatation};
 
 use moduli::{Moduli, moduli};
 
+use crate::body::dissipation::dissipated;
 use crate::body::kinematics::{
     block, determinant, determinant_excess, gradient, inverse_and_determinant, trial_excess,
 };
@@ -52,7 +53,7 @@ use crate::body::scatter::{FORCE, LOWER, block_position, n_blocks};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, Response, log_strain, respond};
+use mpm_material::{Material, Response, respond};
 use rayon::prelude::*;
 
 /// Cells per task; fixed, so that nothing depends on the number of threads.
@@ -413,12 +414,10 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                     }
                     let p = point.point;
                     let volume = self.points.reference_volume[p];
-                    let tau = response.kirchhoff.to_matrix();
                     let trial = trial_excess(&point.dilated(change.excess), &self.points.elastic_excess[p]);
-                    let strain =
-                        log_strain(&trial).to_matrix() - log_strain(&response.elastic_excess).to_matrix();
-                    energy += volume * tau.dot(&strain);
-                    let deviator = block::<D>(&response.kirchhoff) - Block::identity() * (tau.trace() / 3.0);
+                    energy += volume * dissipated(self.law, &trial, &response);
+                    let tau = &response.kirchhoff;
+                    let deviator = block::<D>(tau) - Block::identity() * (tau.trace() / 3.0);
                     pressure += push(&(deviator * volume), &part, &s.g[point.at..], &mut force);
                 }
                 at += part.points.len();
