@@ -4,6 +4,7 @@ use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
 use crate::body::trial::{InadmissiblePoint, Trial, trial, trial_of};
+use mpm_basis::parallel::both;
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Convection, ConvectionError};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
@@ -269,7 +270,7 @@ fn in_groups<const D: usize, C: SplitColumns, E: Send>(
     let middle = (groups.start + groups.end) / 2;
     let at = connectivity.group_points(middle).start - connectivity.group_points(groups.start).start;
     let (low, high) = columns.split_at(at);
-    let (low, high) = rayon::join(
+    let (low, high) = both(
         || in_groups(connectivity, groups.start..middle, low, work),
         || in_groups(connectivity, middle..groups.end, high, work),
     );

@@ -3,10 +3,10 @@
 use crate::body::kinematics::inverse_and_determinant;
 use crate::body::points::Points;
 use mpm_basis::domain_control::{cap, is_too_long, reshape, split};
+use mpm_basis::parallel::each;
 use mpm_basis::{Basis, DomainControl, DomainPart};
 use mpm_grid::{Mesh, Vector};
 use mpm_material::Material;
-use rayon::prelude::*;
 
 /// What has been done about the domains of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,14 +67,21 @@ pub(crate) fn control<const D: usize, B: Basis<D>, M: Material>(
 }
 
 /// Counts the domains that `shorten` has found too long.
-fn shortened<const D: usize, Domain: Send>(
+fn shortened<const D: usize, Domain: Clone + Send + Sync>(
     position: &[Vector<D>],
     domains: &mut [Domain],
     shorten: impl Fn(&Vector<D>, &mut Domain) -> bool + Sync,
 ) -> Controlled {
-    let domains = domains.par_iter_mut().zip(position);
-    let capped: Vec<bool> = domains.map(|(domain, x)| shorten(x, domain)).collect();
-    Controlled { capped: capped.into_iter().filter(|it| *it).count(), ..Controlled::default() }
+    let next: Vec<(bool, Domain)> = each(domains.len(), &|p| {
+        let mut domain = domains[p].clone();
+        (shorten(&position[p], &mut domain), domain)
+    });
+    let mut capped = 0;
+    for (domain, (is_shorter, next)) in domains.iter_mut().zip(next) {
+        *domain = next;
+        capped += usize::from(is_shorter);
+    }
+    Controlled { capped, ..Controlled::default() }
 }
 
 /// Parts of points, each with the number of its point.
@@ -89,8 +96,7 @@ fn divided<const D: usize, B: Basis<D>>(
     cells: f64,
     most: usize,
 ) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
-    let points = position.par_iter().zip(domains);
-    let long: Vec<bool> = points.map(|(x, domain)| is_too_long(mesh, x, domain, cells)).collect();
+    let long: Vec<bool> = each(domains.len(), &|p| is_too_long(mesh, &position[p], &domains[p], cells));
     if !long.contains(&true) {
         return Ok((0, Vec::new()));
     }

@@ -13,6 +13,7 @@ use crate::body::scatter::{PassInput, Sums};
 use crate::body::stored::{self, ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
 use crate::body::{dissipation, pass};
+use mpm_basis::parallel::each;
 use mpm_basis::{
     ActiveNodes, Basis, Connectivity, Domain, DomainControl, DomainReport, Seed, Stencils, UnconnectedPoint,
 };
@@ -23,7 +24,6 @@ use mpm_material::{
     start_under, stored_energy,
 };
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 
 /// The one kind of [`Body`] there is: basis `B`, law `M`.
 ///
@@ -282,16 +282,13 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport> {
         let points = &self.points;
-        (0..points.len())
-            .into_par_iter()
-            .map(|p| {
-                let report = self.basis.diagnose(mesh, &points.position[p], &self.domains[p]);
-                report.unwrap_or_else(|_| DomainReport {
-                    corners_outside: self.outline(p).len(),
-                    ..DomainReport::default()
-                })
+        each(points.len(), &|p| {
+            let report = self.basis.diagnose(mesh, &points.position[p], &self.domains[p]);
+            report.unwrap_or_else(|_| DomainReport {
+                corners_outside: self.outline(p).len(),
+                ..DomainReport::default()
             })
-            .collect()
+        })
     }
 
     fn outline(&self, point: usize) -> Vec<Vector<D>> {

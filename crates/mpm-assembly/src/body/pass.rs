@@ -22,6 +22,7 @@ use crate::body::scatter::{
 use crate::body::strips::Strip;
 use crate::body::trial::trial;
 use mpm_basis::Group;
+use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
 use mpm_material::Material;
 use std::sync::{Mutex, PoisonError};
@@ -90,7 +91,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
             let (low, high) = strips.split_at(strips.len() / 2);
             let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
             let (low_part, high_part) = part.split_at(high[0].nodes.start, self.input.pattern);
-            let (low, high) = rayon::join(
+            let (low, high) = both(
                 || self.sum::<TANGENT>(low, low_scratch, low_part),
                 || self.sum::<TANGENT>(high, high_scratch, high_part),
             );

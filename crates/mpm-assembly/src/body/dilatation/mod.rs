@@ -51,10 +51,10 @@ use crate::body::kinematics::{
 use crate::body::points::Points;
 use crate::body::scatter::{FORCE, LOWER, block_position, n_blocks};
 use crate::body::trial::InadmissiblePoint;
+use mpm_basis::parallel::each;
 use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, respond};
-use rayon::prelude::*;
 
 /// Cells per task; fixed, so that nothing depends on the number of threads.
 const CELLS: usize = 256;
@@ -374,9 +374,8 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
     /// `ΔF̄ - I` of every point.
     pub(crate) fn steps(&self) -> Result<Vec<Block<D>>, InadmissiblePoint> {
         let cells = self.dilatation.cells.len();
-        let chunks: Vec<Result<Vec<(usize, Block<D>)>, InadmissiblePoint>> = (0..cells.div_ceil(CELLS))
-            .into_par_iter()
-            .map(|chunk| {
+        let chunks: Vec<Result<Vec<(usize, Block<D>)>, InadmissiblePoint>> =
+            each(cells.div_ceil(CELLS), &|chunk| {
                 let mut s = Scratch::default();
                 let mut steps = Vec::new();
                 for cell in chunk * CELLS..((chunk + 1) * CELLS).min(cells) {
@@ -384,8 +383,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                     steps.extend(s.points.iter().map(|it| (it.point, it.dilated(change.excess))));
                 }
                 Ok(steps)
-            })
-            .collect();
+            });
         let mut steps = vec![Block::zeros(); self.points.len()];
         for chunk in chunks {
             for (point, step) in chunk? {
