@@ -3,7 +3,7 @@
 use crate::body::advance::{AdvanceError, Converged, PreparedDomains};
 use crate::body::domain_control::{self, Controlled, TooManyPoints};
 use crate::body::stored::ForeignPoints;
-use mpm_basis::parallel::each;
+use mpm_basis::parallel::each_point;
 use mpm_basis::{Basis, Connectivity, Domain, DomainControl, DomainReport, Stencils, UnconnectedPoint};
 use mpm_grid::{Block, Mesh, NodeKind, Vector};
 
@@ -111,7 +111,7 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
     }
 
     fn diagnose(&self, position: &[Vector<D>], mesh: &Mesh<D>) -> Vec<DomainReport> {
-        each(position.len(), &|p| {
+        each_point(position.len(), &|p| {
             let report = self.basis.diagnose(mesh, &position[p], &self.domains[p]);
             report.unwrap_or_else(|_| DomainReport {
                 corners_outside: self.outline(p, &position[p]).len(),

@@ -3,7 +3,7 @@
 use crate::body::kinematics::inverse_and_determinant;
 use crate::body::points::Points;
 use mpm_basis::domain_control::{cap, is_too_long, reshape, split};
-use mpm_basis::parallel::each;
+use mpm_basis::parallel::each_point;
 use mpm_basis::{Basis, DomainControl, DomainPart};
 use mpm_grid::{Mesh, Vector};
 
@@ -70,7 +70,7 @@ fn shortened<const D: usize, Domain: Clone + Send + Sync>(
     domains: &mut [Domain],
     shorten: impl Fn(&Vector<D>, &mut Domain) -> bool + Sync,
 ) -> Controlled {
-    let next: Vec<(bool, Domain)> = each(domains.len(), &|p| {
+    let next: Vec<(bool, Domain)> = each_point(domains.len(), &|p| {
         let mut domain = domains[p].clone();
         (shorten(&position[p], &mut domain), domain)
     });
@@ -94,7 +94,7 @@ fn divided<const D: usize, B: Basis<D>>(
     cells: f64,
     most: usize,
 ) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
-    let long: Vec<bool> = each(domains.len(), &|p| is_too_long(mesh, &position[p], &domains[p], cells));
+    let long: Vec<bool> = each_point(domains.len(), &|p| is_too_long(mesh, &position[p], &domains[p], cells));
     if !long.contains(&true) {
         return Ok((0, Vec::new()));
     }

@@ -9,11 +9,11 @@ use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
+use mpm_basis::parallel::each_point;
 use mpm_basis::{ActiveNodes, Connectivity, DomainControl, DomainReport, Stencils, UnconnectedPoint};
 use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
-use rayon::prelude::*;
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
@@ -166,6 +166,6 @@ pub fn views<const D: usize>(body: &dyn Body<D>) -> impl Iterator<Item = PointVi
     let n = body.n_points();
     (0..n).step_by(BLOCK).flat_map(move |first| {
         let block = first..n.min(first + BLOCK);
-        block.into_par_iter().map(|point| body.point(point)).collect::<Vec<_>>()
+        each_point(block.len(), &|k| body.point(block.start + k))
     })
 }
