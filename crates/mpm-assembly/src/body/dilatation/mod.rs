@@ -44,13 +44,12 @@ pub use cells::{Dilatation, MeanDilatation};
 
 use moduli::{Moduli, moduli};
 
-use crate::body::dissipation::dissipated;
 use crate::body::kinematics::{
     block, determinant, determinant_excess, gradient, inverse_and_determinant, trial_excess,
 };
 use crate::body::points::Points;
 use crate::body::scatter::{FORCE, LOWER, block_position, n_blocks};
-use crate::body::trial::InadmissiblePoint;
+use crate::body::trial::{InadmissiblePoint, dissipated};
 use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, respond};
