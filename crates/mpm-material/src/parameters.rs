@@ -41,6 +41,12 @@ impl ParameterError {
     }
 }
 
+/// Most parameters that a point can have for itself.
+pub const MOST_OWN: usize = 3;
+
+/// Parameters of one point, in the order of [`crate::Varied::OWN`]; those that the law has not are zero.
+pub type OwnParameters = [f64; MOST_OWN];
+
 /// What a law may know of a point when a body is made.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
@@ -48,7 +54,7 @@ pub struct PointParameters {
     /// Position at rest `[L]`; in the plane its third component is zero.
     pub position: Vector3<f64>,
     /// The point's own parameters, for [`crate::PerPoint`]; none where the law's are meant.
-    pub own: Option<crate::OwnParameters>,
+    pub own: Option<OwnParameters>,
     /// Principal stresses under which it begins `[F/L²]`, if it does.
     pub stress: Option<Vector3<f64>>,
     /// How far the point was compressed in the past, for [`crate::CamClay`].

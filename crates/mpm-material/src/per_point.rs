@@ -2,16 +2,11 @@
 
 use nalgebra::Vector3;
 
+use crate::parameters::{MOST_OWN, OwnParameters};
 use crate::{
     CamClay, DruckerPrager, Elasticity, FieldInfo, Hencky, History, Material, MohrCoulomb, NeoHooke, NoReturn,
     PlasticShear, PlasticStrain, PointParameters, Preconsolidation, Tresca, Update, VonMises,
 };
-
-/// Most parameters that a point can have for itself.
-pub const MOST_OWN: usize = 3;
-
-/// Parameters of one point, in the order of [`Varied::OWN`]; those that the law has not are zero.
-pub type OwnParameters = [f64; MOST_OWN];
 
 /// A law whose stiffness and strengths may differ from point to point.
 pub trait Varied: Material + 'static {

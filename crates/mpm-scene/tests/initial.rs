@@ -146,6 +146,22 @@ fn ground_at_rest_does_not_move() {
     }
 }
 
+/// A traction acts on the surface itself, so that it balances a stress that is constant over the depth.
+#[test]
+fn ground_under_a_surcharge_does_not_move() {
+    let loaded = "Geostatic(surface: 10, unit_weight: 20, k0: 0.6, surcharge: 5)";
+    for (name, law) in [LAWS[0], LAWS[4], LAWS[6]] {
+        for basis in ["Smpm", "Cpdi1"] {
+            let text = plane(basis, law, loaded).replace(
+                "loads: [",
+                "loads: [Traction(body: \"ground\", axis: Y, at: 10, resultant: (0, -10), ramp: [(0, 1)]), ",
+            );
+            let seen = run(&text);
+            assert!(seen.moved < 1e-12 * HEIGHT, "{name}, {basis}: {:e}", seen.moved);
+        }
+    }
+}
+
 #[test]
 fn the_stress_is_that_of_the_depth() {
     let layered = "Geostatic(surface: 10, unit_weight: Layers([(top: 10, value: 8), (top: 4, value: 11)]), \

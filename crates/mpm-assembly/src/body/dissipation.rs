@@ -3,9 +3,9 @@
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::kinematics::{block, gradient, trial_excess};
-use crate::body::trial::{Committed, InadmissiblePoint, trial};
+use crate::body::trial::{Committed, InadmissiblePoint, dissipated, trial};
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, Response, SymmetricTensor, log_strain};
+use mpm_material::Material;
 
 /// Energy that the trial displacement `increment` (`Δu_v` of every active node `[L]`) dissipates `[F L]`
 /// (in the plane: per unit thickness),
@@ -61,16 +61,4 @@ pub fn dissipation<const D: usize, M: Material>(
         }
     }
     Ok(energy)
-}
-
-/// τ' : (ε_tr - ε_e) of a point that yields, per reference volume `[F/L²]`.
-pub(crate) fn dissipated<M: Material>(
-    law: &M,
-    trial: &SymmetricTensor,
-    response: &Response<M::History>,
-) -> f64 {
-    let (before, after) = (log_strain(trial), log_strain(&response.elastic_excess));
-    let flow = before.to_matrix() - after.to_matrix();
-    let fluid = law.fluid_stress(after.trace(), &response.history);
-    response.kirchhoff.to_matrix().dot(&flow) - fluid * flow.trace()
 }

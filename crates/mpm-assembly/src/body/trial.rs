@@ -3,7 +3,7 @@
 use crate::body::kinematics::{gradient, inverse_and_determinant, trial_excess};
 use crate::body::points::Points;
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, NoReturn, Response, respond};
+use mpm_material::{Material, NoReturn, Response, SymmetricTensor, log_strain, respond};
 
 /// A point that has no admissible state under a trial displacement.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -97,4 +97,16 @@ pub(crate) fn trial_of<const D: usize, M: Material>(
     let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &history[p])
         .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
     Ok(Trial { step, inverse, determinant, response })
+}
+
+/// τ' : (ε_tr - ε_e) of a point that yields, per reference volume `[F/L²]`.
+pub(crate) fn dissipated<M: Material>(
+    law: &M,
+    trial: &SymmetricTensor,
+    response: &Response<M::History>,
+) -> f64 {
+    let (before, after) = (log_strain(trial), log_strain(&response.elastic_excess));
+    let flow = before.to_matrix() - after.to_matrix();
+    let fluid = law.fluid_stress(after.trace(), &response.history);
+    response.kirchhoff.to_matrix().dot(&flow) - fluid * flow.trace()
 }

@@ -102,7 +102,7 @@ fn gimp(domains: &DomainsInput) -> Gimp {
         None | Some(GimpUpdateInput::Stretch) => GimpUpdate::Stretch,
         Some(GimpUpdateInput::Diagonal) => GimpUpdate::Diagonal,
         Some(GimpUpdateInput::Volume) => GimpUpdate::Volume,
-        Some(GimpUpdateInput::None) => GimpUpdate::None,
+        Some(GimpUpdateInput::Fixed) => GimpUpdate::Fixed,
     };
     Gimp { update }
 }
@@ -183,7 +183,7 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
 /// Makes a body of seeded points.
 struct Filling<'a, const D: usize, B: Basis<D>> {
     basis: B,
-    seeded: Seeded<SeedOf<D, B>>,
+    seeded: Seeded<SeedOf<D, B>, D>,
     starts: &'a Starts,
     plan: &'a Plan<'a, D>,
 }

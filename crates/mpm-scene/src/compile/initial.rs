@@ -210,7 +210,7 @@ pub(super) fn refused(
     };
     let SymmetricTensor { xx, yy, zz, .. } = *stress;
     format!(
-        "the point {}{depth} cannot begin under the stress σ_xx = {xx:.6e}, σ_yy = {yy:.6e}, σ_zz = {zz:.6e}: {reason}",
+        "the point {}{depth} cannot begin under the stress σ_xx = {xx}, σ_yy = {yy}, σ_zz = {zz}: {reason}",
         place(position)
     )
 }

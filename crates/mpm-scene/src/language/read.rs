@@ -1,7 +1,6 @@
 //! From text to scene: what cannot be read is reported where it stands, in words of the scene.
 
 use super::position::Position;
-use super::scene::Scene;
 use ron::error::{Error, SpannedError};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -16,16 +15,6 @@ pub struct ReadError {
     pub start: Position,
     /// Where it ends.
     pub end: Position,
-}
-
-impl Scene {
-    /// Reads a scene.
-    ///
-    /// # Errors
-    /// What is wrong, and where in the text.
-    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
-        read(text)
-    }
 }
 
 /// Reads what a text in the language of scenes says.

@@ -6,6 +6,7 @@ use super::boundary::{LoadInput, ProbeInput, SupportInput};
 use super::material::MaterialInput;
 use super::mesh::{MeshInput, MotionInput};
 use super::number;
+use super::read::{ReadError, read};
 use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -77,6 +78,14 @@ impl<const D: usize, B> SceneIn<D, B> {
 }
 
 impl Scene {
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// What is wrong, and where in the text.
+    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
+        read(text)
+    }
+
     /// Files that it names.
     pub fn files(&self) -> Vec<&str> {
         match self {

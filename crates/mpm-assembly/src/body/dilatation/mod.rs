@@ -44,12 +44,11 @@ pub use cells::{Dilatation, MeanDilatation};
 
 use moduli::{Moduli, moduli};
 
-use crate::body::dissipation::dissipated;
 use crate::body::kinematics::{
     block, determinant, determinant_excess, gradient, inverse_and_determinant, trial_excess,
 };
 use crate::body::scatter::{FORCE, LOWER, block_position, n_blocks};
-use crate::body::trial::{Committed, InadmissiblePoint};
+use crate::body::trial::{Committed, InadmissiblePoint, dissipated};
 use mpm_basis::parallel::each;
 use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
