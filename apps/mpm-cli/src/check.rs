@@ -15,6 +15,7 @@ use std::path::Path;
 pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
     let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
+    input.notes.extend(estimate.warnings.iter().cloned());
     if as_json {
         return say(&format!("{:#}\n", json(&estimate, &input.scene, &input.notes)));
     }

@@ -34,6 +34,6 @@ pub use position::{Position, position_of};
 pub use read::ReadError;
 pub use run::{
     CheckpointInput, FieldInput, OutputInput, PathMeasureInput, PredictorInput, ScheduleInput, SolverInput,
-    StepControlInput, ToleranceInput,
+    StepControlInput, ToleranceInput, UnheldMotionInput,
 };
 pub use scene::{Scene, SceneIn};

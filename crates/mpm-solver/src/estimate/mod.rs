@@ -6,6 +6,8 @@ use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, periods};
 use crate::error::{Error, StepFailure};
 use crate::model::{Model, NamedBody};
+use crate::remedy::advice;
+use crate::rigid::unheld_at_start;
 use mpm_assembly::Constraints;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
@@ -49,6 +51,8 @@ pub struct Estimate {
     pub columns_not_stored: Vec<&'static str>,
     /// Where the memory goes.
     pub memory: Memory,
+    /// What will end the run, or may do so, and what the scene can have against it.
+    pub warnings: Vec<String>,
 }
 
 /// Volume of a body, told by its points and by its shape.
@@ -137,6 +141,8 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
             .map_err(|it| Error::TooLarge(it.to_string()))?
     };
 
+    let unheld = unheld_at_start(model, &mesh, &connected, &constraints);
+    let unheld = (!unheld.is_empty()).then(|| format!("nothing holds {}", unheld.join("; nor ")));
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
     let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
@@ -176,6 +182,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         },
         is_iterative,
         prediction,
+        warnings: unheld.into_iter().chain(advice(model)).collect(),
     })
 }
 
