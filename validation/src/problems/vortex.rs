@@ -37,7 +37,7 @@ pub fn exact<B>(scene: &SceneIn<2, B>) -> Result<Vortex, Broken> {
     });
     let shear = scene.materials.values().find_map(|material| match material {
         MaterialInput::Hencky { young, poisson, .. } => Some(young.0 / (2.0 * (1.0 + poisson.0))),
-        MaterialInput::VonMises { .. } => None,
+        _ => None,
     });
     let (angle, shear) = angle.zip(shear).ok_or("expected a vortex in a Hencky material")?;
     Ok(Vortex::new(shear, Ramp::linear(angle.to_radians())))

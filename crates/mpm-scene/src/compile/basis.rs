@@ -1,5 +1,6 @@
 //! Bases and laws: what points of a body are under.
 
+use super::law::{WithLaw, with_law};
 use crate::error::SceneError;
 use crate::fill::{Filled, Plan, fill};
 use crate::language::{
@@ -10,7 +11,7 @@ use mpm_basis::{
     Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
     Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
-use mpm_material::{Elasticity, Hencky, VonMises};
+use mpm_material::Material;
 use mpm_solver::DomainLimit;
 use mpm_solver::NamedBody;
 
@@ -163,15 +164,16 @@ fn fill_with<const D: usize, B: Basis<D> + 'static>(
     law: &MaterialInput,
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, String> {
-    let elasticity =
-        |young: f64, poisson: f64| Elasticity::from_young_poisson(young, poisson).map_err(|it| it.to_string());
-    match law {
-        MaterialInput::Hencky { young, poisson, .. } => {
-            fill(basis, Hencky(elasticity(young.0, poisson.0)?), plan)
-        }
-        MaterialInput::VonMises { young, poisson, yield_radius, .. } => {
-            let law = VonMises::new(elasticity(young.0, poisson.0)?, yield_radius.0);
-            fill(basis, law.map_err(|it| it.to_string())?, plan)
+    struct Filling<'a, const D: usize, B> {
+        basis: B,
+        plan: &'a Plan<'a, D>,
+    }
+    impl<const D: usize, B: Basis<D> + 'static> WithLaw for Filling<'_, D, B> {
+        type Answer = Result<Filled<D>, String>;
+
+        fn with<M: Material + 'static>(self, law: M) -> Self::Answer {
+            fill(self.basis, law, self.plan)
         }
     }
+    with_law(law, Filling { basis, plan }).map_err(|it| it.to_string())?
 }

@@ -100,6 +100,7 @@ fn law<'a, const D: usize, B>(
             format!("no material named `{}`; the scene has: {}", input.material, known.join(", ")),
         )
     })?;
+    super::law::check(law, &input.material)?;
     if !scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. })) {
         return Ok((law, None));
     }

@@ -2,6 +2,7 @@
 
 mod basis;
 mod bodies;
+mod law;
 mod loads;
 mod mesh;
 mod names;

@@ -1,46 +1,9 @@
-//! Laws, bodies, and what they fill.
+//! Bodies, and what they fill.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Count, Finite, PlanePoint, Poisson, Positive, one};
+use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, one};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// A law. Stress is work-conjugate to elastic logarithmic strain: `τ = λ tr(ε_e) I + 2G ε_e`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub enum MaterialInput {
-    /// Hencky elasticity.
-    Hencky {
-        /// Young's modulus E `[F/L²]`.
-        young: Positive,
-        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
-        poisson: Poisson,
-        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
-        #[serde(default)]
-        density: Option<Positive>,
-    },
-    /// Hencky elasticity with von Mises perfect plasticity.
-    VonMises {
-        /// Young's modulus E `[F/L²]`.
-        young: Positive,
-        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
-        poisson: Poisson,
-        /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress `[F/L²]`.
-        yield_radius: Positive,
-        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
-        #[serde(default)]
-        density: Option<Positive>,
-    },
-}
-
-impl MaterialInput {
-    /// Mass per reference volume, if it is given `[M/L³]`.
-    pub fn density(&self) -> Option<Positive> {
-        match self {
-            Self::Hencky { density, .. } | Self::VonMises { density, .. } => *density,
-        }
-    }
-}
 
 /// A body of material points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -11,6 +11,7 @@ mod body;
 mod boundary;
 mod direction;
 mod edit;
+mod material;
 mod mesh;
 mod number;
 mod position;
@@ -22,12 +23,13 @@ pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
     StabilisationInput, TrianglesInput,
 };
-pub use body::{BodyInput, MaterialInput, MeanDilatationInput, ShapeInput};
+pub use body::{BodyInput, MeanDilatationInput, ShapeInput};
 pub use boundary::{
     BoundsInput, DisplaceInput, LoadInput, ProbeInput, ProbePointsInput, RegionInput, SupportInput, TurnInput,
 };
 pub use direction::Direction;
 pub use edit::{EditError, Edited, set_value};
+pub use material::{ConeInput, ConeMatchInput, MaterialInput, SofteningInput};
 pub use mesh::{AxisInput, CornerInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
 pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive, RampInput};
 pub use position::{Position, position_of};

@@ -1,8 +1,9 @@
 //! A whole scene.
 
 use super::basis::{DomainsInput, PlaneBasis, SolidBasis, StabilisationInput};
-use super::body::{BodyInput, MaterialInput, ShapeInput};
+use super::body::{BodyInput, ShapeInput};
 use super::boundary::{LoadInput, ProbeInput, SupportInput};
+use super::material::MaterialInput;
 use super::mesh::{MeshInput, MotionInput};
 use super::number;
 use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput, UnheldMotionInput};

@@ -50,7 +50,17 @@ impl Job {
         for material in scene.materials.values_mut() {
             let (young, poisson, density) = (Positive(1e6), mpm_scene::language::Poisson(0.0), None);
             *material = if self.yields {
-                MaterialInput::VonMises { young, poisson, yield_radius: Positive(1e6), density }
+                {
+                    let (yield_radius, undrained_strength, softening) = (Some(Positive(1e6)), None, None);
+                    MaterialInput::VonMises {
+                        young,
+                        poisson,
+                        yield_radius,
+                        undrained_strength,
+                        softening,
+                        density,
+                    }
+                }
             } else {
                 MaterialInput::Hencky { young, poisson, density }
             };

@@ -1,0 +1,204 @@
+//! Laws.
+
+use super::number::{Finite, Poisson, Positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A law. Strains are elastic, logarithmic and principal, stresses Kirchhoff's; tension is positive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum MaterialInput {
+    /// Hencky elasticity, `τ = λ tr(ε_e) I + 2G ε_e`.
+    Hencky {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Compressible neo-Hookean elasticity, `τ = G (b - I) + λ ln J I`: for large shear.
+    NeoHooke {
+        /// Young's modulus E of small strains `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν of small strains, 0 ≤ ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Hencky elasticity with von Mises plasticity. Its strength is either `yield_radius` or `undrained_strength`.
+    VonMises {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress `[F/L²]`.
+        #[serde(default)]
+        yield_radius: Option<Positive>,
+        /// Undrained shear strength s_u = ρ_y/√2 `[F/L²]`.
+        #[serde(default)]
+        undrained_strength: Option<Positive>,
+        /// How the undrained strength changes; it stays if left out.
+        #[serde(default)]
+        softening: Option<SofteningInput>,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Hencky elasticity with Tresca plasticity, `τ₁ - τ₃ ≤ 2 s_u`.
+    Tresca {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// Undrained shear strength s_u `[F/L²]`.
+        undrained_strength: Positive,
+        /// How it changes; it stays if left out.
+        #[serde(default)]
+        softening: Option<SofteningInput>,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Hencky elasticity with perfect Mohr–Coulomb plasticity.
+    MohrCoulomb {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// Cohesion c `[F/L²]`.
+        cohesion: Finite,
+        /// Angle of friction φ, 0 ≤ φ < 90 `[degrees]`.
+        friction: Finite,
+        /// Angle of dilation ψ, 0 ≤ ψ ≤ φ `[degrees]`.
+        dilation: Finite,
+        /// Tension that a stress can reach; up to the apex `c cot φ` if left out `[F/L²]`.
+        #[serde(default)]
+        tensile_strength: Option<Finite>,
+        /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
+        #[serde(default)]
+        fluid_bulk: Option<Positive>,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Hencky elasticity with perfect Drucker–Prager plasticity, `q - η p ≤ k`.
+    DruckerPrager {
+        /// Young's modulus E `[F/L²]`.
+        young: Positive,
+        /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
+        poisson: Poisson,
+        /// The cone.
+        cone: ConeInput,
+        /// Mean tension that the stress can reach; up to the apex `k/η` if left out `[F/L²]`.
+        #[serde(default)]
+        tension: Option<Finite>,
+        /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
+        #[serde(default)]
+        fluid_bulk: Option<Positive>,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+    /// Modified Cam-Clay, hyperelastic; without elastic strain it is under the pressure `reference_pressure`.
+    CamClay {
+        /// M, q/p at the critical state `[-]`.
+        critical_ratio: Positive,
+        /// λ, slope of ln J against ln p in first compression, p Kirchhoff's `[-]`.
+        compression: Positive,
+        /// κ, the same in unloading, κ < λ `[-]`.
+        swelling: Positive,
+        /// G₀ in the shear modulus G₀ + g p `[F/L²]`.
+        #[serde(default = "super::number::zero")]
+        shear: Finite,
+        /// g in the shear modulus G₀ + g p `[-]`.
+        #[serde(default = "super::number::zero")]
+        shear_ratio: Finite,
+        /// p_r, pressure at zero elastic strain `[F/L²]`.
+        reference_pressure: Positive,
+        /// p_c at the start, Kirchhoff's `[F/L²]`.
+        preconsolidation: Positive,
+        /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
+        #[serde(default)]
+        fluid_bulk: Option<Positive>,
+        /// Mass per reference volume; needed where a body force acts `[M/L³]`.
+        #[serde(default)]
+        density: Option<Positive>,
+    },
+}
+
+/// Undrained strength s_u as a function of the accumulated plastic shear ξ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum SofteningInput {
+    /// s_u = max(s_u0 + H ξ, s_res).
+    Linear {
+        /// H, negative for softening `[F/L²]`.
+        modulus: Finite,
+        /// s_res `[F/L²]`.
+        residual: Finite,
+    },
+    /// s_u = s_u0 [δ + (1 - δ) exp(-3 ξ/ξ₉₅)].
+    Remoulding {
+        /// δ, 1/sensitivity `[-]`.
+        remoulded: Positive,
+        /// ξ₉₅ `[-]`.
+        shear_95: Positive,
+    },
+}
+
+/// The cone of Drucker–Prager plasticity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum ConeInput {
+    /// By its own numbers.
+    Slopes {
+        /// η `[-]`.
+        slope: Finite,
+        /// η̄, the slope that the flow is normal to `[-]`.
+        flow_slope: Finite,
+        /// k `[F/L²]`.
+        strength: Finite,
+    },
+    /// By those of the Mohr–Coulomb surface that it meets.
+    Matched {
+        /// Where it does.
+        at: ConeMatchInput,
+        /// Cohesion c `[F/L²]`.
+        cohesion: Finite,
+        /// Angle of friction φ `[degrees]`.
+        friction: Finite,
+        /// Angle of dilation ψ `[degrees]`.
+        dilation: Finite,
+    },
+}
+
+/// Where a Drucker–Prager cone meets a Mohr–Coulomb surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ConeMatchInput {
+    /// In triaxial compression.
+    Compression,
+    /// In triaxial extension.
+    Extension,
+    /// At collapse in plane strain with associated flow.
+    PlaneStrain,
+    /// At collapse in plane strain with flow that keeps volume.
+    IsochoricPlaneStrain,
+}
+
+impl MaterialInput {
+    /// Mass per reference volume, if it is given `[M/L³]`.
+    pub fn density(&self) -> Option<Positive> {
+        match self {
+            Self::Hencky { density, .. }
+            | Self::NeoHooke { density, .. }
+            | Self::VonMises { density, .. }
+            | Self::Tresca { density, .. }
+            | Self::MohrCoulomb { density, .. }
+            | Self::DruckerPrager { density, .. }
+            | Self::CamClay { density, .. } => *density,
+        }
+    }
+}
