@@ -164,7 +164,7 @@ pub enum StepFailure {
     #[error(
         "the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
         material there is not held, or barely reaches the node's cells{}",
-        if *stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
+        if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
     )]
     Singular {
         /// Number of the node in the grid.
@@ -175,8 +175,8 @@ pub enum StepFailure {
         component: usize,
         /// How it showed.
         cause: String,
-        /// Whether the cells at the edge of the bodies were stabilised.
-        stabilised: bool,
+        /// Whether the cells at the edge of the bodies could be stabilised and are not.
+        can_be_stabilised: bool,
     },
     /// A rigid motion is held by nothing.
     #[error(

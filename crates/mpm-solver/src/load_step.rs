@@ -84,7 +84,7 @@ fn balance<const D: usize>(
         round_off: &round_off,
         tolerance: model.tolerance,
     };
-    let rest = unheld(model, &problem, solver)?;
+    let rest = unheld(model, &problem)?;
     let constraints = rest.as_ref().map_or_else(|| constraints.clone(), |it| it.constraints(&constraints));
     let loading = StepLoading { pins: rest.as_ref().map_or(&[], |it| it.pins()), ..loading };
     let problem = Problem { constraints: &constraints, ..problem };

@@ -16,7 +16,7 @@ use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{SparsityPattern, UnknownVector};
-use mpm_grid::Vector;
+use mpm_grid::{NodeKind, Vector};
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
@@ -113,11 +113,6 @@ impl<const D: usize> Solver<D> {
         self.values.resize(problem.connected.pattern.n_entries(), 0.0);
         let target = TangentTarget { values: &mut self.values, lift };
         problem.evaluate(iterate, wanted, target, &mut self.timings)
-    }
-
-    /// Entries of the tangent that was summed last.
-    pub(crate) fn tangent(&self) -> &[f64] {
-        &self.values
     }
 
     /// Factorises the tangent that was summed last.
@@ -323,7 +318,8 @@ pub(crate) fn singular<const D: usize>(
         position: problem.connected.active.space().position(problem.mesh, node).iter().copied().collect(),
         component,
         cause,
-        stabilised: problem.contributions.iter().any(|it| it.stabilises()),
+        can_be_stabilised: problem.connected.active.space().kind() == NodeKind::Vertices
+            && !problem.contributions.iter().any(|it| it.stabilises()),
     }
 }
 

@@ -5,7 +5,7 @@ mod rehearsal;
 use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, periods};
 use crate::error::{Error, StepFailure};
-use crate::model::{Model, NamedBody};
+use crate::model::{Model, NamedBody, UnheldMotion};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use mpm_assembly::Constraints;
@@ -142,7 +142,13 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     };
 
     let unheld = unheld_at_start(model, &mesh, &connected, &constraints);
-    let unheld = (!unheld.is_empty()).then(|| format!("nothing holds {}", unheld.join("; nor ")));
+    let unheld = (!unheld.is_empty()).then(|| {
+        let kept = match model.unheld_motion {
+            UnheldMotion::Refuse => "the run will end in its first load step",
+            UnheldMotion::Zero => "which is kept at zero if no load acts along it",
+        };
+        format!("nothing holds {}: {kept}", unheld.join("; nor "))
+    });
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
     let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();

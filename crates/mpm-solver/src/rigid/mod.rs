@@ -4,6 +4,7 @@
 //! node in a component that a support prescribes; that is a small dense question for each part that is connected. What
 //! else may hold a free motion (a spring, a tool, ghost faces between two bodies, the stress of a body that hangs) is
 //! asked of the tangent K of all contributions: a combination m of free motions is *unheld* where K m = 0 to rounding.
+//! A contribution that can hold a body need say no more than its stiffness.
 
 mod modes;
 mod naming;
@@ -13,11 +14,11 @@ pub(crate) mod rest;
 
 use crate::connection::{Connected, contributions};
 use crate::model::Model;
-use mpm_assembly::{Constraints, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent};
+use mpm_assembly::{Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent};
 use mpm_basis::Connectivity;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Matrix, Symmetry};
-use modes::{Frames, Mode};
+use modes::{Frames, Mode, turns};
 use null_space::Triangle;
 use parts::RigidParts;
 
@@ -74,30 +75,79 @@ impl<const D: usize> FreeMotions<D> {
         self.modes.is_empty()
     }
 
-    /// The free motions that the tangent does not hold either; none if it holds them all.
+    /// The free motions that no stiffness holds either; none if all are held, or if no tangent can be summed.
     pub(crate) fn unheld(
         &self,
         model: &Model<D>,
         connected: &Connected<D>,
         constraints: &Constraints<D>,
-        tangent: &[f64],
+        end: LoadFraction,
     ) -> Option<Unheld<D>> {
+        let bodies = connected.bodies(&model.bodies);
+        let all = contributions(&bodies, &model.contributions);
+        let tangent = tangent_at_rest(connected, constraints, end, &all)?;
+        // Bodies do not hold translations: what their tangents say of these is what dropped influences leave.
+        let besides = &all[bodies.len()..];
+        let besides = match besides.is_empty() {
+            true => None,
+            false => Some(tangent_at_rest(connected, constraints, end, besides)?),
+        };
         let frames = Frames::of(&self.parts, &self.positions);
-        let fields: Vec<Vec<Vector<D>>> = self.modes.iter().map(|mode| frames.field(mode)).collect();
-        let matrix = Matrix { pattern: connected.pattern.for_solver(), values: tangent };
-        let coefficients = null_combinations(matrix, connected, constraints, &fields);
-        let unheld = frames.combine(&self.modes, &coefficients);
-        if unheld.is_empty() {
-            return None;
+        let n = self.modes.len();
+        let unit = |k: usize| (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+        let modes = frames.combine(&self.modes, &(0..n).map(unit).collect::<Vec<_>>());
+
+        let unknowns = connected.unknowns();
+        let image = |mode: &Mode| {
+            let mut field = vec![0.0; unknowns.n_equations()];
+            for (node, u) in frames.field(mode).iter().enumerate() {
+                for i in (0..D).filter(|&i| !constraints.is_prescribed(node, i)) {
+                    field[unknowns.displacement(node, i).equation()] = u[i];
+                }
+            }
+            let values = if turns(mode) { Some(&tangent) } else { besides.as_ref() };
+            match values {
+                Some(values) => Matrix { pattern: connected.pattern.for_solver(), values }.times(&field),
+                None => vec![0.0; field.len()],
+            }
+        };
+        let images: Vec<Vec<f64>> = modes.iter().map(image).collect();
+        let sizes = row_sums(Matrix { pattern: connected.pattern.for_solver(), values: &tangent });
+        let mut triangle = Triangle::new(modes.len());
+        for (equation, &size) in sizes.iter().enumerate() {
+            if size > 0.0 && !constraints.is_held(unknowns, equation) {
+                let mut row: Vec<f64> = images.iter().map(|image| image[equation] / size).collect();
+                triangle.add(&mut row);
+            }
         }
-        let fields = unheld.iter().map(|mode| scaled(frames.field(mode))).collect();
-        let turns = |mode: &&Mode| mode.values().any(|motion| motion.rotation != [0.0; 3]);
-        Some(Unheld {
+        let unheld = frames.combine(&modes, &triangle.null_space(HELD));
+        (!unheld.is_empty()).then(|| Unheld {
             clauses: naming::clauses(&frames, &model.bodies, &unheld),
-            fields,
-            translations: unheld.len() - unheld.iter().filter(turns).count(),
+            fields: unheld.iter().map(|mode| scaled(frames.field(mode))).collect(),
+            translations: unheld.iter().filter(|mode| !turns(mode)).count(),
         })
     }
+}
+
+/// Tangent of some contributions where nothing moves; none if they refuse even that.
+fn tangent_at_rest<const D: usize>(
+    connected: &Connected<D>,
+    constraints: &Constraints<D>,
+    end: LoadFraction,
+    contributions: &[&dyn Contribution<D>],
+) -> Option<Vec<f64>> {
+    let pattern = &connected.pattern;
+    let mut values = vec![0.0; pattern.n_entries()];
+    let increment = UnknownVector::zeros(connected.unknowns());
+    let mut force = increment.clone();
+    let tangent = Some(SystemTangent { values: &mut values, lift: None });
+    let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+    let trial = Trial { pattern, constraints, increment: &increment, end, is_first: true };
+    for contribution in contributions {
+        contribution.add(&trial, &mut sums).ok()?;
+    }
+    finish_tangent(pattern, constraints, &mut values);
+    Some(values)
 }
 
 /// Rigid motions that nothing holds at the start of a run, as clauses; none if the tangent cannot be summed.
@@ -111,53 +161,8 @@ pub(crate) fn unheld_at_start<const D: usize>(
     if free.is_empty() {
         return Vec::new();
     }
-    let pattern = &connected.pattern;
-    let mut values = vec![0.0; pattern.n_entries()];
-    let increment = UnknownVector::zeros(connected.unknowns());
-    let mut force = increment.clone();
-    let tangent = Some(SystemTangent { values: &mut values, lift: None });
-    let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
-    let start = LoadFraction::START;
-    let trial = Trial { pattern, constraints, increment: &increment, end: start, is_first: true };
-    let bodies = connected.bodies(&model.bodies);
-    for contribution in contributions(&bodies, &model.contributions) {
-        if contribution.add(&trial, &mut sums).is_err() {
-            return Vec::new();
-        }
-    }
-    finish_tangent(pattern, constraints, &mut values);
-    free.unheld(model, connected, constraints, &values).map_or(Vec::new(), |unheld| unheld.clauses)
-}
-
-/// Coefficients of the combinations of nodal fields that K maps to 0.
-fn null_combinations<const D: usize>(
-    matrix: Matrix<'_>,
-    connected: &Connected<D>,
-    constraints: &Constraints<D>,
-    fields: &[Vec<Vector<D>>],
-) -> Vec<Vec<f64>> {
-    let unknowns = connected.unknowns();
-    let sizes = row_sums(matrix);
-    let images: Vec<Vec<f64>> = fields
-        .iter()
-        .map(|field| {
-            let mut vector = vec![0.0; sizes.len()];
-            for (node, u) in field.iter().enumerate() {
-                for i in (0..D).filter(|&i| !constraints.is_prescribed(node, i)) {
-                    vector[unknowns.displacement(node, i).equation()] = u[i];
-                }
-            }
-            matrix.times(&vector)
-        })
-        .collect();
-    let mut triangle = Triangle::new(fields.len());
-    for (equation, &size) in sizes.iter().enumerate() {
-        if size > 0.0 && !constraints.is_held(unknowns, equation) {
-            let mut row: Vec<f64> = images.iter().map(|image| image[equation] / size).collect();
-            triangle.add(&mut row);
-        }
-    }
-    triangle.null_space(HELD)
+    let unheld = free.unheld(model, connected, constraints, LoadFraction::START);
+    unheld.map_or(Vec::new(), |unheld| unheld.clauses)
 }
 
 /// `Σ_j |K_ij|` of every row.

@@ -3,7 +3,7 @@
 use super::null_space::{Triangle, reduce};
 use super::parts::RigidParts;
 use mpm_grid::Vector;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Singular value of the supports' conditions on a motion below which they do not hold it; a motion of size 1 moves the
 /// part's outermost node by 1.
@@ -43,6 +43,11 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 /// A motion that strains no point: of each part that takes part in it.
 pub(crate) type Mode = BTreeMap<usize, Motion>;
 
+/// Whether a mode turns any part.
+pub(crate) fn turns(mode: &Mode) -> bool {
+    mode.values().any(|motion| motion.rotation != [0.0; 3])
+}
+
 /// The parts and their places, by which motions are numbers.
 pub(crate) struct Frames<'a, const D: usize> {
     pub parts: &'a RigidParts,
@@ -66,6 +71,11 @@ impl<'a, const D: usize> Frames<'a, D> {
     /// Centre of a part `[L]`.
     pub(crate) fn centre(&self, part: usize) -> Vector<D> {
         self.frames[part].0
+    }
+
+    /// Distance of a part's outermost node from its centre `[L]`.
+    pub(crate) fn size(&self, part: usize) -> f64 {
+        self.frames[part].1
     }
 
     /// The motion of size 1 in one of a part's numbers.
@@ -170,8 +180,8 @@ impl<'a, const D: usize> Frames<'a, D> {
     /// The combinations of modes with these coefficients, written by as few motions each as can be: rotations without
     /// the translations that are free themselves, then translations.
     pub(crate) fn combine(&self, modes: &[Mode], coefficients: &[Vec<f64>]) -> Vec<Mode> {
-        let parts: Vec<usize> = modes.iter().flat_map(|mode| mode.keys().copied()).collect();
-        let parts: Vec<usize> = parts.into_iter().collect::<std::collections::BTreeSet<_>>().into_iter().collect();
+        let parts: BTreeSet<usize> = modes.iter().flat_map(|mode| mode.keys().copied()).collect();
+        let parts: Vec<usize> = parts.into_iter().collect();
         let sum = |coefficients: &Vec<f64>| {
             let mut rotations = Vec::new();
             let mut translations = Vec::new();

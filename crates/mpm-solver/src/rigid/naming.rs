@@ -1,6 +1,6 @@
 //! Rigid motions in words.
 
-use super::modes::{Frames, Mode, Motion, cross};
+use super::modes::{Frames, Mode, Motion, cross, turns};
 use crate::model::NamedBody;
 use mpm_grid::Vector;
 
@@ -38,10 +38,6 @@ pub(super) fn clauses<const D: usize>(
     clauses
 }
 
-fn turns(mode: &Mode) -> bool {
-    mode.values().any(|motion| motion.rotation != [0.0; 3])
-}
-
 /// What moves in a mode.
 fn subject<const D: usize>(frames: &Frames<'_, D>, bodies: &[NamedBody<D>], mode: &Mode) -> String {
     let mut moving: Vec<usize> = vec![0; bodies.len()];
@@ -54,7 +50,7 @@ fn subject<const D: usize>(frames: &Frames<'_, D>, bodies: &[NamedBody<D>], mode
             return format!("body `{name}`");
         }
         let part = mode.keys().find(|part| frames.parts.points[**part].iter().any(|it| it.0 == body));
-        let centre = part.map_or(String::new(), |&part| format!(" around {}", place(&frames.centre(part))));
+        let centre = part.map_or(String::new(), |&part| format!(" around {}", place(frames, part, &frames.centre(part))));
         format!("a part of body `{name}` ({} of {all} points{centre})", moving[body])
     };
     let names: Vec<String> = (0..bodies.len()).filter(|&body| moving[body] > 0).map(name).collect();
@@ -72,10 +68,10 @@ fn how<const D: usize>(frames: &Frames<'_, D>, part: usize, motion: &Motion, is_
     let arm = cross(rotation, translation).map(|it| it / square);
     let pivot: Vector<D> = Vector::from_fn(|i, _| centre[i] + arm[i]);
     if D == 2 {
-        let about = if is_fixed { format!(" about the point {}", place(&pivot)) } else { String::new() };
+        let about = if is_fixed { format!(" about the point {}", place(frames, part, &pivot)) } else { String::new() };
         return format!("in rotation{about}");
     }
-    let through = if is_fixed { format!(" through the point {}", place(&pivot)) } else { String::new() };
+    let through = if is_fixed { format!(" through the point {}", place(frames, part, &pivot)) } else { String::new() };
     format!("in rotation about an axis along {}{through}", direction(rotation))
 }
 
@@ -85,18 +81,18 @@ fn direction(of: [f64; 3]) -> String {
     let unit = of.map(|it| it / length);
     match (0..3).find(|&i| unit[i].abs() > 1.0 - 1e-12) {
         Some(axis) => AXES[axis].into(),
-        None => bracketed(&unit),
+        None => bracketed(&unit, 1.0),
     }
 }
 
-fn place<const D: usize>(x: &Vector<D>) -> String {
-    bracketed(x.as_slice())
+/// A place at or near a part.
+fn place<const D: usize>(frames: &Frames<'_, D>, part: usize, x: &Vector<D>) -> String {
+    bracketed(x.as_slice(), frames.size(part).max(x.amax()))
 }
 
-fn bracketed(numbers: &[f64]) -> String {
-    let largest = numbers.iter().fold(0.0_f64, |most, it| most.max(it.abs()));
-    // What rounding left of 0 says nothing.
-    let number = |it: &f64| if it.abs() < 1e-12 * largest { "0".into() } else { rounded(*it) };
+/// Numbers in brackets; what is nothing against `size` is what rounding left of 0.
+fn bracketed(numbers: &[f64], size: f64) -> String {
+    let number = |it: &f64| if it.abs() < 1e-9 * size { "0".into() } else { rounded(*it) };
     format!("({})", numbers.iter().map(number).collect::<Vec<String>>().join(", "))
 }
 

@@ -6,8 +6,8 @@
 
 use super::{FreeMotions, Unheld};
 use crate::connection::Connected;
-use crate::equilibrium::problem::{Equilibrium, Problem, Wanted};
-use crate::equilibrium::system::{Solver, solve_dense};
+use crate::equilibrium::problem::{Equilibrium, Problem};
+use crate::equilibrium::system::solve_dense;
 use crate::error::StepFailure;
 use crate::model::{Model, UnheldMotion};
 use mpm_assembly::Constraints;
@@ -30,11 +30,10 @@ pub(crate) struct AtRest<const D: usize> {
 /// Motions that are refused are looked for only where the connectivity is new: what held a part before still does.
 ///
 /// # Errors
-/// There are some, and they are refused, or the loads have a part in them; or the tangent cannot be summed.
+/// There are some, and they are refused, or the loads have a part in them.
 pub(crate) fn unheld<const D: usize>(
     model: &Model<D>,
     problem: &Problem<'_, D>,
-    solver: &mut Solver<D>,
 ) -> Result<Option<AtRest<D>>, StepFailure> {
     let Problem { mesh, connected, constraints, external, .. } = *problem;
     if connected.is_analysed.get() && model.unheld_motion == UnheldMotion::Refuse {
@@ -44,9 +43,7 @@ pub(crate) fn unheld<const D: usize>(
     if free.is_empty() {
         return Ok(None);
     }
-    let mut iterate = solver.at_rest(problem);
-    solver.evaluate(problem, &mut iterate, Wanted::ForceAndTangent, None)?;
-    let Some(unheld) = free.unheld(model, connected, constraints, solver.tangent()) else { return Ok(None) };
+    let Some(unheld) = free.unheld(model, connected, constraints, problem.end) else { return Ok(None) };
     if model.unheld_motion == UnheldMotion::Refuse {
         return Err(StepFailure::Unheld { motion: unheld.clauses.join("; nor ") });
     }
