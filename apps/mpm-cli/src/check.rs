@@ -15,7 +15,6 @@ use std::path::Path;
 pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
     let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
-    input.notes.extend(estimate.warnings.iter().cloned());
     if as_json {
         return say(&format!("{:#}\n", json(&estimate, &input.scene, &input.notes)));
     }
@@ -43,6 +42,7 @@ fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
             "solution_tried": it.seconds.is_tried,
         },
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
+        "warnings": it.warnings,
     })
 }
 
@@ -118,6 +118,9 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     }
     for note in notes {
         line("note", note.clone());
+    }
+    for warning in &it.warnings {
+        line("warning", warning.clone());
     }
     lines.into_text()
 }

@@ -279,6 +279,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
+    ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
+    ("body/advance.rs", "would move by", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
+    ("solver/src/remedy.rs", "", "a warning of `check`, in `kinds.rs`"),
+    ("estimate/mod.rs", "", "a warning of `check`, in `kinds.rs`"),
     (
         "error.rs",
         "contribution `{contribution}`",

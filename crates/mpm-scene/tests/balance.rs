@@ -202,7 +202,10 @@ fn a_stiff_base_does_not_loosen_the_balance_of_a_soft_body() {
             assert!(error.is_none(), "{error:?}");
             let (top, base) = (seen.last("reaction/top")[1], seen.last("reaction/base")[1]);
             // The base is not rigid.
-            assert!((top / exact - 1.0).abs() < 1e-9 + 2.0 * 100.0 / young, "E = {young:e}, lift {lift}: {top} at the top, {exact}");
+            assert!(
+                (top / exact - 1.0).abs() < 1e-9 + 2.0 * 100.0 / young,
+                "E = {young:e}, lift {lift}: {top} at the top, {exact}"
+            );
             // Of a base that moves, the stress is known to the round-off of its strain alone.
             let most = if lift == 0.0 { round_off } else { round_off * young / 1e14 };
             assert!((top + base).abs() <= most.max(1e-9), "E = {young:e}, lift {lift}: {top} and {base}");

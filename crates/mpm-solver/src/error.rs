@@ -234,7 +234,7 @@ impl StepFailure {
                 | StepFailure::Inverted { .. }
                 | StepFailure::NoReturn { .. }
                 | StepFailure::Linear(_)
-                | StepFailure::Advance { .. }
+                | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. }
         )
     }
 

@@ -137,7 +137,8 @@ fn advance<const D: usize>(
 ) -> Result<(), StepFailure> {
     let increment = &balanced.equilibrium.increment;
     if !model.contributions.is_empty() {
-        let constraints = &StepLoading { model, mesh, connected, start, pins: &[] }.constraints(balanced.end)?;
+        let constraints =
+            &StepLoading { model, mesh, connected, start, pins: &[] }.constraints(balanced.end)?;
         let pattern = &connected.pattern;
         let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
         model.contributions.iter_mut().for_each(|named| named.contribution.prepare(&trial));

@@ -1,7 +1,7 @@
 //! Loading of a load step: prescribed displacements and external forces at a load fraction.
 
 use crate::connection::Connected;
-use crate::equilibrium::residual::{BodyScale, RoundOff, norm_of};
+use crate::equilibrium::round_off::{BodyScale, RoundOff, norm_of};
 use crate::error::{PathFailure, StepFailure};
 use crate::model::{Model, Prescribed};
 use mpm_assembly::{BodyLoads, Constraints};

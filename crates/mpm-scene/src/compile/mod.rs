@@ -141,7 +141,8 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
 
 fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
     if input.residual.0 >= 1.0 {
-        let reason = format!("is {}, expected less than 1: no force would have to be balanced", input.residual.0);
+        let reason =
+            format!("is {}, expected less than 1: no force would have to be balanced", input.residual.0);
         return Err(SceneError::new("tolerance.residual", reason));
     }
     let keep_factor_below = input.keep_factor_below.map(|part| part.0);

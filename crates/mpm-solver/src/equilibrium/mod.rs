@@ -9,5 +9,6 @@ pub(crate) mod newton;
 pub(crate) mod path;
 pub(crate) mod problem;
 pub(crate) mod relaxation;
-pub(crate) mod residual;
+mod residual;
+pub(crate) mod round_off;
 pub(crate) mod system;

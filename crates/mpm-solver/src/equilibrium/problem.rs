@@ -1,6 +1,6 @@
 //! The equations of a load step: out-of-balance force and tangent of a trial displacement.
 
-use super::residual::{RoundOff, norm};
+use super::round_off::{RoundOff, norm};
 use crate::connection::Connected;
 use crate::error::StepFailure;
 use crate::model::{NamedBody, NamedContribution, Tolerance};

@@ -41,7 +41,15 @@ pub(crate) struct Solver<const D: usize> {
 
 impl<const D: usize> Solver<D> {
     pub(crate) fn new(linear: Box<dyn LinearSolver>, cancellation: Cancellation, timings: Timings) -> Self {
-        Self { linear, values: Vec::new(), rhs: Vec::new(), scale: 1.0, weakest_pivot: None, cancellation, timings }
+        Self {
+            linear,
+            values: Vec::new(),
+            rhs: Vec::new(),
+            scale: 1.0,
+            weakest_pivot: None,
+            cancellation,
+            timings,
+        }
     }
 
     /// Prepares the linear solver for tangents of this pattern.

@@ -141,14 +141,6 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
             .map_err(|it| Error::TooLarge(it.to_string()))?
     };
 
-    let unheld = unheld_at_start(model, &mesh, &connected, &constraints);
-    let unheld = (!unheld.is_empty()).then(|| {
-        let kept = match model.unheld_motion {
-            UnheldMotion::Refuse => "the run will end in its first load step",
-            UnheldMotion::Zero => "which is kept at zero if no load acts along it",
-        };
-        format!("nothing holds {}: {kept}", unheld.join("; nor "))
-    });
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
     let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
@@ -188,8 +180,26 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         },
         is_iterative,
         prediction,
-        warnings: unheld.into_iter().chain(advice(model)).collect(),
+        warnings: warnings(model, &mesh, &connected, &constraints),
     })
+}
+
+/// What will end the run, or may do so.
+fn warnings<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    connected: &Connected<D>,
+    constraints: &Constraints<D>,
+) -> Vec<String> {
+    let unheld = unheld_at_start(model, mesh, connected, constraints);
+    let unheld = (!unheld.is_empty()).then(|| {
+        let kept = match model.unheld_motion {
+            UnheldMotion::Refuse => "the run will end in its first load step",
+            UnheldMotion::Zero => "which is kept at zero if no load acts along it",
+        };
+        format!("nothing holds {}: {kept}", unheld.join("; nor "))
+    });
+    unheld.into_iter().chain(advice(model)).collect()
 }
 
 /// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold

@@ -14,11 +14,13 @@ pub(crate) mod rest;
 
 use crate::connection::{Connected, contributions};
 use crate::model::Model;
-use mpm_assembly::{Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent};
+use modes::{Frames, Mode, turns};
+use mpm_assembly::{
+    Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent,
+};
 use mpm_basis::Connectivity;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Matrix, Symmetry};
-use modes::{Frames, Mode, turns};
 use null_space::Triangle;
 use parts::RigidParts;
 

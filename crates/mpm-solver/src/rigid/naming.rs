@@ -50,7 +50,8 @@ fn subject<const D: usize>(frames: &Frames<'_, D>, bodies: &[NamedBody<D>], mode
             return format!("body `{name}`");
         }
         let part = mode.keys().find(|part| frames.parts.points[**part].iter().any(|it| it.0 == body));
-        let centre = part.map_or(String::new(), |&part| format!(" around {}", place(frames, part, &frames.centre(part))));
+        let centre = part
+            .map_or(String::new(), |&part| format!(" around {}", place(frames, part, &frames.centre(part))));
         format!("a part of body `{name}` ({} of {all} points{centre})", moving[body])
     };
     let names: Vec<String> = (0..bodies.len()).filter(|&body| moving[body] > 0).map(name).collect();
@@ -68,10 +69,12 @@ fn how<const D: usize>(frames: &Frames<'_, D>, part: usize, motion: &Motion, is_
     let arm = cross(rotation, translation).map(|it| it / square);
     let pivot: Vector<D> = Vector::from_fn(|i, _| centre[i] + arm[i]);
     if D == 2 {
-        let about = if is_fixed { format!(" about the point {}", place(frames, part, &pivot)) } else { String::new() };
+        let about =
+            if is_fixed { format!(" about the point {}", place(frames, part, &pivot)) } else { String::new() };
         return format!("in rotation{about}");
     }
-    let through = if is_fixed { format!(" through the point {}", place(frames, part, &pivot)) } else { String::new() };
+    let through =
+        if is_fixed { format!(" through the point {}", place(frames, part, &pivot)) } else { String::new() };
     format!("in rotation about an axis along {}{through}", direction(rotation))
 }
 

@@ -39,8 +39,7 @@ impl Triangle {
     pub(super) fn null_space(&self, tolerance: f64) -> Vec<Vec<f64>> {
         let n = self.n;
         let unit = |j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
-        let mut images: Vec<Vec<f64>> =
-            (0..n).map(|j| (0..n).map(|i| self.rows[i][j]).collect()).collect();
+        let mut images: Vec<Vec<f64>> = (0..n).map(|j| (0..n).map(|i| self.rows[i][j]).collect()).collect();
         let mut vectors: Vec<Vec<f64>> = (0..n).map(unit).collect();
         for _ in 0..SWEEPS {
             let mut rotated = false;

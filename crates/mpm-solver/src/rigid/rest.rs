@@ -127,7 +127,8 @@ impl<const D: usize> AtRest<D> {
             volumes.iter().zip(products).map(|(volume, product)| volume * product).sum::<f64>()
         };
         let increment = &mut equilibrium.increment.nodes;
-        let rows = fields.iter().map(|field| fields.iter().map(|other| moved(field, other)).collect()).collect();
+        let rows =
+            fields.iter().map(|field| fields.iter().map(|other| moved(field, other)).collect()).collect();
         let means = fields.iter().map(|field| moved(field, increment)).collect();
         for (field, amount) in fields.iter().zip(solve_dense(rows, means).unwrap_or_default()) {
             increment.iter_mut().zip(field).for_each(|(u, field)| *u -= field * amount);

@@ -1,13 +1,14 @@
 //! Bodies that no support holds: what contributions add is asked, whatever they are.
 
-use super::setup::{History, square};
+use super::setup::{self, History, square};
 use mpm_assembly::{
-    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, Refused, StepStart, SystemSums, Trial,
-    UnknownId, Unknowns,
+    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, MaterialBody, Refused, StepStart, SystemSums,
+    Trial, UnknownId, Unknowns,
 };
+use mpm_basis::Smpm;
 use mpm_grid::{NodeId, Ramp, Region, Vector};
 use mpm_linear::{Choice, Symmetry};
-use mpm_solver::{Error, Model, PointLoad, StepFailure, UnheldMotion, run};
+use mpm_solver::{Error, Model, PointLoad, Prescribed, StepFailure, UnheldMotion, run};
 
 /// Springs between nodes and the ground.
 struct Springs {
@@ -112,4 +113,27 @@ fn loads_may_act_along_what_springs_hold_and_nothing_else() {
     let outcome = outcome([1.0, 0.0]);
     let is_named = matches!(&outcome, Err(Error::Step { reason: StepFailure::UnheldLoaded { .. }, .. }));
     assert!(is_named, "{:?}", outcome.err());
+}
+
+#[test]
+fn parts_of_a_body_are_told_by_their_points_and_place() {
+    let mut model = square(5);
+    // The middle column of cells is empty: two parts, which share no node.
+    let seeds = setup::seeds(5, |i, _| i != 2);
+    model.bodies.clear();
+    model.add_body("square", Box::new(MaterialBody::new(Smpm, setup::law(), seeds)));
+    model.supports.clear();
+    let left = Region::<2>::Box { from: [0.0, 0.0].into(), to: [0.4, 0.0].into() };
+    model.add_support("left", &left, [Some(Prescribed::Held), Some(Prescribed::Held)]);
+    let outcome = run(&mut model, &mut History::default());
+    let Err(Error::Step { reason: StepFailure::Unheld { motion }, .. }) = outcome else { panic!("held") };
+    let part = "a part of body `square` (40 of 80 points around (0.8, 0.5))";
+    assert_eq!(motion, format!("{part} along x, along y and in rotation"));
+    // Debris: every other cell, whose corners are hinges, is held by one of them alone.
+    let seeds = setup::seeds(5, |i, j| (i + j) % 2 == 0);
+    model.bodies.clear();
+    model.add_body("square", Box::new(MaterialBody::new(Smpm, setup::law(), seeds)));
+    let outcome = run(&mut model, &mut History::default());
+    let Err(Error::Step { reason: StepFailure::Unheld { motion }, .. }) = outcome else { panic!("held") };
+    assert!(motion.contains("in rotation") && motion.ends_with("more parts"), "{motion}");
 }
