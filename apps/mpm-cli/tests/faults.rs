@@ -136,7 +136,7 @@ fn survives_kills(kills: usize) {
         for file in ["a.h5", "a.xdmf", "a.checkpoint.h5"] {
             let _ = fs::remove_file(place.path(file));
         }
-        let mut arguments = vec!["run", "a.ron", "-q", "-o", "a.h5"];
+        let mut arguments = vec!["run", "a.ron", "-q", "-o", "a.h5", "--force"];
         // Every run is killed up to three times.
         for round in 0..3 {
             let mut run = place.command(&arguments).spawn().unwrap();
@@ -184,7 +184,9 @@ fn signals_end_a_run_with_a_checkpoint_and_say_how_to_go_on() {
     place.completes(&["run", "b.ron", "-q", "-o", "plain.h5"]);
     assert!(!place.path("plain.checkpoint.h5").exists(), "nobody asked for it");
     for (signal, scene, expected) in [("INT", "a.ron", "whole.h5"), ("TERM", "b.ron", "plain.h5")] {
-        let _ = fs::remove_file(place.path("c.xdmf"));
+        for earlier in ["c.xdmf", "c.h5", "c.checkpoint.h5"] {
+            let _ = fs::remove_file(place.path(earlier));
+        }
         let mut run = place.command(&["run", scene, "-q", "-o", "c.h5"]).spawn().unwrap();
         place.wait_for_rows("c.h5", 7, &mut run);
         let sent = Instant::now();

@@ -51,7 +51,7 @@ fn a_surface_is_found_beside_its_scene_and_by_whoever_goes_on() {
     let at = directory.path();
     let check = mpm(at, &["check", "scenes/a.ron"]);
     let text = String::from_utf8(check.stdout).unwrap();
-    assert!(check.status.success() && text.contains("volume") && text.contains("1.3333333"), "{text}");
+    assert!(check.status.success() && text.contains("volume") && text.contains("1.33333 of `body`"), "{text}");
     assert!(text.contains("ns per point"), "{text}");
     let run = mpm(at, &["run", "-q", "scenes/a.ron", "-o", "a.h5"]);
     assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
