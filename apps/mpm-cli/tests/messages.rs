@@ -278,7 +278,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
     ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
-    ("body/advance.rs", "would move by", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
+    ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
     ("solver/src/remedy.rs", "", "a warning of `check`, in `kinds.rs`"),
     ("estimate/mod.rs", "", "a warning of `check`, in `kinds.rs`"),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),

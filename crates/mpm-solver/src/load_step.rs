@@ -71,7 +71,6 @@ fn balance<const D: usize>(
     let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[] };
     let (constraints, external) = (loading.constraints(plan.end)?, loading.external_force(plan.end));
     let bodies = connected.bodies(&model.bodies);
-    let round_off = loading.round_off();
     let problem = Problem {
         bodies: &model.bodies,
         contributions: &contributions(&bodies, &model.contributions),
@@ -81,12 +80,12 @@ fn balance<const D: usize>(
         constraints: &constraints,
         end: plan.end,
         external: &external,
-        round_off: &round_off,
+        round_off: &loading.round_off(),
         tolerance: model.tolerance,
     };
     let rest = unheld(model, &problem)?;
-    let constraints = rest.as_ref().map_or_else(|| constraints.clone(), |it| it.constraints(&constraints));
-    let loading = StepLoading { pins: rest.as_ref().map_or(&[], |it| it.pins()), ..loading };
+    let constraints = rest.constraints(&constraints);
+    let loading = StepLoading { pins: rest.pins(), ..loading };
     let problem = Problem { constraints: &constraints, ..problem };
     let lines = lines(model);
     let index = connected.active.lattice_indices();
@@ -114,14 +113,9 @@ fn balance<const D: usize>(
             equilibrium
         }
     };
-    if let Some(rest) = &rest {
-        rest.settle(model, &problem, &mut equilibrium)?;
-    }
-    let energy = model.energies.then(|| {
-        let (before, after) = (loading.external_force(plan.start), loading.external_force(end));
-        StepEnergy::of(&Problem { external: &after, end, ..problem }, &before, &equilibrium)
-    });
-    let energy = energy.transpose()?;
+    rest.settle(model, &problem, &mut equilibrium)?;
+    let energy = || StepEnergy::of_step(&problem, &loading, [plan.start, end], &equilibrium);
+    let energy = model.energies.then(energy).transpose()?;
     let condition = if model.condition_history { solver.condition(&problem) } else { None };
     Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
 }

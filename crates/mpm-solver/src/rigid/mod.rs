@@ -39,6 +39,7 @@ pub(crate) struct FreeMotions<const D: usize> {
 }
 
 /// Motions that nothing holds.
+#[derive(Default)]
 pub(crate) struct Unheld<const D: usize> {
     /// What moves, and how.
     pub clauses: Vec<String>,

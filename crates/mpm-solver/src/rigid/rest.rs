@@ -19,13 +19,14 @@ const NO_WORK: f64 = 1e-9;
 /// Part of the largest force on a node that a pin may carry: what unbalanced forces leave.
 const NO_FORCE: f64 = 1e-6;
 
-/// Motions that are kept at zero in a load step.
+/// Motions that are kept at zero in a load step; mostly none.
+#[derive(Default)]
 pub(crate) struct AtRest<const D: usize> {
     unheld: Unheld<D>,
     pins: Vec<(usize, usize)>,
 }
 
-/// The rigid motions that nothing holds in this load step, if there are any and the model allows them.
+/// The rigid motions that nothing holds in this load step, where the model allows them.
 ///
 /// Motions that are refused are looked for only where the connectivity is new: what held a part before still does.
 ///
@@ -34,16 +35,18 @@ pub(crate) struct AtRest<const D: usize> {
 pub(crate) fn unheld<const D: usize>(
     model: &Model<D>,
     problem: &Problem<'_, D>,
-) -> Result<Option<AtRest<D>>, StepFailure> {
+) -> Result<AtRest<D>, StepFailure> {
     let Problem { mesh, connected, constraints, external, .. } = *problem;
     if connected.is_analysed.get() && model.unheld_motion == UnheldMotion::Refuse {
-        return Ok(None);
+        return Ok(AtRest::default());
     }
     let free = FreeMotions::of(model, mesh, connected, constraints);
     if free.is_empty() {
-        return Ok(None);
+        return Ok(AtRest::default());
     }
-    let Some(unheld) = free.unheld(model, connected, constraints, problem.end) else { return Ok(None) };
+    let Some(unheld) = free.unheld(model, connected, constraints, problem.end) else {
+        return Ok(AtRest::default());
+    };
     if model.unheld_motion == UnheldMotion::Refuse {
         return Err(StepFailure::Unheld { motion: unheld.clauses.join("; nor ") });
     }
@@ -59,7 +62,7 @@ pub(crate) fn unheld<const D: usize>(
         return Err(loaded(&unheld));
     }
     let pins = pins(&unheld.fields);
-    Ok(Some(AtRest { unheld, pins }))
+    Ok(AtRest { unheld, pins })
 }
 
 fn loaded<const D: usize>(unheld: &Unheld<D>) -> StepFailure {
@@ -113,6 +116,9 @@ impl<const D: usize> AtRest<D> {
         problem: &Problem<'_, D>,
         equilibrium: &mut Equilibrium<D>,
     ) -> Result<(), StepFailure> {
+        if self.pins.is_empty() {
+            return Ok(());
+        }
         let reaction = &equilibrium.reaction.nodes;
         let forces = reaction.iter().chain(problem.external);
         let largest = forces.map(|force| force.amax()).fold(0.0, f64::max);
