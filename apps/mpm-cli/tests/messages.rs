@@ -237,7 +237,6 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("fill.rs", "a body of parts can only", "the compiler says so before"),
     ("files.rs", "the file {file} cannot be read", "the program compiles with files"),
     ("files.rs", "{} has columns of different lengths", "the program's readers fill rows"),
-    ("material/src/strength.rs", "a finite number", "numbers are read finite"),
     ("cam_clay/mod.rs", "mean pressure", "asked by programs only"),
     // Of states that no scene is known to reach; the law's own tests do.
     ("cam_clay/bracket.rs", "", "of hostile states, in `mpm-material/tests/soil/cam_clay.rs`"),

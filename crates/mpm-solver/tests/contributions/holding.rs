@@ -129,11 +129,23 @@ fn parts_of_a_body_are_told_by_their_points_and_place() {
     let Err(Error::Step { reason: StepFailure::Unheld { motion }, .. }) = outcome else { panic!("held") };
     let part = "a part of body `square` (40 of 80 points around (0.8, 0.5))";
     assert_eq!(motion, format!("{part} along x, along y and in rotation"));
-    // Debris: every other cell, whose corners are hinges, is held by one of them alone.
-    let seeds = setup::seeds(5, |i, j| (i + j) % 2 == 0);
-    model.bodies.clear();
-    model.add_body("square", Box::new(MaterialBody::new(Smpm, setup::law(), seeds)));
-    let outcome = run(&mut model, &mut History::default());
-    let Err(Error::Step { reason: StepFailure::Unheld { motion }, .. }) = outcome else { panic!("held") };
-    assert!(motion.contains("in rotation") && motion.ends_with("more parts"), "{motion}");
+    // Cells of one colour of a chessboard are hinged at their corners; those at the corners of the square turn.
+    let chessboard: fn(u32, u32) -> bool = |i, j| (i + j) % 2 == 0;
+    let debris: fn(u32, u32) -> bool = |i, j| i % 2 == 0 && j % 2 == 0;
+    let mut told = |has_material: fn(u32, u32) -> bool| {
+        model.bodies.clear();
+        let seeds = setup::seeds(5, has_material);
+        model.add_body("square", Box::new(MaterialBody::new(Smpm, setup::law(), seeds)));
+        match run(&mut model, &mut History::default()) {
+            Err(Error::Step { reason: StepFailure::Unheld { motion }, .. }) => motion,
+            _ => panic!("held"),
+        }
+    };
+    let corner = |x: f64, y: f64, at: &str| {
+        format!("a part of body `square` (4 of 52 points around ({x}, {y})) in rotation about the point {at}")
+    };
+    let corners =
+        [corner(0.9, 0.1, "(0.8, 0.2)"), corner(0.1, 0.9, "(0.2, 0.8)"), corner(0.9, 0.9, "(0.8, 0.8)")];
+    assert_eq!(told(chessboard), corners.join("; nor "));
+    assert!(told(debris).ends_with("; nor 5 more parts"), "{}", told(debris));
 }
