@@ -10,6 +10,7 @@ pub mod kernels;
 pub mod machine;
 pub mod phases;
 pub mod report;
+pub mod skewed;
 pub mod solver;
 pub mod space;
 pub mod throughput;

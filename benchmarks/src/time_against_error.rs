@@ -100,7 +100,7 @@ fn cantilever(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
     }
     for load in &mut scene.loads {
         if let LoadInput::PointForce { near, points, .. } = load {
-            (near.0[0], *points) = (9.75, Count(4));
+            (near.0[0], *points) = (9.75, Some(Count(4)));
         }
     }
     Ok(scene)

@@ -211,3 +211,8 @@ fn snap_through() {
 fn snap_back() {
     passes("snap-back of the doughnut");
 }
+
+#[test]
+fn inputs_easily_answered_wrongly() {
+    passes("inputs that are easily answered wrongly");
+}

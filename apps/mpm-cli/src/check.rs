@@ -4,7 +4,8 @@ use crate::complaint::Complaint;
 use crate::input;
 use crate::report::{count, unwritten};
 use crate::say::say;
-use crate::terminal::{Lines, number};
+use crate::terminal::Lines;
+use mpm_grid::six_digits;
 use mpm_io::FolderFiles;
 use mpm_scene::Scene;
 use mpm_solver::Estimate;
@@ -41,6 +42,10 @@ fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
             "look": it.seconds.look, "newton_iterations": it.seconds.iterations,
             "solution_tried": it.seconds.is_tried,
         },
+        "bodies": it.volumes.iter().map(|body| json!({
+            "name": body.body, "volume": body.points, "volume_of_shape": body.shape, "mass": body.mass,
+        })).collect::<Vec<Value>>(),
+        "remarks": it.remarks,
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
         "warnings": it.warnings,
     })
@@ -61,9 +66,10 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     line("dimensions", it.dimensions.to_string());
     line("material points", count(it.points));
     for volume in &it.volumes {
-        let off = (volume.points / volume.shape - 1.0).abs();
-        let value = format!("{} of `{}`, {off:.0e} off its shape's", number(volume.points), volume.body);
-        line("volume", value);
+        let off = volume.shape.map(|shape| (volume.points / shape - 1.0).abs());
+        let off = off.map(|off| format!(", {off:.0e} off its shape's")).unwrap_or_default();
+        let mass = volume.mass.map(|mass| format!(", mass {}", six_digits(mass))).unwrap_or_default();
+        line("volume", format!("{} of `{}`{off}{mass}", six_digits(volume.points), volume.body));
     }
     line("cells", format!("{}, {} with material", count(it.cells), count(it.cells_with_material)));
     line("nodes", format!("{}, {} active", count(it.nodes), count(it.active_nodes)));
@@ -113,6 +119,9 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
         ),
     );
 
+    for remark in &it.remarks {
+        line("note", remark.clone());
+    }
     for (k, what) in skipped(it, unwritten).into_iter().enumerate() {
         line(if k == 0 { "skipped" } else { "" }, what);
     }
@@ -154,5 +163,5 @@ fn bytes(size: usize) -> String {
         }
         (value, unit) = (value / 1000.0, next);
     }
-    format!("{} {unit}", number(value))
+    format!("{} {unit}", six_digits(value))
 }

@@ -2,7 +2,8 @@
 
 use crate::complaint::Complaint;
 use crate::report::{self, Row, Table, count};
-use crate::terminal::{Lines, number, rounded};
+use crate::terminal::{Lines, rounded};
+use mpm_grid::six_digits;
 
 use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;
@@ -135,8 +136,9 @@ impl Inspection {
         );
         line("material points", count(self.points));
         let ends = self.fractions.first().zip(self.fractions.last());
-        let ends =
-            ends.map_or(String::new(), |(a, b)| format!(", load fraction {} to {}", number(*a), number(*b)));
+        let ends = ends.map_or(String::new(), |(a, b)| {
+            format!(", load fraction {} to {}", six_digits(*a), six_digits(*b))
+        });
         line("recorded", format!("{} steps{ends}", count(self.fractions.len())));
         let time = self.timings.iter().filter(|it| it.count > 0 && !it.phase.starts_with(SKIPPED));
         let time: Vec<String> =
@@ -151,7 +153,7 @@ impl Inspection {
         for (name, ranges) in &self.history {
             for (c, range) in ranges.iter().enumerate() {
                 let name = format!("{name}{}", component_name(ranges.len(), c));
-                table.push([number(range.least), number(range.most), number(range.last), name]);
+                table.push([six_digits(range.least), six_digits(range.most), six_digits(range.last), name]);
             }
         }
         let _ = write!(text, "\n{table}");
@@ -161,7 +163,7 @@ impl Inspection {
             let is_told = |range: &Range| ranges.len() == 1 || range.least != 0.0 || range.most != 0.0;
             for (c, range) in ranges.iter().enumerate().filter(|(_, range)| is_told(range)) {
                 let name = format!("{name}{} [{unit}]", component_name(ranges.len(), c));
-                table.push([number(range.least), number(range.most), name]);
+                table.push([six_digits(range.least), six_digits(range.most), name]);
             }
         }
         let _ = write!(text, "\n{table}\n{}", report::convergence(&self.steps));

@@ -3,9 +3,9 @@
 use crate::complaint::Complaint;
 use crate::reading::{self, Kind};
 use crate::say::say;
-use crate::terminal::number;
 use crate::{input, keeper};
 use clap::Args;
+use mpm_grid::six_digits;
 use mpm_io::{FolderFiles, Results, component_name, shortest};
 use mpm_solver::observe::Cancellation;
 use serde_json::{Map, Value, json};
@@ -370,7 +370,7 @@ fn table(rows: &[Row]) -> String {
         let mut line: Vec<String> = row.settings.iter().map(|(_, value)| value.clone()).collect();
         line.extend(shown.iter().map(|name| {
             let found = row.numbers.iter().find(|(other, _)| other == *name);
-            found.map_or(String::new(), |(_, value)| number(*value))
+            found.map_or(String::new(), |(_, value)| six_digits(*value))
         }));
         line.push(row.standing.to_string());
         cells.push(line);

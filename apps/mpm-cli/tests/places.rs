@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{complains, flat, mpm, says, workspace};
+use common::{complains, flat, says, workspace};
 use std::fs;
 use std::path::Path;
 

@@ -42,7 +42,8 @@ fn values_are_set_before_the_scene_is_read() {
     let arguments = ["run", "a.ron", "-q", "--set", "schedule.steps=3", "--set", "materials.rubber.young=2e4"];
     says(folder.path(), &arguments);
     let results = Results::open(folder.path().join("a.h5")).unwrap();
-    assert_eq!(results.rows(), 4);
+    // The start, three equal steps, and one that ends at the knot of the ramp.
+    assert_eq!(results.rows(), 5);
     // The results keep the scene as it was run, with its comments.
     assert!(results.scene().contains("schedule: (steps: 3)") && results.scene().contains("// 2 × 2"));
     assert!(results.scene().contains("young: 2e4"));
@@ -82,7 +83,7 @@ fn runs_tell_machines() {
     let output = mpm(folder.path(), &["run", "a.ron", "--json", "--set", "schedule.steps=2"]);
     assert!(output.stderr.is_empty());
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((&json["status"], &json["load_steps"]), (&"completed".into(), &2.into()));
+    assert_eq!((&json["status"], &json["load_steps"]), (&"completed".into(), &3.into()));
     // A run that cannot finish says so in both.
     let hopeless = ["run", "a.ron", "--json", "--set", "tolerance.iterations=1", "--set", "schedule.cuts=0"];
     let output = mpm(folder.path(), &hopeless);
@@ -111,7 +112,7 @@ fn a_sweep_runs_every_combination_once() {
         lines[0].starts_with("schedule.steps,basis,status,load_fraction,load_steps,iterations,cuts"),
         "{table}"
     );
-    assert!(lines[1].starts_with("2,Smpm,completed,1,2,") && lines[4].starts_with("3,Cpdi1,completed,1,"));
+    assert!(lines[1].starts_with("2,Smpm,completed,1,3,") && lines[4].starts_with("3,Cpdi1,completed,1,"));
     let name = "schedule.steps=3,basis=Cpdi1";
     let results = folder.path().join("a_sweep").join(name).join("results.h5");
     let at = lines[0].split(',').position(|head| head == "reaction/clamp.y last").unwrap();

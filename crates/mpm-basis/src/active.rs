@@ -64,7 +64,8 @@ impl<const D: usize> Window<D> {
 }
 
 impl<const D: usize> ActiveNodes<D> {
-    /// Nodes of `space` with `Σ_p |S_vp| > 1e-14` over the points of all bodies.
+    /// Nodes of `space` with `Σ_p (|S_vp| + |∇S_vp|/g_p) > 1e-14` over the points of all bodies, `g_p` the largest
+    /// gradient of the point: about `1/h`.
     pub fn of(space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> Self {
         let window = Window::around(space, stencils);
         let slot = |node| window.slot(node).expect("the window holds every node of the stencils");

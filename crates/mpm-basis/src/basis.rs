@@ -172,7 +172,7 @@ pub enum ConvectionError {
         volume: f64,
     },
     /// A box along the axes lost its extent in one direction.
-    #[error("its domain has half length {half_length:e} along axis {axis}")]
+    #[error("its domain has half length {half_length:e} along {}", ["x", "y", "z"][*axis])]
     HalfLength {
         /// Direction, from 0.
         axis: usize,

@@ -35,7 +35,7 @@ pub enum GimpUpdate {
     /// `l_d = (det F)^(1/D) l⁰_d`.
     Volume,
     /// `l_d = l⁰_d`.
-    None,
+    Fixed,
 }
 
 /// Half lengths of a point's box `[L]`.
@@ -128,7 +128,7 @@ impl Gimp {
             GimpUpdate::Stretch => right_stretch(f).diagonal(),
             GimpUpdate::Diagonal => f.diagonal(),
             GimpUpdate::Volume => Vector::repeat(determinant(f).powf(1.0 / D as f64)),
-            GimpUpdate::None => Vector::repeat(1.0),
+            GimpUpdate::Fixed => Vector::repeat(1.0),
         }
     }
 }

@@ -7,8 +7,11 @@
 
 use crate::influence::Influence;
 use mpm_grid::{Lattice, NodeId, OutsideMesh, Position, Vector};
+use std::ops::Range;
 
-/// A node is active where `Σ_p |S_vp|` exceeds this `[-]`.
+/// A node is active where `Σ_p (|S_vp| + |∇S_vp|/g_p)` exceeds this `[-]`, with `g_p` the largest gradient of the
+/// point, about one over the edge of its cell: a point on a mesh line has nodes with value 0 whose gradients the sum
+/// `Σ_v ∇S_vp = 0` needs.
 pub(crate) const ACTIVE: f64 = 1e-14;
 
 /// A point that the mesh does not cover.
@@ -45,7 +48,7 @@ pub(crate) struct Chunk<const D: usize> {
     pub strong: Vec<bool>,
     /// Lowest and highest lattice index of any node.
     pub bounds: Bounds<D>,
-    /// The nodes that are not strong, run by run, and `Σ|S_vp|` over the run.
+    /// The nodes that are not strong, run by run, and `Σ(|S_vp| + |∇S_vp|/g_p)` over the run.
     pub faint: Vec<(NodeId, f64)>,
     pub influences: Influences<D>,
 }
@@ -117,6 +120,16 @@ impl<const D: usize> Chunk<D> {
         self.influences.gradient.extend(entries.iter().map(|it| it.gradient));
     }
 
+    /// `|S_vp| + |∇S_vp|/g_p` of points that share `n` nodes `[-]`.
+    fn weights(&self, of: Range<usize>, n: usize) -> Vec<f64> {
+        let points = self.influences.value[of.clone()].chunks(n).zip(self.influences.gradient[of].chunks(n));
+        let weights = points.flat_map(|(values, gradients)| {
+            let largest = gradients.iter().map(|g| g.norm()).fold(f64::MIN_POSITIVE, f64::max);
+            values.iter().zip(gradients).map(move |(value, gradient)| value.abs() + gradient.norm() / largest)
+        });
+        weights.collect()
+    }
+
     /// Finds the bounds, and the influences on nodes that might not be active.
     pub(crate) fn finish(&mut self, lattice: &Lattice<D>) {
         for &node in &self.nodes {
@@ -128,12 +141,12 @@ impl<const D: usize> Chunk<D> {
             let n = run.nodes as usize - node;
             let influences = (run.points - point) as usize * n;
             if !run.strong {
-                let values = &self.influences.value[at..at + influences];
+                let weights = self.weights(at..at + influences, n);
                 for k in 0..n {
-                    let weights = values.iter().skip(k).step_by(n).map(|s| s.abs());
-                    self.strong[node + k] = weights.clone().any(|s| s > ACTIVE);
+                    let of_node = weights.iter().skip(k).step_by(n);
+                    self.strong[node + k] = of_node.clone().any(|weight| *weight > ACTIVE);
                     if !self.strong[node + k] {
-                        self.faint.push((self.nodes[node + k], weights.sum()));
+                        self.faint.push((self.nodes[node + k], of_node.sum()));
                     }
                 }
             }

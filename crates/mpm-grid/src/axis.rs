@@ -197,11 +197,14 @@ impl Axis {
         if local == -1.0 && cell > 0 { (cell - 1, 1.0) } else { (cell, local) }
     }
 
-    /// Number of the node at coordinate `x` `[L]`, up to 1e-9 of a cell, if one is there.
+    /// Number of the node at coordinate `x` `[L]`, up to 1e-9 of a cell or what rounding leaves of coordinates so
+    /// large, if one is there.
     pub fn line_at(&self, x: f64) -> Option<u32> {
         let (cell, local) = self.locate(x.clamp(self.first(), self.last()));
         let line = if local > 0.0 { cell + 1 } else { cell };
-        ((self.node(line) - x).abs() <= 1e-9 * self.size(cell)).then_some(line)
+        let size = self.size(cell);
+        let near = (1e-9 * size).max((4.0 * f64::EPSILON * x.abs()).min(1e-3 * size));
+        ((self.node(line) - x).abs() <= near).then_some(line)
     }
 
     /// Numbers of the nodes in [from, to], widened by 1e-9 of the cell at either end.

@@ -1,7 +1,7 @@
 //! Where a position lies in a mesh: its cell, and its local coordinates there.
 
 use crate::axis::SNAP;
-use crate::{Axis, Vector};
+use crate::{Axis, Vector, six_digits};
 use std::fmt;
 
 /// A position in the mesh: cell and local coordinates, [-1, 1]^D inside.
@@ -15,7 +15,7 @@ pub struct Place<const D: usize> {
 
 /// A position farther outside the mesh than accepted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{} lies {distance} cells outside the mesh", Position(position))]
+#[error("{} lies {} cells outside the mesh", Position(position), six_digits(*distance))]
 pub struct OutsideMesh<const D: usize> {
     /// The position `[L]`.
     pub position: Vector<D>,
@@ -24,13 +24,13 @@ pub struct OutsideMesh<const D: usize> {
     pub distance: f64,
 }
 
-/// How a position is told: `(x, y, z)`.
+/// How a position is told: `(x, y, z)`, with six digits each.
 #[derive(Clone, Copy, Debug)]
 pub struct Position<'a, const D: usize>(pub &'a Vector<D>);
 
 impl<const D: usize> fmt::Display for Position<'_, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let coordinates: Vec<String> = self.0.iter().map(f64::to_string).collect();
+        let coordinates: Vec<String> = self.0.iter().map(|x| six_digits(*x)).collect();
         write!(f, "({})", coordinates.join(", "))
     }
 }

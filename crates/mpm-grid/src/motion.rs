@@ -13,7 +13,8 @@ use crate::{Block, Vector};
 
 /// How the mesh moves with the load; node numbers never change.
 ///
-/// Only the checked constructors make one. A motion that does not suit the layout it is used
+/// At load fraction 0 every motion is at rest, whatever its ramps say there: a ramp that begins elsewhere jumps in the
+/// first load step. Only the checked constructors make one. A motion that does not suit the layout it is used
 /// with is a [`MotionError`] of every method.
 #[derive(Clone, Debug)]
 pub enum MeshMotion<const D: usize> {
@@ -262,6 +263,17 @@ impl<const D: usize> MeshMotion<D> {
         Ok(Self::Affine { map })
     }
 
+    /// Its ramps; an affine motion has none to show.
+    pub fn ramps(&self) -> Vec<&Ramp> {
+        match self {
+            Self::Fixed | Self::Affine { .. } => Vec::new(),
+            Self::Stretch { axes } => axes.iter().flatten().map(|plane| &plane.displacement).collect(),
+            Self::Corners { path } => path.iter().flatten().collect(),
+            Self::Rotate { angle, .. } => vec![angle],
+            Self::Twist { inner, outer, .. } => vec![&inner.1, &outer.1],
+        }
+    }
+
     /// Where the motion carries what stands at `rest` `[L]`; re-indexing, which only renames
     /// nodes, plays no part.
     pub fn place(
@@ -292,7 +304,7 @@ impl<const D: usize> MeshMotion<D> {
                 let placed = |plane: &DrivenPlane| Stretching {
                     anchor: plane.anchor,
                     driven: plane.driven,
-                    displacement: plane.displacement.value(at),
+                    displacement: plane.displacement.from_rest(at),
                 };
                 Ok(PlacedMotion::Stretch(axes.each_ref().map(|a| a.as_ref().map(placed))))
             }
@@ -302,14 +314,14 @@ impl<const D: usize> MeshMotion<D> {
                 let corner = |c: usize, path: &[Ramp; D]| {
                     Vector::from_fn(|d, _| {
                         let rest = if c >> d & 1 == 0 { from[d] } else { to[d] };
-                        rest + path[d].value(at)
+                        rest + path[d].from_rest(at)
                     })
                 };
                 let corners = from_fn(|c| path.get(c).map_or(Vector::zeros(), |p| corner(c, p)));
                 Ok(PlacedMotion::Corners { from, to, image: LinearCell::new(corners) })
             }
             (Self::Rotate { centre, angle }, _) => {
-                let angle = angle.value(at);
+                let angle = angle.from_rest(at);
                 Ok(PlacedMotion::Rotation { centre: *centre, angle, cos_sin: cos_sin(angle) })
             }
             (
@@ -323,8 +335,10 @@ impl<const D: usize> MeshMotion<D> {
                 if *reindexing == Reindexing::WholeCells && !span.is_full() {
                     return Err(MotionError::OpenRing);
                 }
-                let profile =
-                    Profile { inner: (inner.0, inner.1.value(at)), outer: (outer.0, outer.1.value(at)) };
+                let profile = Profile {
+                    inner: (inner.0, inner.1.from_rest(at)),
+                    outer: (outer.0, outer.1.from_rest(at)),
+                };
                 Ok(PlacedMotion::Twist { centre: *ring, profile })
             }
             (Self::Affine { map }, Layout::Box { .. }) => {

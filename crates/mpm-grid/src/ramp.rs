@@ -109,6 +109,17 @@ impl Ramp {
         v0 * (1.0 - t) + v1 * t
     }
 
+    /// Whether what it prescribes is not at rest at fraction 0.
+    pub fn jumps(&self) -> bool {
+        self.value(LoadFraction::START) != 0.0
+    }
+
+    /// The value at a load fraction as something that begins at rest: 0 at fraction 0. A ramp that is not 0 there
+    /// jumps in the first load step.
+    pub fn from_rest(&self, fraction: LoadFraction) -> f64 {
+        if fraction == LoadFraction::START { 0.0 } else { self.value(fraction) }
+    }
+
     /// The knots (fraction, value), strictly increasing in the fraction.
     pub fn knots(&self) -> &[(f64, f64)] {
         &self.knots
@@ -144,6 +155,8 @@ mod tests {
         }
         assert_eq!(at(&Ramp::linear(8.0), 0.3), 2.4);
         assert_eq!(at(&Ramp::constant(8.0), 0.3), 8.0);
+        assert_eq!(ramp.from_rest(LoadFraction::START), 0.0);
+        assert_eq!(ramp.from_rest(LoadFraction::new(0.25).unwrap()), 1.0);
     }
 
     #[test]

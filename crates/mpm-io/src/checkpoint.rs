@@ -10,6 +10,7 @@ use hdf5::{File, Group, H5Type};
 use mpm_linear::Saved;
 use mpm_solver::{
     BodyLayout, Progress, State, StateLayout, StoredColumn, StoredContribution, StoredPoints, StoredPredictor,
+    StoredShare,
 };
 
 use crate::calls::{Call, Closing};
@@ -168,7 +169,13 @@ impl Checkpoint {
                 let reason = format!("holds {} numbers, expected {}", shares.len(), points.len());
                 return Err(self.malformed(&item("share"), reason));
             }
-            Ok(points.into_iter().zip(shares).collect())
+            let arms = self.numbers::<f64>(group, "arm", &item("arm"), 3, (0, most))?;
+            if arms.len() != 3 * points.len() {
+                let reason = format!("holds {} numbers, expected {}", arms.len(), 3 * points.len());
+                return Err(self.malformed(&item("arm"), reason));
+            }
+            let parts = points.into_iter().zip(shares).zip(arms.as_chunks().0);
+            Ok(parts.map(|((point, part), &arm)| StoredShare { point, part, arm }).collect())
         });
         let contributions = self.members("contributions", layout.contributions.len())?;
         let contributions = contributions.iter().enumerate().map(|(k, group)| {
@@ -395,9 +402,10 @@ fn write_all(
     let loads = file.create_group("loads")?;
     for (k, shares) in state.shares.iter().enumerate() {
         let group = loads.create_group(&k.to_string())?;
-        let points: Vec<u64> = shares.iter().map(|&(point, _)| point as u64).collect();
+        let points: Vec<u64> = shares.iter().map(|it| it.point as u64).collect();
         write_numbers(&group, "point", 1, &points)?;
-        write_numbers(&group, "share", 1, &shares.iter().map(|&(_, share)| share).collect::<Vec<f64>>())?;
+        write_numbers(&group, "share", 1, &shares.iter().map(|it| it.part).collect::<Vec<f64>>())?;
+        write_numbers(&group, "arm", 3, &shares.iter().flat_map(|it| it.arm).collect::<Vec<f64>>())?;
     }
     let contributions = file.create_group("contributions")?;
     for (k, stored) in state.contributions.iter().enumerate() {

@@ -14,8 +14,8 @@ pub(crate) struct Earlier {
     first: usize,
     /// Number of the first row that is not copied.
     end: usize,
-    /// Points are recorded at every so many rows.
-    every: usize,
+    /// Its rows with points, ascending.
+    recorded: Vec<usize>,
     counts: Vec<Option<Vec<u64>>>,
     reals: Vec<Option<Vec<f64>>>,
 }
@@ -26,7 +26,7 @@ impl Earlier {
         results: Results,
         columns: &[Column],
         fields: &[Field],
-        every: usize,
+        is_recorded: &dyn Fn(usize, f64) -> bool,
         end: usize,
     ) -> Result<Self, ResultsError> {
         let path = results.path().to_path_buf();
@@ -61,19 +61,21 @@ impl Earlier {
             counts.push(count);
             reals.push(real);
         }
-        let earlier = Self { results, first, end, every, counts, reals };
         // The recorded points must belong to the load fractions of their rows.
         let fraction = columns.iter().position(|column| column.name == "load_fraction");
-        let fractions = fraction.and_then(|at| earlier.reals[at].as_ref());
-        for (k, row) in earlier.recorded().enumerate() {
-            let found = earlier.results.fractions().get(k).copied();
-            let of_row = fractions.and_then(|it| it.get(row - first)).copied();
+        let fractions = fraction.and_then(|at| reals[at].as_ref());
+        let fraction = |row: usize| fractions.and_then(|it| it.get(row - first)).copied();
+        let recorded: Vec<usize> =
+            (first..end).filter(|&row| is_recorded(row, fraction(row).unwrap_or(f64::NAN))).collect();
+        for (k, &row) in recorded.iter().enumerate() {
+            let found = results.fractions().get(k).copied();
+            let of_row = fraction(row);
             if found.is_none() || (of_row.is_some() && of_row != found) {
                 let reason = format!("is {found:?} at {k}, expected {of_row:?}, that of row {row}");
                 return Err(source.malformed("VTKHDF/Steps/Values", reason));
             }
         }
-        Ok(earlier)
+        Ok(Self { results, first, end, recorded, counts, reals })
     }
 
     /// Number of the first row.
@@ -84,12 +86,6 @@ impl Earlier {
     /// Numbers of the rows to copy.
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
         self.first..self.end
-    }
-
-    /// Those of them with points.
-    fn recorded(&self) -> impl Iterator<Item = usize> + use<> {
-        let every = self.every;
-        (self.first..self.end).filter(move |row| row.is_multiple_of(every))
     }
 
     /// Entries and residuals of a row.
@@ -108,10 +104,7 @@ impl Earlier {
 
     /// The points at a row, if they are recorded there.
     pub(crate) fn snapshot(&self, row: usize, fields: &[Field]) -> Result<Option<Snapshot>, ResultsError> {
-        if !row.is_multiple_of(self.every) {
-            return Ok(None);
-        }
-        let before = self.recorded().take_while(|&recorded| recorded < row).count();
+        let Ok(before) = self.recorded.binary_search(&row) else { return Ok(None) };
         let path = self.results.path();
         let shaped = |item: &str, table: crate::Table, width: usize| {
             if table.width() != width {

@@ -23,7 +23,7 @@ pub struct Options {
     pub program: String,
     /// Fields of the material points.
     pub fields: Vec<Field>,
-    /// Points are recorded at every n-th load step (0 counts as 1), and always at the first and last.
+    /// Points are recorded at every n-th load step that is counted, see [`mpm_solver::observe::Counted`] (0 counts as 1), and always at the first and last.
     pub every: usize,
     /// 0: plain (default). 1 to 9: gzip with shuffle; level 1 halves smooth fields and takes four
     /// times as long, higher levels only take longer.

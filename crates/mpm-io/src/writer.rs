@@ -10,7 +10,7 @@ use hdf5::plist::file_create::FileSpaceStrategy;
 use hdf5::types::VarLenUnicode;
 use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
-    Column, ColumnKind, Entry, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
+    Column, ColumnKind, Counted, Entry, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
 
 use crate::earlier::Earlier;
@@ -73,6 +73,7 @@ pub struct ResultsWriter {
 
 /// Everything that grows during a run.
 struct Run {
+    counted: Counted,
     columns: Vec<Column>,
     history: Vec<Rows>,
     /// Attribute of `/history`: the rows that are complete.
@@ -184,7 +185,8 @@ impl ResultsWriter {
     fn take_over(&mut self, earlier: Results, path: PathBuf, end: usize) -> Result<(), ObserverError> {
         let run = self.run.as_mut().expect("a run starts before it goes on");
         let fields = self.options.fields.clone();
-        let earlier = Earlier::of(earlier, &run.columns, &fields, self.options.every, end)?;
+        let recorded = |row: usize, fraction: f64| run.counted.is_recorded(self.options.every, row, fraction);
+        let earlier = Earlier::of(earlier, &run.columns, &fields, &recorded, end)?;
         let first = earlier.first();
         self.begin_at(first).map_err(|error| self.give_up("the number of the first row", &error))?;
         for row in earlier.rows() {
@@ -249,7 +251,7 @@ impl ResultsWriter {
         let run = self.run.as_mut().expect("a run starts before its first load step");
         run.push(step.index, step.row, step.residuals);
         let snapshot = Snapshot::of(step.fraction, step.fields, &self.options.fields);
-        if step.index.is_multiple_of(self.options.every) {
+        if run.counted.is_recorded(self.options.every, step.index, step.fraction) {
             run.unrecorded = None;
             run.pending.record(snapshot);
         } else {
@@ -326,6 +328,7 @@ impl Run {
         let timings = file.create_group("timings")?;
         let Options { fields, compression, precision, .. } = options;
         Ok(Self {
+            counted: start.counted,
             columns: start.columns.clone(),
             history: start.columns.iter().map(create_column).collect::<hdf5::Result<_>>()?,
             rows,
@@ -402,7 +405,7 @@ impl Observer for ResultsWriter {
                 begun.map_err(|error| self.give_up("the number of the first row", &error))?;
             }
         }
-        if !(so_far.rows - 1).is_multiple_of(self.options.every) {
+        if !run.counted.is_recorded(self.options.every, so_far.rows - 1, so_far.fraction) {
             // As after every load step that can turn out to be the last.
             let snapshot = Snapshot::of(so_far.fraction, so_far.fields, &self.options.fields);
             self.run.as_mut().expect("it was started").unrecorded = Some(snapshot);

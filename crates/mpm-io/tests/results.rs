@@ -7,9 +7,10 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
 use mpm_io::{Item, Options, Precision, Results, ResultsError, ResultsWriter, Values};
-use mpm_solver::observe::{ColumnKind, Entry, Field, Fields, Observer, Outcome};
+use mpm_solver::observe::{ColumnKind, Counted, Entry, Field, Fields, Observer, Outcome};
 
 type Check = Result<(), Box<dyn Error + Send + Sync>>;
 
@@ -200,7 +201,12 @@ fn a_column_that_cannot_be_stored_is_an_error() -> Check {
     let directory = tempfile::tempdir()?;
     let mut writer = ResultsWriter::create(directory.path().join("run.h5"), Options::default())?;
     let column = Column { name: "twice".into(), kind: ColumnKind::Real, width: 1 };
-    let error = writer.start(&RunStart { columns: vec![column.clone(), column], points: 1, steps: 1 });
+    let error = writer.start(&RunStart {
+        columns: vec![column.clone(), column],
+        points: 1,
+        steps: 1,
+        counted: Counted::Rows,
+    });
     assert!(error.is_err_and(|error| error.to_string().contains("cannot write the layout of the run")));
     Ok(())
 }
@@ -213,7 +219,8 @@ fn a_full_disk_is_an_error_and_keeps_earlier_steps() -> Check {
     if let Ok(path) = std::env::var(FULL) {
         // Exit codes tell the parent what happened; a panic would give 101.
         let path = Path::new(&path);
-        let mut writer = ResultsWriter::create(path, fake::options())?;
+        let options = Options { keep_back: Duration::ZERO, ..fake::options() };
+        let mut writer = ResultsWriter::create(path, options)?;
         fake::start(&mut writer, 1000)?;
         let mut written = 0;
         let error = loop {

@@ -63,6 +63,11 @@ impl<'a> Pattern<'a> {
         self.row.len()
     }
 
+    /// Rows of the entries of a column.
+    pub(crate) fn rows_of(&self, column: usize) -> &'a [usize] {
+        &self.row[self.column_start[column]..self.column_start[column + 1]]
+    }
+
     /// Whether only the lower triangle is stored.
     pub fn is_symmetric(&self) -> bool {
         self.symmetry == Symmetry::Symmetric
@@ -113,6 +118,12 @@ impl Matrix<'_> {
             Symmetry::Unsymmetric => self.pattern.row[start..end].partition_point(|&row| row < equation),
         };
         self.values[start + before]
+    }
+
+    /// Size of the largest entry that is stored for a column.
+    pub(crate) fn largest_of_column(&self, column: usize) -> f64 {
+        let entries = self.pattern.column_start[column]..self.pattern.column_start[column + 1];
+        self.values[entries].iter().fold(0.0, |largest, value| largest.max(value.abs()))
     }
 
     /// K w.

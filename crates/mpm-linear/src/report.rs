@@ -156,6 +156,12 @@ pub enum Cause {
         /// Backward error of that solution.
         backward_error: f64,
     },
+    /// Memory does not suffice for factors with free pivots.
+    #[error("memory does not suffice for its factors of over {entries:.0e} entries")]
+    NoMemory {
+        /// Entries that were stored.
+        entries: f64,
+    },
     /// Conjugate gradients do not solve it (K is not positive definite, or far from its coarse images),
     /// and its factor is too large.
     #[error(

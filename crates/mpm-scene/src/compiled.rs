@@ -47,7 +47,7 @@ impl Compiled {
     /// The fields of the points that are recorded.
     ///
     /// # Errors
-    /// A field that neither points nor the laws of the scene's bodies have, with those that there are.
+    /// A field that is named twice, or one that neither points nor the laws of the scene's bodies have, with those that there are.
     pub fn fields(&self, output: &OutputInput) -> Result<Vec<Field>, SceneError> {
         match self {
             Compiled::Plane(model) => fields(&model.bodies, output),
@@ -67,7 +67,7 @@ impl Compiled {
     }
 }
 
-/// The fields of bodies' points that are recorded.
+/// The fields of bodies' points that are recorded; none of them twice.
 pub(crate) fn fields<const D: usize>(
     bodies: &[NamedBody<D>],
     output: &OutputInput,
@@ -75,6 +75,9 @@ pub(crate) fn fields<const D: usize>(
     let remembered =
         || bodies.iter().flat_map(|named| named.body.history_fields()).map(|info| Field::from(*info));
     let field = |(k, input): (usize, &FieldInput)| {
+        if output.fields[..k].contains(input) {
+            return Err(SceneError::new(format!("output.fields[{k}]"), "the field is named twice"));
+        }
         let FieldInput::Remembered(name) = input else {
             return Ok(input.of_points().expect("a field of points"));
         };

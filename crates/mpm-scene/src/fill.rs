@@ -1,6 +1,6 @@
 //! Filling a shape with material points.
 
-use crate::pieces::{MOST_POINTS, Shape, box_piece, count_pieces, for_each_piece};
+use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
 use mpm_assembly::{Body, MaterialBody, MeanDilatation};
 use mpm_basis::{Basis, Seed};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
@@ -32,9 +32,19 @@ pub(crate) struct Plan<'a, const D: usize> {
 /// A body, and for every face of the plan the points next to it with their areas of it.
 pub(crate) struct Filled<const D: usize> {
     pub body: Box<dyn Body<D>>,
-    pub faces: Vec<Vec<(usize, f64)>>,
-    /// The shape's own volume, where the points' may differ from it `[L^D]`.
+    pub faces: Vec<Vec<FaceShare<D>>>,
+    /// The shape's own volume, where it is known `[L^D]`.
     pub shape_volume: Option<f64>,
+}
+
+/// What a point carries of a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FaceShare<const D: usize> {
+    pub point: usize,
+    /// Its area of the face `[L^(D-1)]`.
+    pub area: f64,
+    /// From the point to the middle of that area `[L]`.
+    pub arm: Vector<D>,
 }
 
 /// Fills a box with points of one basis and law.
@@ -47,6 +57,7 @@ where
     M: Material + 'static,
 {
     let Seeded { seeds, faces, shape_volume } = seeds(&basis, plan, bytes_of_point::<D, B, M>())?;
+    let shape_volume = plan.shape.volume().or(shape_volume);
     let mut body = MaterialBody::new(basis, law, seeds).with_mean_dilatation(plan.mean_dilatation);
     if let Some(density) = plan.density {
         body = body.with_density(density);
@@ -61,9 +72,9 @@ where
 type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
 
 /// The points of a body at rest; the rest as in [`Filled`].
-struct Seeded<S> {
+struct Seeded<S, const D: usize> {
     seeds: Vec<S>,
-    faces: Vec<Vec<(usize, f64)>>,
+    faces: Vec<Vec<FaceShare<D>>>,
     shape_volume: Option<f64>,
 }
 
@@ -72,7 +83,7 @@ fn seeds<const D: usize, B: Basis<D>>(
     basis: &B,
     plan: &Plan<'_, D>,
     bytes_per_point: usize,
-) -> Result<Seeded<SeedOf<D, B>>, String> {
+) -> Result<Seeded<SeedOf<D, B>, D>, String> {
     basis.suits(plan.start)?;
     let mut seeds = Vec::new();
     let mut faces = vec![Vec::new(); plan.faces.len()];
@@ -103,7 +114,7 @@ fn seeds<const D: usize, B: Basis<D>>(
         seed_parts(basis, parts, &mut seeds, &mut faces);
     } else if made.is_none() {
         let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
-        for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece| {
+        for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece, outer| {
             // Ends can be so close together, or so far apart, that their numbers do not tell how far.
             if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
                 flat = Some(piece.corners()[0]);
@@ -114,8 +125,8 @@ fn seeds<const D: usize, B: Basis<D>>(
             let first = seeds.len();
             basis.seed(piece, &mut |seed| seeds.push(seed));
             for (face, shares) in plan.faces.iter().zip(&mut faces) {
-                if let Some((area, centre)) = area_on(face, piece) {
-                    shares.extend(nearest(&seeds, first..seeds.len(), &centre).map(|point| (point, area)));
+                if let Some((area, centre)) = area_on(face, piece, outer) {
+                    shares.extend(face_share(&seeds, first..seeds.len(), area, &centre));
                 }
             }
         })?;
@@ -127,7 +138,11 @@ fn seeds<const D: usize, B: Basis<D>>(
         ));
     }
     for shares in &mut faces {
-        shares.sort_by_key(|&(point, _)| point);
+        shares.sort_by_key(|share| share.point);
+    }
+    if let Shape::Cells { volume, is_exact: true, .. } = plan.shape {
+        let filled: f64 = seeds.iter().map(|seed| seed.volume).sum();
+        seeds.iter_mut().for_each(|seed| seed.volume *= volume / filled);
     }
     Ok(Seeded { seeds, faces, shape_volume: made.and_then(|parts| parts.volume) })
 }
@@ -152,14 +167,16 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
     }
 }
 
-/// The one of some points that is nearest to a position.
-fn nearest<const D: usize, Domain>(
+/// A part of a face, given to the one of some points that is nearest to its centre.
+fn face_share<const D: usize, Domain>(
     seeds: &[Seed<D, Domain>],
     of: Range<usize>,
-    x: &Vector<D>,
-) -> Option<usize> {
-    let distance = |p: usize| (seeds[p].position - x).norm_squared();
-    of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+    area: f64,
+    centre: &Vector<D>,
+) -> Option<FaceShare<D>> {
+    let distance = |p: usize| (seeds[p].position - centre).norm_squared();
+    let point = of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
+    Some(FaceShare { point, area, arm: centre - seeds[point].position })
 }
 
 /// Points of given parts, and those that carry faces.
@@ -167,7 +184,7 @@ fn seed_parts<const D: usize, B: Basis<D>>(
     basis: &B,
     parts: &Parts<D>,
     seeds: &mut Vec<SeedOf<D, B>>,
-    faces: &mut [Vec<(usize, f64)>],
+    faces: &mut [Vec<FaceShare<D>>],
 ) {
     // Number of the first point of every part.
     let mut starts = Vec::with_capacity(parts.parts.len() + 1);
@@ -182,8 +199,8 @@ fn seed_parts<const D: usize, B: Basis<D>>(
     starts.push(seeds.len());
     for (shares, face) in faces.iter_mut().zip(&parts.faces) {
         for share in face {
-            let point = nearest(seeds, starts[share.part]..starts[share.part + 1], &share.centre);
-            shares.extend(point.map(|point| (point, share.area)));
+            let points = starts[share.part]..starts[share.part + 1];
+            shares.extend(face_share(seeds, points, share.area, &share.centre));
         }
     }
 }
@@ -206,21 +223,31 @@ fn bytes_of_point<const D: usize, B: Basis<D>, M: Material>() -> usize {
     2 * state + (size_of::<Vector<D>>() + size_of::<f64>()) * (1 << D)
 }
 
-/// Area and centre of the side of a piece that lies on a face, if one does.
-fn area_on<const D: usize>(face: &Face<D>, piece: &LinearCell<D>) -> Option<(f64, Vector<D>)> {
+/// Area and centre of the side of a piece that lies on a face, if one does; only sides of the body count.
+fn area_on<const D: usize>(
+    face: &Face<D>,
+    piece: &LinearCell<D>,
+    outer: &Outer<D>,
+) -> Option<(f64, Vector<D>)> {
     let corners = &piece.corners()[..1 << D];
     let size = (corners[0] - corners[corners.len() - 1]).norm();
-    for (direction, bit) in (0..D).flat_map(|d| [(d, 0), (d, 1)]) {
+    let sides = (0..D).flat_map(|d| [(d, 0), (d, 1)]).filter(|&(d, bit)| outer[d][bit]);
+    for (direction, bit) in sides {
         let mut side = corners.iter().enumerate().filter(|(c, _)| c >> direction & 1 == bit).map(|(_, x)| x);
         if !side.clone().all(|x| (x[face.axis] - face.at).abs() <= 1e-9 * size) {
             continue;
         }
         let count = side.clone().count() as f64;
         let centre = side.clone().sum::<Vector<D>>() / count;
-        if let Some((from, to)) = &face.within
-            && (0..D).any(|d| d != face.axis && !(from[d]..=to[d]).contains(&centre[d]))
-        {
-            return None;
+        if let Some(within) = &face.within {
+            let low = side.clone().fold(centre, |low, x| low.inf(x));
+            let high = side.clone().fold(centre, |high, x| high.sup(x));
+            if side.clone().all(|x| (0..D).all(|d| x[d] == low[d] || x[d] == high[d])) {
+                return part_within(face.axis, (low, high), within);
+            }
+            if (0..D).any(|d| d != face.axis && !(within.0[d]..=within.1[d]).contains(&centre[d])) {
+                return None;
+            }
         }
         let mut next = || *side.next().expect("a side has 2^(D-1) corners");
         let area = match D {
@@ -233,6 +260,24 @@ fn area_on<const D: usize>(face: &Face<D>, piece: &LinearCell<D>) -> Option<(f64
         return Some((area, centre));
     }
     None
+}
+
+/// Size and centre of what of a side along the axes lies between two corners, if anything does.
+fn part_within<const D: usize>(
+    axis: usize,
+    (mut low, mut high): (Vector<D>, Vector<D>),
+    (from, to): &([f64; D], [f64; D]),
+) -> Option<(f64, Vector<D>)> {
+    let mut area = 1.0;
+    for d in (0..D).filter(|&d| d != axis) {
+        let size = high[d] - low[d];
+        (low[d], high[d]) = (low[d].max(from[d]), high[d].min(to[d]));
+        if high[d] - low[d] <= 1e-9 * size {
+            return None;
+        }
+        area *= high[d] - low[d];
+    }
+    Some((area, (low + high) * 0.5))
 }
 
 fn triangle_area<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {

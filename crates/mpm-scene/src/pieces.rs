@@ -10,8 +10,15 @@ pub(crate) const MOST_POINTS: f64 = 4e9;
 pub(crate) enum Shape<'a, const D: usize> {
     /// A box in a rectilinear mesh, by its corners `[L]`.
     Box { from: [f64; D], to: [f64; D] },
-    /// Whole cells, from the multi-index `low` up to but without `high`.
-    Cells { low: [u32; D], high: [u32; D] },
+    /// Whole cells of polygons, from the multi-index `low` up to but without `high`.
+    Cells {
+        low: [u32; D],
+        high: [u32; D],
+        /// Volume of the round shape that they stand for `[L^D]`.
+        volume: f64,
+        /// Whether the points have that volume in all; else the polygons'.
+        is_exact: bool,
+    },
     /// What a surface encloses, in a rectilinear mesh.
     Solid(Solid<'a>),
     /// A box with its ends on mesh lines, without what others enclose.
@@ -29,14 +36,30 @@ pub(crate) fn count_pieces<const D: usize>(
     match shape {
         Shape::Box { from, to } => {
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
-            (0..D).try_fold(1.0, |count, d| Ok(count * Cut::of(&axes[d], from[d], to[d], per_cell)?.pieces()))
+            (0..D).try_fold(1.0, |count, d| {
+                Ok(count * Cut::of(&axes[d], from[d], to[d], per_cell)?.pieces(&axes[d]))
+            })
         }
-        Shape::Cells { low, high } => {
+        Shape::Cells { low, high, .. } => {
             Ok((0..D).map(|d| f64::from(high[d] - low[d]) * f64::from(per_cell)).product())
         }
         Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => Ok(0.0),
     }
 }
+
+impl<const D: usize> Shape<'_, D> {
+    /// Its volume, where it is known without filling it `[L^D]`.
+    pub(crate) fn volume(&self) -> Option<f64> {
+        match self {
+            Shape::Box { from, to } => Some((0..D).map(|d| to[d] - from[d]).product()),
+            Shape::Cells { volume, .. } => Some(*volume),
+            Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => None,
+        }
+    }
+}
+
+/// Which sides of a piece, low and high in every direction, are sides of the body.
+pub(crate) type Outer<const D: usize> = [[bool; 2]; D];
 
 /// Cuts a shape into pieces, cell by cell and piece by piece inside a cell: points that share nodes
 /// stay together.
@@ -44,7 +67,7 @@ pub(crate) fn for_each_piece<const D: usize>(
     mesh: &Mesh<D>,
     shape: &Shape<'_, D>,
     pieces_per_cell: u32,
-    mut each: impl FnMut(&LinearCell<D>),
+    mut each: impl FnMut(&LinearCell<D>, &Outer<D>),
 ) -> Result<(), String> {
     match shape {
         Shape::Box { from, to } => {
@@ -59,11 +82,16 @@ pub(crate) fn for_each_piece<const D: usize>(
                 for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
                     let low = Vector::from_fn(|d, _| row[d][piece[d]]);
                     let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
-                    each(&box_piece(&low, &high));
+                    let outer = std::array::from_fn(|d| {
+                        let (first_row, last_row) = (cell[d] == 0, cell[d] + 1 == rows[d].len());
+                        [first_row && piece[d] == 0, last_row && piece[d] + 2 == row[d].len()]
+                    });
+                    each(&box_piece(&low, &high), &outer);
                 });
             });
         }
-        Shape::Cells { low, high } => {
+        Shape::Cells { low, high, .. } => {
+            let closed = mesh.lattice().periodic();
             let extent: [usize; D] = std::array::from_fn(|d| (high[d] - low[d]) as usize);
             let local = |k: usize| 2.0 * k as f64 / f64::from(pieces_per_cell) - 1.0;
             for_each(extent, |offset: [usize; D]| {
@@ -71,7 +99,12 @@ pub(crate) fn for_each_piece<const D: usize>(
                 for_each([pieces_per_cell as usize; D], |piece: [usize; D]| {
                     let from = Vector::from_fn(|d, _| local(piece[d]));
                     let to = Vector::from_fn(|d, _| local(piece[d] + 1));
-                    each(&mesh.piece(cell, &from, &to));
+                    let outer = std::array::from_fn(|d| {
+                        let (first, last) = (offset[d] == 0, offset[d] + 1 == extent[d]);
+                        let ends = [piece[d] == 0, piece[d] + 1 == pieces_per_cell as usize];
+                        [!closed[d] && first && ends[0], !closed[d] && last && ends[1]]
+                    });
+                    each(&mesh.piece(cell, &from, &to), &outer);
                 });
             });
         }
@@ -85,14 +118,20 @@ type CellRow = Vec<f64>;
 
 /// How a length is cut into pieces.
 ///
-/// Where both ends lie on mesh lines every cell is cut into `n`; else the length is cut evenly into
-/// pieces no longer than the mean of its cells over `n`.
+/// Where both ends lie on mesh lines every cell is cut into `n`. Else the length is cut evenly into pieces no longer
+/// than a cell over `n` where cells are equal, and cell by cell where they are not: what an end leaves of a cell
+/// is cut into pieces no longer than the cell over `n`.
 enum Cut {
     /// The cells from `first` up to but without `last`, each into `n`.
     Cells { first: u32, last: u32, n: u32 },
     /// All of it into `count`.
     Evenly { from: f64, to: f64, count: u32 },
+    /// Cell by cell, each into pieces no longer than the cell over `n`.
+    ByCell { from: f64, to: f64, n: u32 },
 }
+
+/// What an end leaves of a cell goes to the neighbour where it is shorter [pieces].
+const LEAST: f64 = 0.1;
 
 impl Cut {
     /// Of `from..to` along an axis.
@@ -117,6 +156,9 @@ impl Cut {
             return Ok(Self::Cells { first, last, n });
         }
         let (first, last) = (axis.locate(from).0, axis.locate(to).0);
+        if !axis.is_uniform() {
+            return Ok(Self::ByCell { from, to, n });
+        }
         let mean_cell = (axis.node(last + 1) - axis.node(first)) / f64::from(last + 1 - first);
         let count = ((to - from) / mean_cell * f64::from(n) - 1e-9).ceil().max(1.0);
         if count > MOST_POINTS {
@@ -126,10 +168,11 @@ impl Cut {
     }
 
     /// Number of pieces.
-    fn pieces(&self) -> f64 {
-        match *self {
-            Self::Cells { first, last, n } => f64::from(last - first) * f64::from(n),
-            Self::Evenly { count, .. } => f64::from(count),
+    fn pieces(&self, axis: &Axis) -> f64 {
+        match self {
+            Self::Cells { first, last, n } => f64::from(last - first) * f64::from(*n),
+            Self::Evenly { count, .. } => f64::from(*count),
+            Self::ByCell { from, to, n } => stretches(axis, (*from, *to), *n).iter().map(|it| it.pieces).sum(),
         }
     }
 
@@ -147,11 +190,48 @@ impl Cut {
                 }
                 lines
             }
+            Self::ByCell { from, to, n } => {
+                let mut lines = vec![from];
+                for Stretch { begin, end, pieces } in stretches(axis, (from, to), n) {
+                    lines.extend((1..pieces as u32).map(|k| begin + (end - begin) * f64::from(k) / pieces));
+                    lines.push(end);
+                }
+                lines
+            }
             Self::Evenly { from, to, count } => {
                 (0..=count).map(|k| from + (to - from) * f64::from(k) / f64::from(count)).collect()
             }
         }
     }
+}
+
+/// A part of a length that lies in one cell, slivers of its neighbours included, and its number of pieces.
+struct Stretch {
+    begin: f64,
+    end: f64,
+    pieces: f64,
+}
+
+/// A length cut at the lines of the mesh.
+fn stretches(axis: &Axis, (from, to): (f64, f64), n: u32) -> Vec<Stretch> {
+    let mut stretches: Vec<Stretch> = Vec::new();
+    let (first, last) = (axis.locate(from).0, axis.locate(to).0);
+    let mut begin = from;
+    for cell in first..=last {
+        let end = if cell == last { to } else { axis.node(cell + 1) };
+        let pieces = (end - begin) / axis.size(cell) * f64::from(n);
+        // A sliver at the beginning goes to the next cell, one at the end to the cell before.
+        if pieces < LEAST && cell < last {
+            continue;
+        }
+        if let Some(before) = stretches.last_mut().filter(|_| pieces < LEAST) {
+            before.end = to;
+            continue;
+        }
+        stretches.push(Stretch { begin, end, pieces: (pieces - LEAST).ceil().max(1.0) });
+        begin = end;
+    }
+    stretches
 }
 
 /// Gathers consecutive pieces whose centres lie in the same cell.
@@ -194,19 +274,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn aligned_ends_are_cut_cell_by_cell_and_others_evenly() {
+    fn equal_cells_are_cut_evenly_between_ends_off_their_lines() {
+        let axis = Axis::uniform(0.0, 4.0, 4).unwrap();
+        let even = Cut::of(&axis, 0.5, 3.3, 2).unwrap().lines(&axis);
+        assert_eq!(even.len(), 7);
+        assert!((even[1] - 0.5 - 2.8 / 6.0).abs() < 1e-15);
+        // Far from the origin an end on a line is one up to rounding.
+        let far = Axis::uniform(1e6, 1e6 + 1e-3, 10).unwrap();
+        assert_eq!(far.line_at(1e6 + 3e-4), Some(3));
+    }
+
+    #[test]
+    fn aligned_ends_are_cut_cell_by_cell_and_others_at_the_end() {
         let axis = Axis::graded(vec![0.0, 1.0, 3.0, 4.0]).unwrap();
         let lines = |from, to, n| {
             let cut = Cut::of(&axis, from, to, n)?;
             let lines = cut.lines(&axis);
-            assert_eq!(cut.pieces(), (lines.len() - 1) as f64);
+            assert_eq!(cut.pieces(&axis), (lines.len() - 1) as f64);
             Ok::<_, String>(lines)
         };
         assert_eq!(lines(0.0, 3.0, 2).unwrap(), [0.0, 0.5, 1.0, 2.0, 3.0]);
-        // 0.5..3.5 touches cells of mean length 4/3; 3 / (4/3) * 2 = 4.5 pieces, so 5.
-        let even = lines(0.5, 3.5, 2).unwrap();
-        assert_eq!(even.len(), 6);
-        assert!((even[1] - 1.1).abs() < 1e-15);
+        // Cells that are not equal are cut one by one; the ends leave half a cell, one piece of two.
+        assert_eq!(lines(0.5, 3.5, 2).unwrap(), [0.5, 1.0, 2.0, 3.0, 3.5]);
+        // Slivers go to their neighbours.
+        let slivers = lines(0.99, 3.01, 2).unwrap();
+        assert!(slivers.len() == 3 && (slivers[1] - 2.0).abs() < 1e-15);
         assert!(lines(3.0, 3.0, 2).is_err());
         assert!(lines(0.0, 4.1, 2).is_err());
     }

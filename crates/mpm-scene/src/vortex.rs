@@ -76,6 +76,10 @@ impl Vortex {
 }
 
 impl<const D: usize> BodyForce<D> for Vortex {
+    fn ramps(&self) -> Vec<&Ramp> {
+        vec![&self.angle]
+    }
+
     fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D> {
         let radius = rest[0].hypot(rest[1]);
         let Circle { gamma, slope, .. } = self.circle(radius, at);

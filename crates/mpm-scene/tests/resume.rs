@@ -244,7 +244,7 @@ fn states_of_other_scenes_are_refused_by_name() {
         (|state| state.bodies[0].columns[3].values.truncate(35), "bodies/0/mass", "holds 35 numbers"),
         (|state| state.bodies[0].columns[2].values[2] = -1.0, "bodies/0/reference_volume", "is -1 at point 2"),
         (|state| state.shares[1].clear(), "loads/1/point", "expected points that ascend below 12"),
-        (|state| state.shares[0][0].1 = 2.0, "loads/0/share", "is 2, expected 0 to 1"),
+        (|state| state.shares[0][0].part = 2.0, "loads/0/share", "is 2, expected 0 to 1"),
         (|state| state.linear_solver.as_mut().unwrap().numbers[0] = 1, "linear_solver", "is no order"),
         (|state| state.bodies[0].columns[0].values[1] = 77.0, "bodies", "outside"),
     ];

@@ -1,7 +1,7 @@
 //! Between load steps: domains that have outgrown their cells, see [`mpm_basis::domain_control`].
 
 use crate::error::Error;
-use crate::model::{Loads, Model};
+use crate::model::{Loads, Model, Share};
 use crate::progress::DomainCounts;
 use mpm_grid::LoadFraction;
 
@@ -43,10 +43,15 @@ pub(crate) fn control_domains<const D: usize>(
 fn divide_shares<const D: usize>(loads: &mut Loads<D>, body: usize, parts: &[(usize, f64)]) {
     for load in loads.point_loads.iter_mut().filter(|load| load.body == body) {
         let shares = std::mem::take(&mut load.shares);
-        for (point, share) in shares {
-            let first = parts.partition_point(|&(parent, _)| parent < point);
-            let own = parts[first..].iter().take_while(|&&(parent, _)| parent == point);
-            load.shares.extend(own.enumerate().map(|(k, &(_, part))| (first + k, share * part)));
+        for share in shares {
+            let first = parts.partition_point(|&(parent, _)| parent < share.point);
+            let own = parts[first..].iter().take_while(|&&(parent, _)| parent == share.point);
+            // The parts keep their point's centre and deformation gradient, so that with its arm they keep the moment.
+            load.shares.extend(own.enumerate().map(|(k, &(_, part))| Share {
+                point: first + k,
+                part: share.part * part,
+                arm: share.arm,
+            }));
         }
     }
 }
@@ -59,9 +64,10 @@ mod tests {
 
     #[test]
     fn shares_follow_the_parts_and_keep_their_sum() {
-        let load = |body, shares| PointLoad {
+        let share = |(point, part)| Share { point, part, arm: Vector::<2>::new(0.0, 0.5) };
+        let load = |body, shares: Vec<(usize, f64)>| PointLoad {
             body,
-            shares,
+            shares: shares.into_iter().map(share).collect(),
             force: Vector::<2>::new(1.0, 0.0),
             ramp: Ramp::new(vec![(0.0, 0.0), (1.0, 1.0)]).unwrap(),
         };
@@ -72,8 +78,9 @@ mod tests {
         };
         // Point 0 became two, point 1 stayed, point 2 became three.
         divide_shares(&mut loads, 0, &[(0, 0.5), (0, 0.5), (1, 1.0), (2, 0.5), (2, 0.25), (2, 0.25)]);
-        assert_eq!(loads.point_loads[0].shares, [(2, 0.25), (3, 0.375), (4, 0.1875), (5, 0.1875)]);
-        assert_eq!(loads.point_loads[0].shares.iter().map(|it| it.1).sum::<f64>(), 1.0);
-        assert_eq!(loads.point_loads[1].shares, [(1, 1.0)]);
+        let shares = [(2, 0.25), (3, 0.375), (4, 0.1875), (5, 0.1875)].map(share);
+        assert_eq!(loads.point_loads[0].shares, shares);
+        assert_eq!(shares.iter().map(|it| it.part).sum::<f64>(), 1.0);
+        assert_eq!(loads.point_loads[1].shares, [share((1, 1.0))]);
     }
 }

@@ -34,8 +34,8 @@ pub use error::{Error, PathFailure, Remedy, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
 pub use model::{
     BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure, PointLoad,
-    PredictorKind, Prescribed, Probe, Schedule, SolverChoice, SolverFactory, Support, Tolerance, Turn,
-    UnheldMotion,
+    PredictorKind, Prescribed, Probe, Schedule, Share, SolverChoice, SolverFactory, Support, Tolerance, Turn,
+    UnheldMotion, across,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
@@ -43,4 +43,4 @@ pub use nodes::NodeMismatch;
 pub use progress::{Progress, StepsProgress};
 pub use record::summary::Summary;
 pub use run::{resume, run};
-pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor};
+pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};

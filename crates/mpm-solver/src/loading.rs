@@ -51,7 +51,7 @@ impl<const D: usize> StepLoading<'_, D> {
                     let increment = match prescribed {
                         None => continue,
                         Some(Prescribed::Held) => 0.0,
-                        Some(Prescribed::Driven(ramp)) => ramp.value(end) - ramp.value(start),
+                        Some(Prescribed::Driven(ramp)) => ramp.from_rest(end) - ramp.from_rest(start),
                         Some(Prescribed::Turned(turn)) => {
                             turn.displacement(&model.nodes.position(mesh, node), start, end)[component]
                         }

@@ -150,6 +150,37 @@ pub struct RunStart {
     pub points: usize,
     /// Nominal number of load steps.
     pub steps: usize,
+    /// Which rows are counted where points are recorded at every so many load steps.
+    pub counted: Counted,
+}
+
+/// Which rows of a history are counted where points are recorded at every so many load steps: those that runs of
+/// one scene have in common, whatever steps are halved or end at knots of ramps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Counted {
+    /// All rows: load fractions are found along a path.
+    #[default]
+    Rows,
+    /// Rows at the ends of so many equal steps of the load fraction.
+    EqualSteps(usize),
+}
+
+impl Counted {
+    /// Number of a row at a load fraction; none where it is not counted.
+    pub fn number(self, row: usize, fraction: f64) -> Option<usize> {
+        match self {
+            Self::Rows => Some(row),
+            Self::EqualSteps(steps) => {
+                let number = (fraction * steps as f64).round();
+                (number / steps as f64 == fraction).then_some(number as usize)
+            }
+        }
+    }
+
+    /// Whether points are recorded at a row, if they are at every so many.
+    pub fn is_recorded(self, every: usize, row: usize, fraction: f64) -> bool {
+        self.number(row, fraction).is_some_and(|number| number.is_multiple_of(every))
+    }
 }
 
 /// One converged load step, or (with `index` 0) the initial state.
@@ -251,5 +282,22 @@ pub trait Observer {
 impl Observer for () {
     fn load_step(&mut self, _: &LoadStep<'_>) -> Result<(), ObserverError> {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Counted;
+
+    #[test]
+    fn halved_steps_are_not_counted() {
+        let counted = Counted::EqualSteps(10);
+        let at = |fraction| counted.number(7, fraction);
+        assert_eq!(
+            [at(0.0), at(0.1), at(0.25), at(3.0 / 10.0), at(1.0)],
+            [Some(0), Some(1), None, Some(3), Some(10)]
+        );
+        assert!(counted.is_recorded(5, 7, 0.5) && !counted.is_recorded(5, 5, 0.55));
+        assert_eq!(Counted::Rows.number(7, 0.25), Some(7));
     }
 }

@@ -28,8 +28,8 @@ impl Progress {
 pub enum StepsProgress {
     /// Equal load steps.
     Load {
-        /// Nominal steps completed.
-        done: u32,
+        /// Nominal steps completed: those between one station of the run and the next.
+        done: u64,
         /// Position inside the present one, in its smallest parts.
         position: u64,
         /// Times that it is halved.

@@ -1,10 +1,11 @@
 //! The state of a run between two load steps, from which it goes on bit for bit: plain data, nothing of
 //! files.
 
-use crate::model::{Model, NamedContribution};
+use crate::model::{Model, NamedContribution, Share};
 use crate::progress::{Progress, StepsProgress};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
+use mpm_grid::Vector;
 use mpm_linear::Saved;
 
 /// Everything that the rest of a run depends on, besides its scene.
@@ -14,8 +15,8 @@ pub struct State {
     pub progress: Progress,
     /// The points of every body.
     pub bodies: Vec<StoredPoints>,
-    /// Of every load on points: the points and the part that each carries.
-    pub shares: Vec<Vec<(usize, f64)>>,
+    /// Of every load on points: the points and what each carries.
+    pub shares: Vec<Vec<StoredShare>>,
     /// The state of every contribution, in the order of the model.
     pub contributions: Vec<StoredContribution>,
     /// Displacement of the last step, where the next one is predicted from it.
@@ -31,6 +32,28 @@ pub struct StoredContribution {
     pub name: String,
     /// See [`mpm_assembly::Contribution::save`].
     pub numbers: Vec<f64>,
+}
+
+/// A point's part of a load, see [`Share`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StoredShare {
+    /// The point.
+    pub point: usize,
+    /// Part of the force that it carries `[-]`.
+    pub part: f64,
+    /// From the point to where its part acts, at rest; 0 in directions that do not exist `[L]`.
+    pub arm: [f64; 3],
+}
+
+impl StoredShare {
+    fn of<const D: usize>(share: &Share<D>) -> Self {
+        let arm = std::array::from_fn(|d| if d < D { share.arm[d] } else { 0.0 });
+        Self { point: share.point, part: share.part, arm }
+    }
+
+    fn share<const D: usize>(&self) -> Share<D> {
+        Share { point: self.point, part: self.part, arm: Vector::from_fn(|d, _| self.arm[d]) }
+    }
 }
 
 /// Displacement of the last step.
@@ -118,7 +141,12 @@ impl State {
         Self {
             progress: Progress { control, ..Progress::default() },
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
-            shares: model.loads.point_loads.iter().map(|load| load.shares.clone()).collect(),
+            shares: model
+                .loads
+                .point_loads
+                .iter()
+                .map(|load| load.shares.iter().map(StoredShare::of).collect())
+                .collect(),
             contributions: model.contributions.iter().map(saved).collect(),
             predictor,
             linear_solver,
@@ -154,19 +182,9 @@ impl State {
             restored.map_err(|it| StateError::new(format!("bodies/{k}/{}", it.column), it.reason))?;
         }
         for (k, (load, shares)) in model.loads.point_loads.iter_mut().zip(&self.shares).enumerate() {
-            let points = model.bodies[load.body].body.n_points();
-            let ascend = shares.windows(2).all(|pair| pair[0].0 <= pair[1].0);
-            if shares.is_empty() || !ascend || shares.iter().any(|&(point, _)| point >= points) {
-                let reason = format!("expected points that ascend below {points}");
-                return Err(StateError::new(format!("loads/{k}/point"), reason));
-            }
-            if let Some((_, share)) = shares.iter().find(|(_, share)| !(0.0..=1.0).contains(share)) {
-                return Err(StateError::new(
-                    format!("loads/{k}/share"),
-                    format!("is {share}, expected 0 to 1"),
-                ));
-            }
-            load.shares.clone_from(shares);
+            check_shares(shares, model.bodies[load.body].body.n_points())
+                .map_err(|(item, reason)| StateError::new(format!("loads/{k}/{item}"), reason))?;
+            load.shares = shares.iter().map(StoredShare::share).collect();
         }
         for (named, stored) in model.contributions.iter_mut().zip(&self.contributions) {
             let item = || format!("contributions/{}", named.name);
@@ -178,6 +196,21 @@ impl State {
         }
         Ok(())
     }
+}
+
+/// Whether shares can be those of a load on a body of so many points; else the item that is wrong, and how.
+fn check_shares(shares: &[StoredShare], points: usize) -> Result<(), (&'static str, String)> {
+    let ascend = shares.windows(2).all(|pair| pair[0].point <= pair[1].point);
+    if shares.is_empty() || !ascend || shares.iter().any(|it| it.point >= points) {
+        return Err(("point", format!("expected points that ascend below {points}")));
+    }
+    if let Some(StoredShare { part, .. }) = shares.iter().find(|it| !(0.0..=1.0).contains(&it.part)) {
+        return Err(("share", format!("is {part}, expected 0 to 1")));
+    }
+    if !shares.iter().flat_map(|it| it.arm).all(f64::is_finite) {
+        return Err(("arm", "is not finite".into()));
+    }
+    Ok(())
 }
 
 fn saved<const D: usize>(named: &NamedContribution<D>) -> StoredContribution {

@@ -20,17 +20,18 @@ fn bar(extent: Extent) -> Result<Findings, Broken> {
     let estimate = compiled(&solid("bar_of_stl", SolidBasis::Cpdi1)?)?.estimate()?;
     let exact = 6.0 * 3.0_f64.sqrt();
     let volume = &estimate.volumes[0];
+    let shape = volume.shape.ok_or("a surface has a volume")?;
     findings.checks.push(
         Check::new(
             "volume of the points against that of the surface (relative)",
-            (volume.points / volume.shape - 1.0).abs(),
+            (volume.points / shape - 1.0).abs(),
             1e-7,
         )
         .remark(format!("{:.9}", volume.points)),
     );
     findings.checks.push(Check::new(
         "volume of the surface against that of a hexagonal bar (relative)",
-        (volume.shape / exact - 1.0).abs(),
+        (shape / exact - 1.0).abs(),
         1e-6,
     ));
 

@@ -51,7 +51,7 @@ fn bend((method, factor, points, ghost): &Job) -> Result<Bent, Broken> {
     scene.stabilisation = ghost.then_some(StabilisationInput::Ghost { factor: Positive(1.0 / 30.0) });
     let scene = Scene::PlaneStrain(scene);
     let loaded: Vec<usize> =
-        probe::plane(&scene)?.loads.point_loads.iter().flat_map(|it| &it.shares).map(|&(p, _)| p).collect();
+        probe::plane(&scene)?.loads.point_loads.iter().flat_map(|it| &it.shares).map(|it| it.point).collect();
     let run = run(&scene)?;
     let path = (0..run.history.rows().len())
         .map(|row| (FULL * run.history.rows()[row].fraction, mean(&run.history, row, &loaded)));

@@ -9,6 +9,7 @@ mod determinism;
 mod domain_control;
 mod domains;
 mod doughnut;
+mod faults;
 mod footing;
 mod newton_rate;
 mod patch;
@@ -67,6 +68,7 @@ pub const CASES: &[Case] = &[
     domain_control::CASE,
     footing::CASE,
     determinism::CASE,
+    faults::CASE,
 ];
 
 /// Largest of some errors; not a number if one of them is not.

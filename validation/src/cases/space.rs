@@ -57,6 +57,7 @@ fn walled(mut scene: SolidScene, depth: f64) -> SolidScene {
             follow_mesh: Vec::new(),
             turn: None,
             moment_about: None,
+            moment_axis: None,
         });
     }
     if let MeshInput::Box { axes } = &mut scene.mesh {

@@ -3,7 +3,7 @@
 use super::arguments::{BodyArguments, View};
 use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
-use crate::terminal::number;
+use mpm_grid::six_digits;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
@@ -151,8 +151,8 @@ impl<'a> Bodies<'a> {
         let shade = |point: usize| values.as_ref().map_or(PLAIN, |values| (values[point] - from) / (to - from));
         let fraction = self.file.results.fractions()[step];
         let title = match self.file.scene.title() {
-            "" => format!("load fraction {}", number(fraction)),
-            title => format!("{title}, load fraction {}", number(fraction)),
+            "" => format!("load fraction {}", six_digits(fraction)),
+            title => format!("{title}, load fraction {}", six_digits(fraction)),
         };
         let mut shapes = Shapes {
             title,

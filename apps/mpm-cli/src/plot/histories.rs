@@ -14,7 +14,9 @@ const ROUNDING: f64 = 1e-9;
 
 /// Reactions against displacements of supports that move; where none does, against the load fraction.
 pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
-    let names = named(file, "reaction/");
+    let mut names = named(file, "reaction/");
+    // The sum of all has no displacement.
+    names.retain(|name| name != "total");
     if names.is_empty() {
         return Ok(None);
     }
@@ -78,7 +80,15 @@ pub fn moments(file: &Drawn) -> Result<Option<Panel>, Complaint> {
     let mut lines = Vec::new();
     for name in names {
         let moment = column(file, &format!("reaction_moment/{name}"))?;
-        lines.push((name, x.iter().copied().zip(moment.values().iter().copied()).collect()));
+        let most = moment.values().iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+        for c in 0..moment.width() {
+            let values = (0..moment.len()).map(|row| moment.row(row)[c]);
+            let is_rounding = values.clone().all(|x| x.abs() <= ROUNDING * most);
+            if moment.width() == 1 || !is_rounding {
+                let axis = if moment.width() == 1 { "" } else { [", x", ", y", ", z"][c.min(2)] };
+                lines.push((format!("{name}{axis}"), x.iter().copied().zip(values).collect()));
+            }
+        }
     }
     Ok(Some(curves("Moments of reactions", [axis, "moment [F L]"], lines)))
 }

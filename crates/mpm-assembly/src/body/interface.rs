@@ -161,7 +161,22 @@ pub struct BodyLoads<'a, const D: usize> {
     /// Body force per mass `[L/T²]`; `None` where none acts.
     pub acceleration: Option<Vector<D>>,
     /// Forces on single points, ascending in point `[F]`.
-    pub point_forces: &'a [(usize, Vector<D>)],
+    pub point_forces: &'a [PointForce<D>],
+}
+
+/// A force at a place that a point carries with it.
+///
+/// Its nodal forces are `(S_vp + a·∇S_vp) f` with the arm `a = F_p a⁰`: their sum is f and their moment that of f at
+/// `x_p + a`, for every basis, for `Σ S = 1`, `Σ ∇S = 0`, `Σ S x_v = x_p` and `Σ x_v ⊗ ∇S = I`. In parallelograms,
+/// triangles and tetrahedra with the arm to the middle of a side they are those of equal parts at its corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointForce<const D: usize> {
+    /// The point.
+    pub point: usize,
+    /// f `[F]`.
+    pub force: Vector<D>,
+    /// From the point to where the force acts, at rest: `a⁰` `[L]`.
+    pub arm: Vector<D>,
 }
 
 /// All points of a body in order, viewed in parallel, a block at a time: all views together would need as much

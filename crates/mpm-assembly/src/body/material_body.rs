@@ -5,7 +5,7 @@ use crate::body::advance::{AdvanceError, Converged, PreparedDomains, PreparedSta
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{self, Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads};
+use crate::body::interface::{Body, BodyLoads, PointForce};
 use crate::body::kinematics::determinant;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
@@ -155,13 +155,15 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             }
         }
         let mut group = 0;
-        for &(point, force) in loads.point_forces {
+        for &PointForce { point, force, arm } in loads.point_forces {
             while connectivity.group_points(group).end <= point {
                 group += 1;
             }
             let view = connectivity.group(group);
-            for (&node, &value) in view.nodes.iter().zip(view.point(point - view.first_point).0) {
-                external[node as usize] += force * value;
+            let (values, gradients) = view.point(point - view.first_point);
+            let arm = self.points.deformation_gradient[point] * arm;
+            for ((&node, &value), gradient) in view.nodes.iter().zip(values).zip(gradients) {
+                external[node as usize] += force * (value + arm.dot(gradient));
             }
         }
     }

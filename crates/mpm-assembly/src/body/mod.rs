@@ -25,7 +25,7 @@ pub use advance::{AdvanceError, Converged};
 pub use assembly_plan::AssemblyPlan;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
-pub use interface::{Body, BodyLoads, views};
+pub use interface::{Body, BodyLoads, PointForce, views};
 pub use kinematics::determinant;
 pub use linked::Linked;
 pub use material_body::MaterialBody;

@@ -156,7 +156,7 @@ fn parts_outside_the_mesh_see_the_boundary_cell_continued() {
     domain.current = Block::<2>::new(1.3, 0.4, 0.0, 0.3);
     let error = influences(&Cpdi1, &mesh, &inside, &domain).unwrap_err();
     assert!((error.position - Vector::<2>::new(4.2, 0.8)).norm() < 1e-15);
-    assert!(error.to_string().starts_with("(4.2, 0.8) lies 0.6"), "{error}");
+    assert!(error.to_string().starts_with("(4.2, 0.8) lies 0.6 cells"), "{error}");
 }
 
 #[test]

@@ -169,7 +169,7 @@ fn half_lengths_follow_their_update() {
     let u = Vector::<2>::new((c[(0, 0)] + j) / scale, (c[(1, 1)] + j) / scale);
     assert!((lengths(GimpUpdate::Stretch, f).unwrap() - u).norm() < 1e-15);
     assert!((lengths(GimpUpdate::Volume, f).unwrap() - Vector::repeat(j.sqrt())).norm() < 1e-15);
-    assert_eq!(lengths(GimpUpdate::None, f).unwrap(), Vector::<2>::repeat(1.0));
+    assert_eq!(lengths(GimpUpdate::Fixed, f).unwrap(), Vector::<2>::repeat(1.0));
     assert_eq!(lengths(GimpUpdate::Diagonal, f.transpose() * -1.0).unwrap(), Vector::<2>::new(0.4, 0.2));
     // Past a quarter turn.
     let error = lengths(GimpUpdate::Diagonal, f).unwrap_err();
@@ -188,7 +188,7 @@ fn a_negative_volume_ratio_is_refused() {
     let half = Parallelepiped::at_rest(Block::<2>::identity() * 0.5);
     assert_eq!(with_gradient(&Cpdi1, &half, mirror).0, inverted(-2.0));
     let half = HalfLengths::at_rest(Vector::<2>::repeat(0.5));
-    for update in [GimpUpdate::Stretch, GimpUpdate::Diagonal, GimpUpdate::Volume, GimpUpdate::None] {
+    for update in [GimpUpdate::Stretch, GimpUpdate::Diagonal, GimpUpdate::Volume, GimpUpdate::Fixed] {
         assert_eq!(with_gradient(&Gimp { update }, &half, mirror).0, inverted(-2.0));
     }
     let nan = with_gradient(&Cpdi1, &Parallelepiped::at_rest(Block::<2>::identity()), mirror * f64::NAN).0;

@@ -3,7 +3,7 @@
 
 use mpm_io::{Options, ResultsWriter};
 use mpm_solver::observe::{
-    Column, ColumnKind, Entry, Field, Fields, LoadStep, Observer, ObserverError, RunStart, Timing,
+    Column, ColumnKind, Counted, Entry, Field, Fields, LoadStep, Observer, ObserverError, RunStart, Timing,
 };
 
 /// Material points at one load step.
@@ -79,7 +79,7 @@ pub fn options() -> Options {
 }
 
 pub fn start(writer: &mut ResultsWriter, points: usize) -> Result<(), ObserverError> {
-    writer.start(&RunStart { columns: columns(), points, steps: 10 })
+    writer.start(&RunStart { columns: columns(), points, steps: 10, counted: Counted::Rows })
 }
 
 pub fn load_step(writer: &mut ResultsWriter, step: usize, points: usize) -> Result<(), ObserverError> {

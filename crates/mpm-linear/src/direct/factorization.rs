@@ -3,10 +3,11 @@
 use super::cholesky::{self, Cholesky};
 use super::condition;
 use super::dissection::elimination_order;
-use super::lu::Lu;
+use super::front_lu::FrontLu;
 use super::order::StoredOrder;
 use super::residual::{Residual, image_of_known};
 use super::symmetric_lu::SymmetricLu;
+use super::unsymmetric::Unsymmetric;
 use crate::matrix::{Matrix, Pattern, Symmetry};
 use crate::report::{Analysis, Cause, Factored, Method, OutOfMemory, Singular, Solved};
 use crate::solver::{Hints, LinearSolver, NotSavedHere, Saved};
@@ -45,7 +46,7 @@ pub struct Factorization {
 /// Structure and memory of a factor.
 enum Structure {
     Symmetric(Cholesky),
-    Unsymmetric(Lu),
+    Unsymmetric(Unsymmetric),
 }
 
 impl Structure {
@@ -89,7 +90,7 @@ impl Factorization {
                 let symbolic = cholesky::analyse(pattern, &self.order)?;
                 Structure::Symmetric(Cholesky::allocate(symbolic, memory)?)
             }
-            Symmetry::Unsymmetric => Structure::Unsymmetric(Lu::allocate(&self.order)?),
+            Symmetry::Unsymmetric => Structure::Unsymmetric(Unsymmetric::allocate(pattern, &self.order)?),
         });
         self.column_start.clear();
         self.column_start.extend_from_slice(pattern.column_start);
@@ -156,9 +157,8 @@ impl Factorization {
         Ok(Factored { not_positive, ..Factored::by(Method::Lu) })
     }
 
-    /// Entries stored for the factor of the analysed pattern, 8 bytes each: of a symmetric matrix the lower
-    /// triangle of L with the zeros that supernodes keep, known before any factorisation; else L and U, known
-    /// after it.
+    /// Entries stored for the factor of the analysed pattern, 8 bytes each, with the zeros that supernodes keep: of a
+    /// symmetric matrix the lower triangle of L, else L and U.
     pub fn factor_entries(&self) -> usize {
         match &self.structure {
             None => 0,
@@ -218,6 +218,16 @@ impl Factorization {
         Checked { backward_error, refinements }
     }
 
+    /// Factorises an unsymmetric matrix anew with free pivots, if those at hand are not.
+    fn free_pivots(&mut self, matrix: Matrix<'_>) -> bool {
+        match &mut self.structure {
+            Some(Structure::Unsymmetric(lu)) if !lu.has_free_pivots() => {
+                lu.factorise_by_columns(matrix).is_ok()
+            }
+            _ => false,
+        }
+    }
+
     fn check(&self, matrix: Matrix<'_>) {
         assert_eq!(matrix.values.len(), self.row.len(), "one value per entry of the analysed pattern");
     }
@@ -251,6 +261,10 @@ impl LinearSolver for Factorization {
         let mut checked = self.solve_by(method, matrix, rhs);
         let mut equation = self.residual.worst;
         let mut taken_over = None;
+        if checked.backward_error > REJECT_ABOVE && self.free_pivots(matrix) {
+            checked = self.solve_by(method, matrix, rhs);
+            equation = self.residual.worst;
+        }
         if checked.backward_error > REJECT_ABOVE && method != Method::Lu && self.factorise_lu(matrix).is_ok() {
             method = Method::Lu;
             self.start = Some(method);
@@ -313,15 +327,16 @@ impl LinearSolver for Factorization {
 }
 
 /// Entries that the factor of a pattern will have (as [`Factorization::factor_entries`]), found from its
-/// structure alone, without memory for the factor. Of an unsymmetric matrix L and U are counted, with all pivots on
-/// the diagonal.
+/// structure alone, without memory for the factor.
 ///
 /// # Errors
 /// If not even the structure of the factor fits into memory.
 pub fn predict_factor_entries(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<usize, OutOfMemory> {
     let order = order(pattern, hints)?;
-    let of_triangle = cholesky::analyse(pattern, &order)?.len_val();
-    Ok(if pattern.is_symmetric() { of_triangle } else { 2 * of_triangle })
+    match pattern.symmetry {
+        Symmetry::Symmetric => Ok(cholesky::analyse(pattern, &order)?.len_val()),
+        Symmetry::Unsymmetric => FrontLu::predict_entries(pattern, &order),
+    }
 }
 
 /// Elimination order of the equations, after checks of the pattern.

@@ -7,8 +7,8 @@
 //! A stable state has a positive definite tangent and LLᵀ succeeds. Where it meets a pivot that is
 //! not positive, the equation is reported (the structure loses stability there, or a node carries
 //! almost no material) and LBLᵀ with Bunch–Kaufman pivots takes over. LU with partial pivoting is
-//! the last resort, and slow in three dimensions. Unsymmetric matrices have LU from the start; it tells
-//! the sign of their determinant.
+//! the last resort, and slow in three dimensions. Unsymmetric matrices have a multifrontal LU from the start,
+//! and LU with free pivots as the last resort; both tell the sign of their determinant.
 //!
 //! Here everything is sequential, so the bits of a solution never depend on the number of threads.
 //!
@@ -35,15 +35,18 @@
 //! ```
 
 mod cholesky;
+mod column_lu;
 mod condition;
 mod dissection;
 mod factorization;
+mod front_lu;
+mod fronts;
 mod graph;
-mod lu;
 mod order;
 mod pivots;
 mod residual;
 mod symmetric_lu;
+mod unsymmetric;
 
 pub use cholesky::dense_operation;
 pub use factorization::{Factorization, predict_factor_entries};

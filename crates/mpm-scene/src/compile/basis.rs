@@ -99,7 +99,7 @@ fn gimp(domains: &DomainsInput) -> Gimp {
         None | Some(GimpUpdateInput::Stretch) => GimpUpdate::Stretch,
         Some(GimpUpdateInput::Diagonal) => GimpUpdate::Diagonal,
         Some(GimpUpdateInput::Volume) => GimpUpdate::Volume,
-        Some(GimpUpdateInput::None) => GimpUpdate::None,
+        Some(GimpUpdateInput::Fixed) => GimpUpdate::Fixed,
     };
     Gimp { update }
 }

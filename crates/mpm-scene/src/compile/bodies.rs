@@ -6,7 +6,7 @@ use super::overlap::overlap;
 use super::shapes::{WithSurface, cut_out, shape};
 use crate::error::SceneError;
 use crate::files::SceneFiles;
-use crate::fill::Plan;
+use crate::fill::{FaceShare, Plan};
 use crate::language::{
     BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput,
 };
@@ -16,7 +16,7 @@ use mpm_geometry::{Face, MemoryLimit};
 use mpm_grid::{Layout, Mesh};
 use mpm_solver::NamedBody;
 
-type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<(usize, f64)>>>);
+type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<FaceShare<D>>>>);
 
 /// The bodies, and for each of them the points next to the faces of its tractions, in the order of
 /// the loads.
@@ -81,6 +81,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             name: input.name.clone(),
             body: filled.body,
             shape_volume: filled.shape_volume,
+            density: scene.materials.get(&input.material).and_then(|law| law.density()).map(|it| it.0),
         });
         all_faces.push(filled.faces);
     }

@@ -3,16 +3,19 @@
 use super::mesh::ramp;
 use super::names::{A_NAME, is_name};
 use crate::error::SceneError;
+use crate::fill::FaceShare;
 use crate::language::{ControlInput, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
 use crate::vortex::Vortex;
-use mpm_grid::Vector;
-use mpm_solver::{Loads, NamedBody, PointLoad, Probe};
+use mpm_assembly::Body;
+use mpm_grid::{Mesh, Position, Vector, six_digits};
+use mpm_solver::{Loads, NamedBody, PointLoad, Probe, Share};
 use std::sync::Arc;
 
 pub(super) fn loads<const D: usize, B>(
     scene: &SceneIn<D, B>,
     bodies: &[NamedBody<D>],
-    faces: Vec<Vec<Vec<(usize, f64)>>>,
+    start: &Mesh<D>,
+    faces: Vec<Vec<Vec<FaceShare<D>>>>,
 ) -> Result<Loads<D>, SceneError> {
     let mut loads = Loads::default();
     let mut faces: Vec<_> = faces.into_iter().map(Vec::into_iter).collect();
@@ -47,22 +50,29 @@ pub(super) fn loads<const D: usize, B>(
             }
             LoadInput::PointForce { body: name, near, points, force, ramp: input } => {
                 let body = find(name)?;
-                let shares = nearest(&*bodies[body].body, &Vector::from(near.0), points.0 as usize)
+                let (points_of, near) = (&*bodies[body].body, Vector::from(near.0));
+                let count = points.map_or(1, |points| points.0 as usize);
+                let nearest = nearest(points_of, &near, count)
                     .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                check_hit(name, points_of, start, &near, nearest[0])
+                    .map_err(|it| SceneError::new(format!("{path}.near"), it))?;
+                let arm = if points.is_some() { Vector::zeros() } else { arm(points_of, &nearest, &near) };
+                let shares = equal_shares(nearest, arm);
                 let force = Vector::from(force.0);
                 loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
             }
             LoadInput::Traction { body: name, at, resultant, ramp: input, .. } => {
                 let body = find(name)?;
                 let areas = faces[body].next().expect("one list of points per traction");
-                let whole: f64 = areas.iter().map(|(_, area)| area).sum();
+                let whole: f64 = areas.iter().map(|share| share.area).sum();
                 if areas.is_empty() {
                     return Err(SceneError::new(
                         path,
                         format!("body `{name}` has no boundary on the loaded part of the plane at {}", at.0),
                     ));
                 }
-                let shares = areas.into_iter().map(|(point, area)| (point, area / whole)).collect();
+                let share = |it: FaceShare<D>| Share { point: it.point, part: it.area / whole, arm: it.arm };
+                let shares = areas.into_iter().map(share).collect();
                 let force = Vector::from(resultant.0);
                 loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
             }
@@ -74,6 +84,7 @@ pub(super) fn loads<const D: usize, B>(
 pub(super) fn probes<const D: usize, B>(
     scene: &SceneIn<D, B>,
     bodies: &[NamedBody<D>],
+    start: &Mesh<D>,
 ) -> Result<Vec<Probe<D>>, SceneError> {
     let mut probes: Vec<Probe<D>> = Vec::new();
     for (k, input) in scene.probes.iter().enumerate() {
@@ -98,9 +109,12 @@ pub(super) fn probes<const D: usize, B>(
         let chosen: Vec<usize> = match &input.points {
             ProbePointsInput::All => (0..points.n_points()).collect(),
             ProbePointsInput::Near(at) => {
-                let found = nearest(points, &Vector::from(at.0), 1);
+                let at = Vector::from(at.0);
+                let found = nearest(points, &at, 1);
                 let found = found.map_err(|it| SceneError::new(format!("{path}.points"), it))?;
-                found.into_iter().map(|(point, _)| point).collect()
+                check_hit(&input.body, points, start, &at, found[0])
+                    .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+                found[..1].to_vec()
             }
             ProbePointsInput::Within { from, to } => {
                 let inside = |x: &Vector<D>| (0..D).all(|d| (from.0[d]..=to.0[d]).contains(&x[d]));
@@ -116,16 +130,55 @@ pub(super) fn probes<const D: usize, B>(
     Ok(probes)
 }
 
-/// The `count` points nearest to `x`, with equal shares.
-fn nearest<const D: usize>(
-    body: &dyn mpm_assembly::Body<D>,
-    x: &Vector<D>,
-    count: usize,
-) -> Result<Vec<(usize, f64)>, String> {
+/// Refuses a position that lies farther from a body than a cell is long: `nearest` is the body's nearest point.
+fn check_hit<const D: usize>(
+    name: &str,
+    body: &dyn Body<D>,
+    start: &Mesh<D>,
+    at: &Vector<D>,
+    nearest: usize,
+) -> Result<(), String> {
+    let point = body.point(nearest);
+    let distance = (point.position - at).norm();
+    let around = start.locate(&point.position, 0.5).map(|place| {
+        let corners = [-1.0, 1.0].map(Vector::repeat);
+        let cell = start.piece(place.cell, &corners[0], &corners[1]);
+        let corners = &cell.corners()[..1 << D];
+        corners.iter().map(|corner| (corner - corners[0]).norm()).fold(0.0, f64::max)
+    });
+    let own = 2.0 * point.reference_volume.powf(1.0 / D as f64);
+    // Not a number where the position is none.
+    if distance <= around.unwrap_or(0.0).max(own) {
+        return Ok(());
+    }
+    Err(format!(
+        "the nearest material point of body `{name}`, at {}, is {} away",
+        Position(&point.position),
+        six_digits(distance)
+    ))
+}
+
+/// From the middle of some points to a position; 0 where only rounding parts them.
+fn arm<const D: usize>(body: &dyn Body<D>, points: &[usize], at: &Vector<D>) -> Vector<D> {
+    let sum: Vector<D> = points.iter().map(|&point| body.point(point).position).sum();
+    let arm = at - sum / points.len() as f64;
+    let size = body.point(points[0]).reference_volume.powf(1.0 / D as f64);
+    if arm.norm() > 1e-9 * size { arm } else { Vector::zeros() }
+}
+
+/// Equal parts of a force, each at `arm` from one of some points; ascending.
+fn equal_shares<const D: usize>(mut points: Vec<usize>, arm: Vector<D>) -> Vec<Share<D>> {
+    points.sort_unstable();
+    let part = 1.0 / points.len() as f64;
+    points.into_iter().map(|point| Share { point, part, arm }).collect()
+}
+
+/// The `count` points nearest to `x`, nearest first, and those that are as near as the last of them.
+fn nearest<const D: usize>(body: &dyn Body<D>, x: &Vector<D>, count: usize) -> Result<Vec<usize>, String> {
     if count > body.n_points() {
         return Err(format!("the body has only {} material points", body.n_points()));
     }
-    // Distances that differ by rounding alone count as equal, and then the order of points decides.
+    // Distances that differ by rounding alone count as equal.
     let mut distances: Vec<(f64, usize)> =
         (0..body.n_points()).map(|p| ((body.point(p).position - x).norm(), p)).collect();
     let scale = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
@@ -133,8 +186,7 @@ fn nearest<const D: usize>(
         *distance = (*distance / scale.max(f64::MIN_POSITIVE) * 1e9).round();
     }
     distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut shares: Vec<(usize, f64)> =
-        distances[..count].iter().map(|&(_, point)| (point, 1.0 / count as f64)).collect();
-    shares.sort_by_key(|&(point, _)| point);
-    Ok(shares)
+    let farthest = distances[count - 1].0;
+    let chosen = distances.iter().take_while(|(distance, _)| *distance <= farthest);
+    Ok(chosen.map(|&(_, point)| point).collect())
 }

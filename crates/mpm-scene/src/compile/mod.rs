@@ -29,7 +29,7 @@ use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{
     Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, StepFailure,
-    Tolerance, UnheldMotion,
+    Support, Tolerance, UnheldMotion,
 };
 use supports::supports;
 
@@ -93,17 +93,18 @@ fn model<const D: usize, B: FillBody<D>>(
 
     let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
     fields(&bodies, &scene.output)?;
-    let probes = probes(scene, &bodies)?;
+    let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
     model.supports = supports(scene, &model.layout, &model.nodes)?;
-    model.loads = loads(scene, &bodies, faces)?;
+    model.loads = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
     model.schedule = schedule(scene)?;
     model.path = path_control(&scene.schedule.control);
+    refuse_jumps_along_a_path(&model)?;
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
@@ -137,6 +138,22 @@ fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneE
         PredictorInput::Rest => PredictorKind::Rest,
     };
     Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
+}
+
+/// A path is followed from rest on: what jumps at its start has no beginning there.
+fn refuse_jumps_along_a_path<const D: usize>(model: &Model<D>) -> Result<(), SceneError> {
+    if model.path.is_none() {
+        return Ok(());
+    }
+    let reason = "the ramp is not 0 at load fraction 0, where path control begins at rest";
+    let jumping = |support: &Support<D>| support.components.iter().flatten().any(Prescribed::jumps);
+    if let Some(k) = model.supports.iter().position(jumping) {
+        return Err(SceneError::new(format!("supports[{k}]"), reason));
+    }
+    if model.motion.ramps().iter().any(|ramp| ramp.jumps()) {
+        return Err(SceneError::new("motion", reason));
+    }
+    Ok(())
 }
 
 fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {

@@ -111,7 +111,7 @@ fn ring_cells<'a, const D: usize>(
     (inner, outer): (f64, f64),
     extent: Option<(Finite, Finite)>,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
-    let Layout::Ring { radii, centre: mesh_centre, height, .. } = layout else {
+    let Layout::Ring { radii, centre: mesh_centre, height, sectors, span, .. } = layout else {
         return Err("expected a ring mesh".into());
     };
     if plane_point(centre) != *mesh_centre {
@@ -132,10 +132,21 @@ fn ring_cells<'a, const D: usize>(
             return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
         }
     }
-    Ok((Shape::Cells { low, high }, mesh.clone()))
+    let angle = span.step(*sectors) * f64::from(*sectors);
+    let ends = height
+        .as_ref()
+        .map_or((0.0, 1.0), |axis| extent.map_or((axis.first(), axis.last()), |(from, to)| (from.0, to.0)));
+    let volume = ring_volume((inner, outer), angle, ends);
+    Ok((Shape::Cells { low, high, volume, is_exact: false }, mesh.clone()))
 }
 
-/// A ring of pieces about as large as the cells of a box mesh.
+/// Volume of a ring or of a sector of one, per thickness in the plane `[L^D]`.
+fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f64, f64)) -> f64 {
+    0.5 * angle * (outer - inner) * (outer + inner) * (to - from)
+}
+
+/// A ring of pieces about as large as the cells of a box mesh: they are cut from polygons and have the ring's volume in
+/// all.
 fn ring_of_its_own<'a, const D: usize>(
     axes: &[Axis; D],
     centre: &PlanePoint,
@@ -153,8 +164,10 @@ fn ring_of_its_own<'a, const D: usize>(
     let height = axes.get(2).cloned();
     let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
     let ring = ring.map_err(|it| it.to_string())?;
-    let cells = ring.lattice().cells();
-    Ok((Shape::Cells { low: [0; D], high: cells }, Mesh::at_rest(&ring)))
+    let high = ring.lattice().cells();
+    let ends = axes.get(2).map_or((0.0, 1.0), |axis| (axis.first(), axis.last()));
+    let volume = ring_volume((inner, outer), std::f64::consts::TAU, ends);
+    Ok((Shape::Cells { low: [0; D], high, volume, is_exact: true }, Mesh::at_rest(&ring)))
 }
 
 /// A cylinder or tube; in the plane of thickness 1.

@@ -5,8 +5,8 @@ use super::names::{A_NAME, is_name};
 use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
-use mpm_grid::{Layout, NodeId, NodeSpace, Region, Vector};
-use mpm_solver::{Prescribed, Support, Turn};
+use mpm_grid::{Layout, Mesh, NodeId, NodeSpace, Position, Region, Vector};
+use mpm_solver::{Prescribed, Support, Turn, across};
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
     Ok(match input {
@@ -52,6 +52,10 @@ pub(super) fn supports<const D: usize, B>(
             let reason = format!("expected {A_NAME}, got {name:?}");
             return Err(SceneError::new(format!("{path}.name"), reason));
         }
+        if name == "total" {
+            let reason = "`total` is the sum of all reactions, expected another name";
+            return Err(SceneError::new(format!("{path}.name"), reason));
+        }
         let region = region(&input.region, &format!("{path}.region"))?;
         sought += region.candidates(space, layout);
         check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
@@ -63,10 +67,10 @@ pub(super) fn supports<const D: usize, B>(
             name: input.name.clone(),
             nodes,
             components: components(input, &path)?,
-            moment_about: input.moment_about.as_ref().map(plane_point),
+            moment_about: moment_about::<D>(input, &path)?,
         });
     }
-    refuse_contradictions(&supports)?;
+    refuse_contradictions(&supports, layout, space)?;
     Ok(supports)
 }
 
@@ -116,6 +120,28 @@ fn components<const D: usize>(
     Ok(components)
 }
 
+/// Point about which the moment of the reaction is recorded, if it is; 0 along the axis.
+fn moment_about<const D: usize>(input: &SupportInput<D>, path: &str) -> Result<Option<[f64; 3]>, SceneError> {
+    let turn = input.turn.as_ref();
+    let axis = input.moment_axis.or(turn.map(|turn| turn.axis)).unwrap_or(Direction::Z);
+    if D == 2 && axis != Direction::Z {
+        return Err(SceneError::new(format!("{path}.moment_axis"), "in the plane moments are about `Z`"));
+    }
+    // Without a point, the axis is that of the turn.
+    let of_turn = turn.filter(|turn| turn.axis == axis).map(|turn| &turn.centre);
+    let Some(centre) = input.moment_about.as_ref().or(of_turn) else {
+        if input.moment_axis.is_some() {
+            let reason = "expected `moment_about`, where the axis passes";
+            return Err(SceneError::new(format!("{path}.moment_axis"), reason));
+        }
+        return Ok(None);
+    };
+    let (across, centre) = (across(axis.index()), plane_point(centre));
+    let mut about = [0.0; 3];
+    (about[across[0]], about[across[1]]) = (centre[0], centre[1]);
+    Ok(Some(about))
+}
+
 fn turn<const D: usize>(input: &TurnInput, path: &str) -> Result<Turn, SceneError> {
     if D == 2 && input.axis != Direction::Z {
         return Err(SceneError::new(format!("{path}.axis"), "in the plane nodes turn about `Z`"));
@@ -125,7 +151,11 @@ fn turn<const D: usize>(input: &TurnInput, path: &str) -> Result<Turn, SceneErro
 }
 
 /// Two supports may share nodes only where they prescribe the same.
-fn refuse_contradictions<const D: usize>(supports: &[Support<D>]) -> Result<(), SceneError> {
+fn refuse_contradictions<const D: usize>(
+    supports: &[Support<D>],
+    layout: &Layout<D>,
+    space: &NodeSpace<D>,
+) -> Result<(), SceneError> {
     for component in 0..D {
         let mut claims: Vec<(NodeId, usize)> = supports
             .iter()
@@ -141,11 +171,11 @@ fn refuse_contradictions<const D: usize>(supports: &[Support<D>]) -> Result<(), 
                 return Err(SceneError::new(
                     format!("supports[{second}]"),
                     format!(
-                        "supports `{}` and `{}` prescribe different displacements of component {} of node {}",
+                        "supports `{}` and `{}` prescribe different displacements along {} of the node at {}",
                         a.name,
                         b.name,
-                        ["X", "Y", "Z"][component],
-                        node.index()
+                        ["x", "y", "z"][component],
+                        Position(&space.position(&Mesh::at_rest(layout), node))
                     ),
                 ));
             }

@@ -1,11 +1,12 @@
 //! Bases, their domains, and what is done about cells that bodies barely reach into.
 
+use super::any_case::{self, AnyCase};
 use super::number::Positive;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-/// Bases of the plane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// Bases of the plane. Their names may be written in capitals and small letters of any kind: `CPDI1`, `sMPM`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum PlaneBasis {
     /// Standard MPM: the cell's own shape functions at the point.
     Smpm,
@@ -19,8 +20,8 @@ pub enum PlaneBasis {
     Cpdi2t,
 }
 
-/// Bases of three-dimensional space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// Bases of three-dimensional space. Their names may be written in capitals and small letters of any kind: `CPDI1`, `sMPM`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum SolidBasis {
     /// Standard MPM: the cell's own shape functions at the point.
     Smpm,
@@ -32,6 +33,31 @@ pub enum SolidBasis {
     Cpdi2Hexahedron,
     /// Tetrahedra whose corners move with the mesh, six to a hexahedron.
     Cpdi2Tetrahedron,
+}
+
+impl AnyCase for PlaneBasis {
+    const NAME: &'static str = "PlaneBasis";
+    const NAMES: &'static [&'static str] = &["Smpm", "Gimp", "Cpdi1", "Cpdi2q", "Cpdi2t"];
+    const VALUES: &'static [Self] = &[Self::Smpm, Self::Gimp, Self::Cpdi1, Self::Cpdi2q, Self::Cpdi2t];
+}
+
+impl AnyCase for SolidBasis {
+    const NAME: &'static str = "SolidBasis";
+    const NAMES: &'static [&'static str] = &["Smpm", "Gimp", "Cpdi1", "Cpdi2Hexahedron", "Cpdi2Tetrahedron"];
+    const VALUES: &'static [Self] =
+        &[Self::Smpm, Self::Gimp, Self::Cpdi1, Self::Cpdi2Hexahedron, Self::Cpdi2Tetrahedron];
+}
+
+impl<'de> Deserialize<'de> for PlaneBasis {
+    fn deserialize<De: Deserializer<'de>>(deserializer: De) -> Result<Self, De::Error> {
+        any_case::read(deserializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for SolidBasis {
+    fn deserialize<De: Deserializer<'de>>(deserializer: De) -> Result<Self, De::Error> {
+        any_case::read(deserializer)
+    }
 }
 
 /// How the points' domains are made and how they deform. An option that the scene's basis does not have is an
@@ -123,7 +149,7 @@ pub enum GimpUpdateInput {
     /// The volume, `(det F)^(1/D)`.
     Volume,
     /// Nothing: the domain keeps its size.
-    None,
+    Fixed,
 }
 
 /// How pieces of a body are cut into triangles.

@@ -79,10 +79,15 @@ pub struct SupportInput<const D: usize> {
     /// The nodes are turned about an axis, which prescribes both components across it.
     #[serde(default)]
     pub turn: Option<TurnInput>,
-    /// Point (x, y) about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`;
-    /// not recorded if left out `[L]`.
+    /// Where the axis passes about which the moment of the reaction is recorded, as `/history/reaction_moment/<name>`
+    /// `[F L]`, by the coordinates across it as in `turn`: (x, y) in the plane. If left out, the moment of a support with
+    /// `turn` is recorded about the axis of that, and none of others. In space there are three moments, about
+    /// lines along x, y and z through the point of the axis whose coordinate along it is 0 `[L]`.
     #[serde(default)]
     pub moment_about: Option<PlanePoint>,
+    /// Direction of that axis; that of `turn` if left out, and `Z` without a `turn`.
+    #[serde(default)]
+    pub moment_axis: Option<Direction>,
 }
 
 /// Prescribed displacement of one component.
@@ -93,7 +98,8 @@ pub struct DisplaceInput {
     pub axis: Direction,
     /// Displacement in all `[L]`.
     pub by: Finite,
-    /// Part of it against the load fraction; linear if left out.
+    /// Part of it against the load fraction; linear if left out. Bodies begin at rest: a ramp that is not 0 at load
+    /// fraction 0 jumps in the first load step.
     #[serde(default)]
     pub ramp: RampInput,
 }
@@ -140,23 +146,25 @@ pub enum LoadInput<const D: usize> {
         #[serde(default)]
         ramp: RampInput,
     },
-    /// A force shared equally by the material points nearest to a position at rest.
+    /// A force at a position of a body at rest, which the material points nearest to it carry with them.
     PointForce {
         /// Name of the body.
         body: String,
         /// The position `[L]`.
         near: Coordinates<D>,
-        /// How many points share the force; points at equal distance count in their order.
-        #[serde(default = "Count::one")]
-        points: Count,
+        /// How many points share the force equally at their own positions, at least: of points at equal distance all do
+        /// or none. If left out, the nearest points carry it, and force and moment are those of the force at `near`.
+        #[serde(default)]
+        points: Option<Count>,
         /// The whole force (in the plane: per unit thickness) `[F]`.
         force: Coordinates<D>,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
     },
-    /// A dead traction on the part of a body's boundary that lies on a plane across an axis at rest,
-    /// carried by the material points next to it in proportion to their share of the boundary.
+    /// A dead traction on the part of a body's boundary that lies on a plane across an axis at rest, carried by the
+    /// material points next to it in proportion to their share of the boundary. It acts on the boundary itself, which
+    /// the points carry with them: force and moment are those of the traction.
     Traction {
         /// Name of the body.
         body: String,

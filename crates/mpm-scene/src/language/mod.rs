@@ -6,6 +6,7 @@
 //! reported with its line; what only the whole scene can tell (a region without nodes, say) is
 //! checked when the scene is compiled.
 
+mod any_case;
 mod basis;
 mod body;
 mod boundary;

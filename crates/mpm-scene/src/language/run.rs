@@ -286,7 +286,8 @@ impl<'de> Deserialize<'de> for Identifier {
 pub struct OutputInput {
     /// Fields of the material points.
     pub fields: Vec<FieldInput>,
-    /// Points are recorded every so many load steps, and always at the start and the end.
+    /// Points are recorded every so many load steps, and always at the start and the end. Of halved steps, and of those
+    /// that end at knots of ramps, only the ends of the equal steps count.
     pub every: Count,
     /// Whether the health of the points' domains is worked out after every load step, as columns
     /// `/history/domain_…`.

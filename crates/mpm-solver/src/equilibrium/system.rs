@@ -301,9 +301,10 @@ fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> 
         Cause::EmptyRow | Cause::NoPivot | Cause::Inaccurate { .. } => {
             singular(problem, error.equation, error.cause.to_string())
         }
-        Cause::MatrixNotFinite | Cause::RightHandSideNotFinite | Cause::TooLargeToFactorise { .. } => {
-            StepFailure::Linear(error.to_string())
-        }
+        Cause::MatrixNotFinite
+        | Cause::RightHandSideNotFinite
+        | Cause::TooLargeToFactorise { .. }
+        | Cause::NoMemory { .. } => StepFailure::Linear(error.to_string()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a run will have to do and to hold, found by connecting the points once.
 
 mod rehearsal;
+mod remarks;
 
 use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, periods};
@@ -8,7 +9,8 @@ use crate::error::{Error, StepFailure};
 use crate::model::{Model, NamedBody, UnheldMotion};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
-use mpm_assembly::Constraints;
+use crate::steps::stations;
+use mpm_assembly::{Constraints, views};
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
 pub use rehearsal::Seconds;
@@ -43,10 +45,12 @@ pub struct Estimate {
     pub prediction: Prediction,
     /// How long its parts take.
     pub seconds: Seconds,
-    /// Nominal load steps.
+    /// Nominal load steps; those that end at knots of ramps between the equal ones are among them.
     pub steps: u32,
-    /// Bodies whose points' volume is found in another way than that of their shape.
+    /// Volume and mass of every body.
     pub volumes: Vec<BodyVolume>,
+    /// What in the model is probably not meant: sentences for people.
+    pub remarks: Vec<String>,
     /// Columns of the points that are not stored for any body, because the scene needs them nowhere.
     pub columns_not_stored: Vec<&'static str>,
     /// Where the memory goes.
@@ -62,8 +66,10 @@ pub struct BodyVolume {
     pub body: String,
     /// Sum of its points' volumes `[L^D]`.
     pub points: f64,
-    /// Volume of the shape: of a surface, by the divergence theorem `[L^D]`.
-    pub shape: f64,
+    /// Volume of the shape, where it is known: of a surface, by the divergence theorem `[L^D]`.
+    pub shape: Option<f64>,
+    /// Mass of its points, where its density is known `[M]`.
+    pub mass: Option<f64>,
 }
 
 /// Bytes held at the peak of a load step, by owner.
@@ -158,8 +164,9 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         tangent_entries: entries,
         factor_entries,
         seconds,
-        steps: model.schedule.steps,
-        volumes: model.bodies.iter().filter_map(volume).collect(),
+        steps: stations(model).steps().try_into().unwrap_or(u32::MAX),
+        volumes: model.bodies.iter().map(volume).collect(),
+        remarks: remarks::of(model, &mesh, active),
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
             points: 2 * stored,
@@ -221,10 +228,10 @@ fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Co
     Ok((connected, warm.min(cold)))
 }
 
-fn volume<const D: usize>(named: &NamedBody<D>) -> Option<BodyVolume> {
-    let shape = named.shape_volume?;
-    let points = (0..named.body.n_points()).map(|point| named.body.point(point).reference_volume).sum();
-    Some(BodyVolume { body: named.name.clone(), points, shape })
+fn volume<const D: usize>(named: &NamedBody<D>) -> BodyVolume {
+    let points: f64 = views(&*named.body).map(|view| view.reference_volume).sum();
+    let mass = named.density.map(|density| density * points);
+    BodyVolume { body: named.name.clone(), points, shape: named.shape_volume, mass }
 }
 
 /// Columns of the points that no body stores.

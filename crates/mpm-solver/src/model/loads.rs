@@ -1,6 +1,6 @@
 //! Forces on the bodies.
 
-use mpm_assembly::{Body, views};
+use mpm_assembly::{Body, PointForce, views};
 use mpm_grid::{LoadFraction, Ramp, Vector};
 use std::fmt;
 use std::sync::Arc;
@@ -11,6 +11,11 @@ use std::sync::Arc;
 pub trait BodyForce<const D: usize>: fmt::Debug + Send + Sync {
     /// Force per volume at rest on the point that was at `rest` `[L]`, at a load fraction `[F/L^D]`.
     fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D>;
+
+    /// Ramps that it follows; a load step ends at each of their knots.
+    fn ramps(&self) -> Vec<&Ramp> {
+        Vec::new()
+    }
 }
 
 /// Forces on the bodies.
@@ -29,12 +34,23 @@ pub struct Loads<const D: usize> {
 pub struct PointLoad<const D: usize> {
     /// Index of the body.
     pub body: usize,
-    /// Points and the part of the force that each carries, ascending in point; the parts sum to 1.
-    pub shares: Vec<(usize, f64)>,
+    /// Points and what each carries, ascending in point; the parts sum to 1.
+    pub shares: Vec<Share<D>>,
     /// The whole force at full load `[F]`.
     pub force: Vector<D>,
     /// Part of it against the load fraction.
     pub ramp: Ramp,
+}
+
+/// A point's part of a load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share<const D: usize> {
+    /// The point.
+    pub point: usize,
+    /// Part of the force that it carries `[-]`.
+    pub part: f64,
+    /// From the point to where its part acts, at rest `[L]`.
+    pub arm: Vector<D>,
 }
 
 impl<const D: usize> Loads<D> {
@@ -47,20 +63,25 @@ impl<const D: usize> Loads<D> {
     }
 
     /// Forces on the points of one body at a load fraction, ascending in point `[F]`.
-    pub fn point_forces(&self, body: usize, points: &dyn Body<D>, at: LoadFraction) -> Vec<(usize, Vector<D>)> {
-        let mut forces: Vec<(usize, Vector<D>)> = Vec::new();
+    pub fn point_forces(&self, body: usize, points: &dyn Body<D>, at: LoadFraction) -> Vec<PointForce<D>> {
+        let mut forces: Vec<PointForce<D>> = Vec::new();
         for load in self.point_loads.iter().filter(|load| load.body == body) {
             let force = load.force * load.ramp.value(at);
-            forces.extend(load.shares.iter().map(|&(point, share)| (point, force * share)));
+            forces.extend(load.shares.iter().map(|&Share { point, part, arm }| PointForce {
+                point,
+                force: force * part,
+                arm,
+            }));
         }
         for (_, field) in self.fields.iter().filter(|(index, _)| *index == body) {
             forces.extend(views(points).enumerate().map(|(point, view)| {
                 let rest =
                     view.reference_position.expect("a body under a force per volume keeps positions at rest");
-                (point, field.force(&rest, at) * view.reference_volume)
+                let force = field.force(&rest, at) * view.reference_volume;
+                PointForce { point, force, arm: Vector::zeros() }
             }));
         }
-        forces.sort_by_key(|&(point, _)| point);
+        forces.sort_by_key(|it| it.point);
         forces
     }
 }

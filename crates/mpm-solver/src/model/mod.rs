@@ -6,9 +6,9 @@ mod solver;
 mod supports;
 
 pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance, UnheldMotion};
-pub use loads::{BodyForce, Loads, PointLoad};
+pub use loads::{BodyForce, Loads, PointLoad, Share};
 pub use solver::{SolverChoice, SolverFactory};
-pub use supports::{Prescribed, Support, Turn};
+pub use supports::{Prescribed, Support, Turn, across};
 
 use mpm_assembly::{Body, Contribution};
 use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
@@ -104,9 +104,20 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// Load fractions of the knots of all its ramps, in no order, some more than once.
+    pub fn knots(&self) -> Vec<f64> {
+        let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
+        let prescribed = supports.filter_map(Prescribed::ramp);
+        let Loads { body_forces, point_loads, fields } = &self.loads;
+        let forces = body_forces.iter().map(|(_, ramp)| ramp).chain(point_loads.iter().map(|load| &load.ramp));
+        let fields = fields.iter().flat_map(|(_, field)| field.ramps());
+        let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps());
+        ramps.flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect()
+    }
+
     /// Puts a body behind the others.
     pub fn add_body(&mut self, name: impl Into<String>, body: Box<dyn Body<D>>) {
-        self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None });
+        self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None, density: None });
     }
 
     /// Puts a contribution to force and tangent behind the others. Its name is that of its state in checkpoints.
@@ -151,8 +162,10 @@ pub struct NamedBody<const D: usize> {
     pub name: String,
     /// Its points, law and basis.
     pub body: Box<dyn Body<D>>,
-    /// Volume of the shape that its points fill, where theirs is found in another way `[L^D]`.
+    /// Volume of the shape that its points fill, where it is known `[L^D]`.
     pub shape_volume: Option<f64>,
+    /// Mass per volume at rest, where it is known `[M/L^D]`.
+    pub density: Option<f64>,
 }
 
 /// A contribution to force and tangent, and its name.

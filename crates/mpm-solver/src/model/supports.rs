@@ -11,8 +11,8 @@ pub struct Support<const D: usize> {
     pub nodes: Vec<NodeId>,
     /// What is prescribed of each component, if anything.
     pub components: [Option<Prescribed>; D],
-    /// Point about which the moment of the reaction is recorded, if it is `[L]`.
-    pub moment_about: Option<[f64; 2]>,
+    /// Point about which the moment of the reaction is recorded, if it is; the third coordinate is 0 in the plane `[L]`.
+    pub moment_about: Option<[f64; 3]>,
 }
 
 /// How a component of displacement is prescribed.
@@ -20,12 +20,38 @@ pub struct Support<const D: usize> {
 pub enum Prescribed {
     /// Zero.
     Held,
-    /// A displacement against the load fraction `[L]`.
+    /// A displacement against the load fraction, from rest on: a ramp that is not 0 at fraction 0 jumps in the first
+    /// load step `[L]`.
     Driven(Ramp),
     /// The motion of the mesh.
     FollowMesh,
     /// A rotation, of which this is a component across the axis.
     Turned(Turn),
+}
+
+/// The two directions across an axis, in their order.
+pub fn across(axis: usize) -> [usize; 2] {
+    match axis {
+        0 => [1, 2],
+        1 => [0, 2],
+        _ => [0, 1],
+    }
+}
+
+impl Prescribed {
+    /// The ramp that it follows, if it has one of its own.
+    pub fn ramp(&self) -> Option<&Ramp> {
+        match self {
+            Self::Driven(ramp) => Some(ramp),
+            Self::Turned(turn) => Some(&turn.angle),
+            Self::Held | Self::FollowMesh => None,
+        }
+    }
+
+    /// Whether it is not at rest at load fraction 0.
+    pub fn jumps(&self) -> bool {
+        self.ramp().is_some_and(Ramp::jumps)
+    }
 }
 
 /// A rotation about an axis along a direction of space.
@@ -42,11 +68,7 @@ pub struct Turn {
 impl Turn {
     /// The two directions across the axis, in their order.
     pub fn across(&self) -> [usize; 2] {
-        match self.axis {
-            0 => [1, 2],
-            1 => [0, 2],
-            _ => [0, 1],
-        }
+        across(self.axis)
     }
 
     /// `(R(Δα) - I)(x - c)` of what stands at `x` at the start of a load step `[L]`.
@@ -56,7 +78,7 @@ impl Turn {
         start: LoadFraction,
         end: LoadFraction,
     ) -> Vector<D> {
-        let angle = self.angle.value(end) - self.angle.value(start);
+        let angle = self.angle.from_rest(end) - self.angle.from_rest(start);
         // x, z, y is left-handed.
         let sine = if self.axis == 1 { -angle.sin() } else { angle.sin() };
         // cos - 1 without the difference.

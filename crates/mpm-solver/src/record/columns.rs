@@ -9,11 +9,14 @@ use mpm_linear::Choice;
 /// The columns, in the order in which [`super::history::Record`] fills them.
 pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     let mut columns = columns_of_every_run();
+    if !model.supports.is_empty() {
+        columns.push(real(&format!("reaction/{TOTAL}"), D));
+    }
     for support in &model.supports {
         columns.push(real(&format!("reaction/{}", support.name), D));
         columns.push(real(&format!("displacement/{}", support.name), D));
         if support.moment_about.is_some() {
-            columns.push(real(&format!("reaction_moment/{}", support.name), 1));
+            columns.push(real(&format!("reaction_moment/{}", support.name), moments(D)));
         }
     }
     if let Some(limit) = model.domain_limit {
@@ -53,6 +56,14 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     }
     columns.extend(model.probes.iter().flat_map(Probe::columns));
     columns
+}
+
+/// Name of the sum of all reactions; no support has it.
+pub(crate) const TOTAL: &str = "total";
+
+/// Components of a moment: about z in the plane, about x, y and z in space.
+const fn moments(dimensions: usize) -> usize {
+    if dimensions == 3 { 3 } else { 1 }
 }
 
 fn count(name: &str) -> Column {

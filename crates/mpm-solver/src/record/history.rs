@@ -7,13 +7,14 @@ use super::summary::Summary;
 use super::{Balanced, StepResult};
 use crate::error::Error;
 use crate::model::{Model, NamedContribution, Support};
-use crate::observe::{Column, ColumnKind, Entry, LoadStep, Observer, Resumed, RunStart};
+use crate::observe::{Column, ColumnKind, Counted, Entry, LoadStep, Observer, Resumed, RunStart};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
 use mpm_basis::DomainReport;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Analysis, Method};
+use std::array::from_fn;
 use std::time::Instant;
 
 /// Builds the rows of the history and keeps the running totals.
@@ -21,6 +22,7 @@ pub(crate) struct Record {
     columns: Vec<Column>,
     points: usize,
     nominal_steps: usize,
+    counted: Counted,
     rows: usize,
     at: LoadFraction,
     /// Mean displacement of each support's nodes so far.
@@ -36,6 +38,10 @@ impl Record {
             columns: columns(model),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             nominal_steps: model.schedule.steps as usize,
+            counted: match model.path {
+                None => Counted::EqualSteps(model.schedule.steps as usize),
+                Some(_) => Counted::Rows,
+            },
             rows: 0,
             at: LoadFraction::START,
             displacement: vec![vec![0.0; D]; model.supports.len()],
@@ -46,7 +52,9 @@ impl Record {
     }
 
     pub(crate) fn start(&self) -> RunStart {
-        RunStart { columns: self.columns.clone(), points: self.points, steps: self.nominal_steps }
+        let (columns, points, steps, counted) =
+            (self.columns.clone(), self.points, self.nominal_steps, self.counted);
+        RunStart { columns, points, steps, counted }
     }
 
     /// What of it the rest of the run needs; the control is not the record's.
@@ -162,6 +170,7 @@ impl Record {
         let seconds = self.clock.elapsed().as_secs_f64();
         self.clock = Instant::now();
         let mut row = solution_entries(result, cuts_here, seconds);
+        row.extend(total_reaction(&model.supports, result));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
@@ -288,7 +297,7 @@ fn support_entries<const D: usize>(
     let StepResult { mesh, connected, balanced, .. } = result;
     let equilibrium = &balanced.equilibrium;
     let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
-    let mut moment = 0.0;
+    let mut moment = [0.0; 3];
     for &node in &support.nodes {
         let Some(number) = connected.active.number(node) else { continue };
         moved += equilibrium.increment.nodes[number];
@@ -298,10 +307,15 @@ fn support_entries<const D: usize>(
             force[i] = 0.0;
         }
         reaction += force;
-        if let Some([x, y]) = support.moment_about {
+        if let Some(about) = support.moment_about {
             // The arm reaches to where the node is at the end of the step.
             let end = connected.active.space().position(mesh, node) + equilibrium.increment.nodes[number];
-            moment += (end[0] - x) * force[1] - (end[1] - y) * force[0];
+            let arm: [f64; 3] = from_fn(|d| if d < D { end[d] - about[d] } else { 0.0 });
+            let force: [f64; 3] = from_fn(|d| if d < D { force[d] } else { 0.0 });
+            for (d, moment) in moment.iter_mut().enumerate() {
+                let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+                *moment += arm[e] * force[f] - arm[f] * force[e];
+            }
         }
     }
     for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
@@ -309,9 +323,29 @@ fn support_entries<const D: usize>(
     }
     let mut entries = vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())];
     if support.moment_about.is_some() {
-        entries.push(Entry::Real(vec![moment]));
+        entries.push(Entry::Real(if D == 3 { moment.to_vec() } else { vec![moment[2]] }));
     }
     entries
+}
+
+/// Sum of the reactions of all supports, each component of a node once; nothing where there are no supports.
+fn total_reaction<const D: usize>(supports: &[Support<D>], result: &StepResult<D>) -> Option<Entry> {
+    if supports.is_empty() {
+        return None;
+    }
+    let StepResult { connected, balanced, .. } = result;
+    let mut counted = vec![[false; D]; connected.active.len()];
+    let mut total = vec![0.0; D];
+    for support in supports {
+        for number in support.nodes.iter().filter_map(|&node| connected.active.number(node)) {
+            for i in (0..D).filter(|&i| support.components[i].is_some()) {
+                if !std::mem::replace(&mut counted[number][i], true) {
+                    total[i] += balanced.equilibrium.reaction.nodes[number][i];
+                }
+            }
+        }
+    }
+    Some(Entry::Real(total))
 }
 
 /// Entries of a contribution's columns.

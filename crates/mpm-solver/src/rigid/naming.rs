@@ -2,7 +2,7 @@
 
 use super::modes::{Frames, Mode, Motion, cross, turns};
 use crate::model::NamedBody;
-use mpm_grid::Vector;
+use mpm_grid::{Vector, six_digits};
 
 /// Parts and motions that a message tells of, at most.
 const MOST_TOLD: usize = 3;
@@ -95,14 +95,8 @@ fn place<const D: usize>(frames: &Frames<'_, D>, part: usize, x: &Vector<D>) -> 
 
 /// Numbers in brackets; what is nothing against `size` is what rounding left of 0.
 fn bracketed(numbers: &[f64], size: f64) -> String {
-    let number = |it: &f64| if it.abs() < 1e-9 * size { "0".into() } else { rounded(*it) };
+    let number = |it: &f64| if it.abs() < 1e-9 * size { "0".into() } else { six_digits(*it) };
     format!("({})", numbers.iter().map(number).collect::<Vec<String>>().join(", "))
-}
-
-/// A number with at most six digits.
-fn rounded(number: f64) -> String {
-    let short: f64 = format!("{number:.5e}").parse().expect("a number that was written");
-    short.to_string()
 }
 
 fn listed(names: &[String]) -> String {

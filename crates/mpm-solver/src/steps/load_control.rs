@@ -1,6 +1,7 @@
 //! How the load fraction goes from 0 to 1: equal steps, halved where one does not converge.
 
 use super::plan::{Plan, StepKind};
+use super::stations::Stations;
 use crate::error::{Error, StepFailure};
 use crate::model::{PredictorKind, Schedule};
 use crate::predictor::Predictor;
@@ -16,10 +17,11 @@ use std::sync::Arc;
 /// twice as long where it can be, so that every nominal step ends exactly where it would have.
 pub(crate) struct LoadSteps<const D: usize> {
     schedule: Schedule,
+    stations: Stations,
     /// Load steps taken.
     taken: usize,
     /// Nominal steps completed.
-    done: u32,
+    done: u64,
     /// Position inside the present nominal step, in units of its smallest part.
     position: u64,
     /// Times that the next step is halved.
@@ -33,8 +35,18 @@ pub(crate) struct LoadSteps<const D: usize> {
 
 impl<const D: usize> LoadSteps<D> {
     /// At the start.
-    pub(crate) fn new(schedule: Schedule) -> Self {
-        Self { schedule, taken: 0, done: 0, position: 0, level: 0, cuts: 0, predictor: None, failure: None }
+    pub(crate) fn new(schedule: Schedule, stations: Stations) -> Self {
+        Self {
+            schedule,
+            stations,
+            taken: 0,
+            done: 0,
+            position: 0,
+            level: 0,
+            cuts: 0,
+            predictor: None,
+            failure: None,
+        }
     }
 
     fn parts(&self) -> u64 {
@@ -43,15 +55,17 @@ impl<const D: usize> LoadSteps<D> {
 
     /// Load fraction at `position` of the present nominal step.
     fn fraction(&self, position: u64) -> LoadFraction {
-        let steps = f64::from(self.schedule.steps);
-        let inside = position as f64 / self.parts() as f64;
-        let fraction = (f64::from(self.done) + inside) / steps;
+        let fraction = match position {
+            0 => self.stations.fraction(self.done),
+            _ if position == self.parts() => self.stations.fraction(self.done + 1),
+            _ => self.stations.between(self.done, position as f64 / self.parts() as f64),
+        };
         LoadFraction::new(fraction.min(1.0)).expect("between 0 and 1")
     }
 
     /// See [`super::Steps::next`].
     pub(crate) fn next(&self) -> Option<Plan<D>> {
-        if self.done == self.schedule.steps {
+        if self.done == self.stations.steps() {
             return None;
         }
         let end = self.fraction(self.position + (self.parts() >> self.level));
@@ -66,7 +80,7 @@ impl<const D: usize> LoadSteps<D> {
     pub(crate) fn accept(&mut self, plan: &Plan<D>, done: &StepResult<D>) {
         self.failure = None;
         self.go_on();
-        let is_last = self.done == self.schedule.steps;
+        let is_last = self.done == self.stations.steps();
         let predicts = self.schedule.predictor == PredictorKind::LastStep && !is_last;
         self.predictor = predicts.then(|| {
             let increment = done.balanced.equilibrium.increment.nodes.iter().copied();
@@ -139,12 +153,12 @@ impl<const D: usize> LoadSteps<D> {
         (StepsProgress::Load { done, position, level, cuts, last }, stored)
     }
 
-    /// Where a walk through these steps can have come to, on a grid of `n_nodes`.
+    /// Where a walk through these steps can have come to from its start, on a grid of `n_nodes`.
     ///
     /// # Errors
     /// What in the progress cannot be that of such a walk.
     pub(crate) fn restore(
-        schedule: Schedule,
+        self,
         progress: &Progress,
         stored: &StoredPredictor,
         n_nodes: usize,
@@ -152,8 +166,9 @@ impl<const D: usize> LoadSteps<D> {
         let StepsProgress::Load { done, position, level, cuts, last } = progress.control else {
             return Err("is that of path control, expected equal load steps".into());
         };
-        if done > schedule.steps || (done == schedule.steps && position > 0) {
-            return Err(format!("has {done} nominal steps done, expected at most {}", schedule.steps));
+        let (schedule, steps) = (self.schedule, self.stations.steps());
+        if done > steps || (done == steps && position > 0) {
+            return Err(format!("has {done} nominal steps done, expected at most {steps}"));
         }
         if level > schedule.cuts {
             return Err(format!("has halved a step {level} times, expected at most {}", schedule.cuts));
@@ -167,7 +182,7 @@ impl<const D: usize> LoadSteps<D> {
         }
         let predictor = Predictor::restore(last.map(|fraction| (fraction, 0.0)), stored, n_nodes)?;
         let (taken, predictor) = (progress.rows() - 1, predictor.map(Arc::new));
-        Ok(Self { schedule, taken, done, position, level, cuts, predictor, failure: None })
+        Ok(Self { taken, done, position, level, cuts, predictor, failure: None, ..self })
     }
 }
 
@@ -175,9 +190,13 @@ impl<const D: usize> LoadSteps<D> {
 mod tests {
     use super::*;
 
+    fn steps(cuts: u8, equal: u32) -> LoadSteps<2> {
+        LoadSteps::new(Schedule { cuts, ..Schedule::equal(equal) }, Stations::new(equal, &[]))
+    }
+
     #[test]
     fn equal_steps_end_on_their_stations() {
-        let mut steps = LoadSteps::<2>::new(Schedule { cuts: 4, ..Schedule::equal(3) });
+        let mut steps = steps(4, 3);
         let mut ends = Vec::new();
         while let Some(step) = steps.next() {
             ends.push(step.end.get());
@@ -188,7 +207,7 @@ mod tests {
 
     #[test]
     fn a_cut_step_grows_again_and_meets_every_station() {
-        let mut steps = LoadSteps::<2>::new(Schedule { cuts: 3, ..Schedule::equal(2) });
+        let mut steps = steps(3, 2);
         assert!(steps.cut() && steps.cut());
         let mut ends = Vec::new();
         while let Some(step) = steps.next() {
@@ -202,7 +221,7 @@ mod tests {
 
     #[test]
     fn the_floor_is_reached_after_the_stated_cuts() {
-        let mut steps = LoadSteps::<2>::new(Schedule { cuts: 2, ..Schedule::equal(1) });
+        let mut steps = steps(2, 1);
         assert!(steps.cut() && steps.cut() && !steps.cut());
         assert_eq!(steps.next().unwrap().end.get(), 0.25);
     }

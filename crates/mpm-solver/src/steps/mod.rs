@@ -3,6 +3,7 @@
 mod load_control;
 mod path_control;
 pub(crate) mod plan;
+pub(crate) mod stations;
 
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
@@ -13,10 +14,11 @@ use load_control::LoadSteps;
 use mpm_grid::LoadFraction;
 use path_control::PathSteps;
 use plan::Plan;
+use stations::Stations;
 
 /// Chooses the load steps of a run.
 pub(crate) enum Steps<const D: usize> {
-    /// Equal steps of the load fraction.
+    /// Equal steps of the load fraction, and steps that end at the knots of ramps.
     Load(LoadSteps<D>),
     /// Steps of given length along the path.
     Path(PathSteps<D>),
@@ -26,7 +28,7 @@ impl<const D: usize> Steps<D> {
     /// Before the first load step.
     pub(crate) fn new(model: &Model<D>) -> Self {
         match model.path {
-            None => Self::Load(LoadSteps::new(model.schedule)),
+            None => Self::Load(LoadSteps::new(model.schedule, stations(model))),
             Some(control) => Self::Path(PathSteps::new(control, model.schedule)),
         }
     }
@@ -42,7 +44,10 @@ impl<const D: usize> Steps<D> {
     ) -> Result<Self, String> {
         let n_nodes = model.nodes.lattice().n_nodes();
         Ok(match model.path {
-            None => Self::Load(LoadSteps::restore(model.schedule, progress, predictor, n_nodes)?),
+            None => {
+                let start = LoadSteps::new(model.schedule, stations(model));
+                Self::Load(start.restore(progress, predictor, n_nodes)?)
+            }
             Some(control) => {
                 let start = PathSteps::new(control, model.schedule);
                 Self::Path(start.restore(progress, predictor, n_nodes)?)
@@ -103,4 +108,9 @@ impl<const D: usize> Steps<D> {
             Self::Path(steps) => steps.cuts(),
         }
     }
+}
+
+/// Where the load steps of a model end, unless they are halved.
+pub(crate) fn stations<const D: usize>(model: &Model<D>) -> Stations {
+    Stations::new(model.schedule.steps, &model.knots())
 }

@@ -169,13 +169,13 @@ fn entries_of_both_factors_are_predicted() {
     let lower = random([14, 13, 1], 1, 2, |_, sum| 1.1 * sum + 0.1);
     let hints = lower.hints();
     let predicted = predict_factor_entries(system.pattern(), &hints).unwrap();
-    assert_eq!(predicted, 2 * predict_factor_entries(lower.pattern(), &hints).unwrap());
+    // The blocks on the diagonal hold both triangles.
+    let of_triangle = predict_factor_entries(lower.pattern(), &hints).unwrap();
+    assert!(of_triangle < predicted && predicted < 2 * of_triangle, "{predicted} {of_triangle}");
     let mut solver = Factorization::new();
     system.analysed(&mut solver);
     system.check(&mut solver);
-    // The prediction holds the zeros that supernodes would keep.
-    let ratio = solver.factor_entries() as f64 / predicted as f64;
-    assert!((0.6..=1.0).contains(&ratio), "{ratio} of {predicted} entries");
+    assert_eq!(solver.factor_entries(), predicted);
 }
 
 #[test]

@@ -1,8 +1,10 @@
-//! LU with partial pivoting of an unsymmetric matrix: faer's column by column, in our order.
+//! LU with partial pivoting over whole columns of an unsymmetric matrix: faer's column by column, in our order. It takes
+//! the matrices that [`super::front_lu`] cannot factorise, and takes longer.
 //!
 //! Columns are eliminated in the order of nested dissection. It keeps the fill low as long as pivots stay
 //! on the diagonal, which they mostly do, because tangents of stable material have strong diagonals.
 
+use super::front_lu::NO_DIGITS;
 use super::pivots::Pivots;
 use crate::matrix::Matrix;
 use crate::report::{Cause, Factored, Method, OutOfMemory, Pivot, Sign, Singular};
@@ -16,11 +18,8 @@ use faer::sparse::linalg::lu::simplicial::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
-/// A pivot below this part of the largest entry of its column is what rounding has left of zero.
-const NO_DIGITS: f64 = 1e-13;
-
 /// Order and factors of one pattern.
-pub(super) struct Lu {
+pub(super) struct ColumnLu {
     /// Column of K at each step of elimination, and its inverse.
     order: Vec<usize>,
     position: Vec<usize>,
@@ -31,7 +30,7 @@ pub(super) struct Lu {
     scratch: MemBuffer,
 }
 
-impl Lu {
+impl ColumnLu {
     /// Makes room for the work with this order of elimination (new to old). The factors grow as they are computed.
     pub(super) fn allocate(order: &[usize]) -> Result<Self, OutOfMemory> {
         let n = order.len();
@@ -74,11 +73,7 @@ impl Lu {
                 return Err(singular(self.order[index], Some(0.0), Cause::NoPivot));
             }
             Err(LuError::Generic(_)) => {
-                return Err(singular(
-                    0,
-                    None,
-                    Cause::TooLargeToFactorise { entries: self.factor_entries() as f64 },
-                ));
+                return Err(singular(0, None, Cause::NoMemory { entries: self.factor_entries() as f64 }));
             }
         }
         let mut pivots = Pivots::default();
@@ -86,9 +81,7 @@ impl Lu {
         let upper = self.factors.u_factor_unsorted();
         for (k, &equation) in self.order.iter().enumerate() {
             let value = upper.val_of_col(k).last().copied().unwrap_or(0.0);
-            let column = pattern.column_start[equation]..pattern.column_start[equation + 1];
-            let largest = matrix.values[column].iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-            if !value.is_finite() || value.abs() <= NO_DIGITS * largest {
+            if !value.is_finite() || value.abs() <= NO_DIGITS * matrix.largest_of_column(equation) {
                 return Err(singular(equation, Some(value), Cause::NoPivot));
             }
             is_negative ^= value < 0.0;

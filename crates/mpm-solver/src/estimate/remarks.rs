@@ -1,0 +1,153 @@
+//! What in a model is probably not meant, though it can be run.
+
+use crate::model::{Model, NamedBody, Support};
+use crate::steps::stations::Stations;
+use mpm_assembly::views;
+use mpm_basis::ActiveNodes;
+use mpm_grid::{Mesh, Vector, six_digits};
+use std::array::from_fn;
+use std::collections::BTreeMap;
+
+/// Names of the directions.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Bounds of what cells inside of a body, with points in all cells around, are filled to in all.
+const INSIDE: [f64; 2] = [0.5, 1.5];
+
+/// Bounds of what the cells of a body without such cells are filled to in all. Points fill a cell up to twice per
+/// direction, where their domains are little smaller than the cell.
+const ANY: [f64; 2] = [0.02, 4.0];
+
+/// Sentences, the most surprising first.
+pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes<D>) -> Vec<String> {
+    let mut remarks: Vec<String> = model.bodies.iter().flat_map(|named| fill(named, mesh)).collect();
+    remarks.extend(model.supports.iter().filter(|support| touches_nothing(support, active)).map(|support| {
+        format!("support `{}` touches no material: none of its nodes carries any", support.name)
+    }));
+    remarks.extend(shared(model, mesh, active));
+    remarks.extend(jumps(model));
+    remarks.extend(knots(model));
+    remarks
+}
+
+/// Points of a body that fill their cells more, or far less, than these hold.
+fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> {
+    let mut cells: BTreeMap<[u32; D], (f64, Vector<D>)> = BTreeMap::new();
+    for view in views(&*named.body) {
+        let Ok(place) = mesh.locate(&view.position, 0.5) else { continue };
+        let (filled, _) = cells.entry(place.cell).or_insert((0.0, view.position));
+        *filled += view.reference_volume;
+    }
+    let volume = |cell: &[u32; D]| mesh.piece(*cell, &Vector::repeat(-1.0), &Vector::repeat(1.0)).volume();
+    let name = &named.name;
+    let over = |(cell, (filled, _)): &(&[u32; D], &(f64, Vector<D>))| filled / volume(cell);
+    let fullest = cells.iter().max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    if over(&fullest) > f64::from(1 << D) {
+        let (cell, (filled, at)) = fullest;
+        return Some(format!(
+            "points of body `{name}` in the cell at {} have volume {}, the cell has {}: are their volumes in other units?",
+            place(at),
+            six_digits(*filled),
+            six_digits(volume(cell))
+        ));
+    }
+    let is_inside = |cell: &[u32; D]| {
+        (0..3_u32.pow(D as u32)).all(|k| {
+            let around = from_fn(|d| (cell[d] + k / 3_u32.pow(d as u32) % 3).wrapping_sub(1));
+            cells.contains_key(&around)
+        })
+    };
+    let sum = |of: &dyn Fn(&[u32; D]) -> bool| {
+        let chosen = cells.iter().filter(|(cell, _)| of(cell));
+        chosen.fold((0.0, 0.0), |(filled, whole), (cell, (more, _))| (filled + more, whole + volume(cell)))
+    };
+    let inside = sum(&is_inside);
+    let ((filled, whole), [least, most], which) =
+        if inside.1 > 0.0 { (inside, INSIDE, "inside it") } else { (sum(&|_| true), ANY, "that hold them") };
+    (!(least..=most).contains(&(filled / whole))).then(|| {
+        format!(
+            "points of body `{name}` have volume {} in the cells {which}, which have {}: are their volumes in other units?",
+            six_digits(filled),
+            six_digits(whole)
+        )
+    })
+}
+
+/// A position by the names of its coordinates.
+fn place<const D: usize>(x: &Vector<D>) -> String {
+    let told: Vec<String> = (0..D).map(|d| format!("{} = {}", AXES[d], six_digits(x[d]))).collect();
+    told.join(", ")
+}
+
+fn touches_nothing<const D: usize>(support: &Support<D>, active: &ActiveNodes<D>) -> bool {
+    !support.nodes.iter().any(|&node| active.number(node).is_some())
+}
+
+/// Pairs of supports that prescribe the same component of a node.
+fn shared<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes<D>) -> Vec<String> {
+    let mut holders: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    for (k, support) in model.supports.iter().enumerate() {
+        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+            for i in (0..D).filter(|&i| support.components[i].is_some()) {
+                holders.entry((number, i)).or_default().push(k);
+            }
+        }
+    }
+    // Of every pair: the nodes, once each, in their order.
+    let mut pairs: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    for ((number, _), holders) in &holders {
+        for (k, first) in holders.iter().enumerate() {
+            for second in &holders[k + 1..] {
+                let nodes = pairs.entry((*first, *second)).or_default();
+                if nodes.last() != Some(number) {
+                    nodes.push(*number);
+                }
+            }
+        }
+    }
+    let sentence = |((first, second), nodes): ((usize, usize), Vec<usize>)| {
+        let [first, second] = [first, second].map(|k| &model.supports[k].name);
+        let at = active.space().position(mesh, active.nodes()[nodes[0]]);
+        let how_many = if nodes.len() == 1 { "a node".into() } else { format!("{} nodes", nodes.len()) };
+        format!(
+            "supports `{first}` and `{second}` share {how_many}, at {}: its force is in the reaction of each, and once \
+             in `reaction/total`",
+            place(&at)
+        )
+    };
+    pairs.into_iter().map(sentence).collect()
+}
+
+/// Ramps of what is prescribed that do not begin at rest.
+fn jumps<const D: usize>(model: &Model<D>) -> Vec<String> {
+    let mut jumps = Vec::new();
+    for support in &model.supports {
+        if support.components.iter().flatten().any(|prescribed| prescribed.jumps()) {
+            jumps.push(format!("support `{}`", support.name));
+        }
+    }
+    if model.motion.ramps().iter().any(|ramp| ramp.jumps()) {
+        jumps.push("the motion of the mesh".into());
+    }
+    let sentence = |who| format!("{who} begins elsewhere than at rest: it jumps there in the first load step");
+    jumps.into_iter().map(sentence).collect()
+}
+
+/// Knots of ramps at which no load step would end.
+fn knots<const D: usize>(model: &Model<D>) -> Option<String> {
+    let knots = model.knots();
+    let stations = Stations::new(model.schedule.steps, &knots);
+    let between: Vec<String> = stations.knots().map(six_digits).collect();
+    if between.is_empty() {
+        return None;
+    }
+    let listed = match &between[..] {
+        [few @ .., last] if between.len() < 6 && !few.is_empty() => format!("{} and {last}", few.join(", ")),
+        [one] => one.clone(),
+        _ => format!("{}, {}, … {}", between[0], between[1], between[between.len() - 1]),
+    };
+    Some(match model.path {
+        None => format!("load steps end at knots of ramps, too: at load fraction {listed}"),
+        Some(_) => format!("ramps have knots at load fraction {listed}; steps along the path pass over them"),
+    })
+}
