@@ -8,7 +8,7 @@ use mpm_assembly::{
 use mpm_basis::Smpm;
 use mpm_grid::{NodeId, Ramp, Region, Vector};
 use mpm_linear::{Choice, Symmetry};
-use mpm_solver::{Error, Model, PointLoad, Prescribed, StepFailure, UnheldMotion, run};
+use mpm_solver::{Error, Model, PointLoad, Prescribed, Share, StepFailure, UnheldMotion, run};
 
 /// Springs between nodes and the ground.
 struct Springs {
@@ -104,7 +104,8 @@ fn loads_may_act_along_what_springs_hold_and_nothing_else() {
         model.unheld_motion = UnheldMotion::Zero;
         let springs = Springs::on(&model, &Region::<2>::Plane { axis: 1, at: 0.0 }, [0.0, 10.0]);
         model.add_contribution("springs", springs);
-        let shares: Vec<(usize, f64)> = (0..36).map(|point| (point, 1.0 / 36.0)).collect();
+        let share = |point| Share { point, part: 1.0 / 36.0, arm: Vector::zeros() };
+        let shares = (0..36).map(share).collect();
         let ramp = Ramp::linear(1.0);
         model.loads.point_loads.push(PointLoad { body: 0, shares, force: force.into(), ramp });
         run(&mut model, &mut History::default())
