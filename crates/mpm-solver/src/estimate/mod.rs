@@ -11,6 +11,7 @@ use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
 use mpm_assembly::{Constraints, views};
+use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
 pub use rehearsal::Seconds;
@@ -116,15 +117,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let (connected, connect) = connected(model, &mesh)?;
     let Connected { active, assembly_plans, pattern, .. } = &connected;
 
-    let mut constraints = Constraints::<D>::none(active.len());
-    for support in &model.supports {
-        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
-            for component in (0..D).filter(|&i| support.components[i].is_some()) {
-                constraints.prescribe(number, component, 0.0);
-            }
-        }
-    }
-
+    let constraints = supported(model, active);
     let (lattice, lines) = (active.lattice_indices(), lines(model));
     let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(model) };
     let prediction = predict(pattern.for_solver(), places);
@@ -189,6 +182,19 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         prediction,
         warnings: warnings(model, &mesh, &connected, &constraints),
     })
+}
+
+/// The components of active nodes that supports prescribe.
+fn supported<const D: usize>(model: &Model<D>, active: &ActiveNodes<D>) -> Constraints<D> {
+    let mut constraints = Constraints::none(active.len());
+    for support in &model.supports {
+        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+            for component in (0..D).filter(|&i| support.components[i].is_some()) {
+                constraints.prescribe(number, component, 0.0);
+            }
+        }
+    }
+    constraints
 }
 
 /// What will end the run, or may do so.
