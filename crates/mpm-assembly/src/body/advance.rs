@@ -19,6 +19,21 @@ pub enum AdvanceError {
     /// It has no admissible state.
     #[error(transparent)]
     Inadmissible(#[from] InadmissiblePoint),
+    /// It has moved farther than any mesh could carry it.
+    #[error(
+        "material point {point} at {position:?} would move by {distance} in one load step, and the mesh is no \
+        longer than {reach}: this equilibrium is not believed"
+    )]
+    TooFar {
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step `[L]`.
+        position: Vec<f64>,
+        /// Length of its displacement in the step `[L]`.
+        distance: f64,
+        /// Diagonal of the mesh `[L]`.
+        reach: f64,
+    },
     /// Its domain cannot be carried on.
     #[error("material point {point} at {position:?}: {reason}")]
     Domain {
@@ -135,7 +150,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
     /// `deformation_gradient` is F of every point after the step.
     ///
     /// # Errors
-    /// The first point (in order) whose domain cannot be carried on.
+    /// The first point (in order) that moves too far, or whose domain cannot be carried on.
     pub fn advance<B: Basis<D, Domain = Domain>>(
         &mut self,
         basis: &B,
@@ -149,6 +164,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
         self.position.extend_from_slice(position);
         self.domain.clear();
         self.domain.extend_from_slice(domain);
+        let reach = step.mesh.diagonal();
         let columns = (&mut self.position[..], &mut self.domain[..]);
         in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, (positions, domains)| {
             let mut du = Vec::new();
@@ -161,6 +177,11 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
                     let mut displacement = Vector::zeros();
                     for (value, du) in view.point(k).0.iter().zip(&du) {
                         displacement += du * *value;
+                    }
+                    let distance = displacement.norm();
+                    if distance > reach {
+                        let position = position[p].iter().copied().collect();
+                        return Err(AdvanceError::TooFar { point: p, position, distance, reach });
                     }
                     let convection = Convection {
                         displacement,

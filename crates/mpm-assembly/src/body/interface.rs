@@ -95,6 +95,11 @@ pub trait Body<const D: usize>: Send + Sync {
     /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
     fn stiffness_force(&self, connectivity: &Connectivity<D>, scale: &mut [f64]);
 
+    /// Adds to `scale` the same forces for the strains of which each point's stress is computed,
+    /// `Σ_p V⁰_p M |∇S_vp| (|b_e − I|_p + Σ_w |∇S_wp| |Δu_w|)`: each node's own scale for round-off under the increment
+    /// `Δu` `[F]`.
+    fn strain_force(&self, connectivity: &Connectivity<D>, increment: &[Vector<D>], scale: &mut [f64]);
+
     /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
     fn occupied_cells(
         &self,

@@ -206,6 +206,22 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         }
     }
 
+    fn strain_force(&self, connectivity: &Connectivity<D>, increment: &[Vector<D>], scale: &mut [f64]) {
+        let modulus = self.law.elasticity().p_wave();
+        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+            for k in 0..group.points {
+                let (p, gradients) = (group.first_point + k, group.point(k).1);
+                let nodes = || group.nodes.iter().zip(gradients);
+                let step: f64 = nodes().map(|(&node, it)| it.norm() * increment[node as usize].norm()).sum();
+                let strain = self.points.elastic_excess[p].norm() + step;
+                let weight = modulus * self.points.reference_volume[p] * strain;
+                for (&node, gradient) in nodes() {
+                    scale[node as usize] += weight * gradient.norm();
+                }
+            }
+        }
+    }
+
     fn occupied_cells(
         &self,
         connectivity: &Connectivity<D>,
