@@ -37,22 +37,22 @@ fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
             "tangent": memory.tangent, "solver": memory.solver, "work": memory.work, "program": memory.program,
         },
         "seconds": {
-            "total": total(it, scene), "per_load_step": it.seconds.per_step(), "connect": it.seconds.connect,
+            "least": range(it, scene)[0], "most": range(it, scene)[1], "per_load_step": it.seconds.per_step(), "connect": it.seconds.connect,
             "analyse": it.seconds.analyse, "pass": it.seconds.pass, "solve": it.seconds.solve,
-            "look": it.seconds.look, "newton_iterations": it.seconds.iterations,
-            "solution_tried": it.seconds.is_tried,
+            "look": it.seconds.look, "solution_tried": it.seconds.is_tried,
         },
         "bodies": it.volumes.iter().map(|body| json!({
             "name": body.body, "volume": body.points, "volume_of_shape": body.shape, "mass": body.mass,
         })).collect::<Vec<Value>>(),
         "remarks": it.remarks,
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
+        "warnings": it.warnings,
     })
 }
 
-/// Seconds of the run: positions are recorded besides the fields.
-fn total(it: &Estimate, scene: &Scene) -> f64 {
-    it.seconds.total(1 + scene.output().fields.len(), scene.output().every.0)
+/// Seconds of the run, least and most: positions are recorded besides the fields.
+fn range(it: &Estimate, scene: &Scene) -> [f64; 2] {
+    it.seconds.range(1 + scene.output().fields.len(), scene.output().every.0)
 }
 
 fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -> String {
@@ -104,14 +104,15 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     let per_point = 1e9 * seconds.pass / it.points as f64;
     line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", seconds.pass));
     line("load steps", count(it.steps));
-    let (told, iterations) = (if seconds.is_tried { "tried" } else { "counted" }, seconds.iterations);
+    let told = if seconds.is_tried { "tried" } else { "counted" };
+    let [least, most] = range(it, scene);
     line(
         "time",
         format!(
-            "about {:.2e} s, {:.2e} a load step with {iterations} Newton iterations: connecting {:.1e}, each iteration \
-             {:.1e} for the points and {:.1e} to solve ({told})",
-            total(it, scene),
-            seconds.per_step(),
+            "{} to {} s of processor, more where load steps are halved; in a load step connecting {:.1e} s, in each \
+             Newton iteration {:.1e} s for the points and {:.1e} s to solve ({told})",
+            two_digits(least),
+            two_digits(most),
             seconds.connect + seconds.analyse,
             seconds.pass,
             seconds.solve
@@ -126,6 +127,9 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     }
     for note in notes {
         line("note", note.clone());
+    }
+    for warning in &it.warnings {
+        line("warning", warning.clone());
     }
     lines.into_text()
 }
@@ -148,6 +152,12 @@ fn skipped(it: &Estimate, unwritten: &[String]) -> Vec<String> {
         skipped.push(format!("fields not written: {}", unwritten.join(", ")));
     }
     skipped
+}
+
+/// A time to two digits.
+fn two_digits(seconds: f64) -> String {
+    let unit = 10_f64.powi(seconds.log10().floor() as i32 - 1);
+    six_digits((seconds / unit).round() * unit)
 }
 
 fn bytes(size: usize) -> String {

@@ -4,6 +4,7 @@
 
 mod check;
 mod complaint;
+mod drive;
 mod export;
 mod input;
 mod inspect;
@@ -55,6 +56,8 @@ enum Command {
     },
     /// Run a scene over a grid of values, in parallel, and print one table of results.
     Sweep(sweep::SweepArguments),
+    /// Drive one material point of a law along a path, and print it.
+    Drive(drive::DriveArguments),
     /// Say what a results file holds: status, load steps, ranges of columns and fields, time, what was skipped.
     Inspect {
         /// The results file, of a finished, running, failed or killed run.
@@ -103,6 +106,7 @@ fn main() -> ExitCode {
         Command::New(arguments) => templates::new(&arguments).and_then(|text| say(&text)),
         Command::Check { scene, settings, json } => check::check(&scene, &settings.set, json),
         Command::Sweep(arguments) => sweep::sweep(&arguments),
+        Command::Drive(arguments) => drive::drive(&arguments),
         Command::Inspect { results, json } => {
             reading::apart(&results, || inspect::inspect(&results, json).and_then(|text| say(&text)))
         }

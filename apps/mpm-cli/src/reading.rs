@@ -7,7 +7,7 @@ use crate::complaint::Complaint;
 use clap::ValueEnum;
 use mpm_geometry::Surface;
 use mpm_io::{Calls, Checkpoint, FolderFiles, Results, ResultsError, is_being_written};
-use mpm_scene::{PointTable, SceneFiles};
+use mpm_scene::{NamedColumns, PointTable, SceneFiles};
 use std::cell::RefCell;
 use std::io;
 use std::path::Path;
@@ -41,6 +41,8 @@ pub enum Kind {
     Points2,
     /// A table of points in space.
     Points3,
+    /// A table of numbers.
+    Columns,
 }
 
 /// Runs the whole command in a child process; the child's output and exit code become those of this process.
@@ -82,6 +84,7 @@ pub fn survives(file: &Path, kind: Kind) -> Result<(), Complaint> {
         Kind::Results | Kind::Head => "results file",
         Kind::Checkpoint => "checkpoint",
         Kind::Points2 | Kind::Points3 => "table of points",
+        Kind::Columns => "table of numbers",
     };
     ended(&mut command, file, what).map(drop)
 }
@@ -96,6 +99,7 @@ pub fn read_back(kind: Kind, file: &Path) -> Result<(), Complaint> {
         Kind::Checkpoint => Checkpoint::open(file)
             .and_then(|checkpoint| checkpoint.read_all())
             .map_err(|error| Complaint::input(error.to_string())),
+        Kind::Columns => FolderFiles::default().columns(&name()).map(drop).map_err(Complaint::input),
         Kind::Points2 => FolderFiles::default().points(&name(), 2).map(drop).map_err(Complaint::input),
         Kind::Points3 => FolderFiles::default().points(&name(), 3).map(drop).map_err(Complaint::input),
     }
@@ -156,6 +160,14 @@ impl SceneFiles for Files<'_> {
         let table = self.folder.points(file, dimensions)?;
         self.notes.borrow_mut().extend(table.notes.iter().map(|note| format!("{}: {note}", table.file)));
         Ok(table)
+    }
+
+    fn columns(&self, file: &str) -> Result<NamedColumns, String> {
+        let path = self.folder.path(file);
+        if FolderFiles::is_hdf5(&path) {
+            survives(&path, Kind::Columns).map_err(|complaint| complaint.to_string())?;
+        }
+        self.folder.columns(file)
     }
 }
 

@@ -191,7 +191,8 @@ fn the_scenes_of_the_page_are_right() {
     let page = fs::read_to_string(workspace(PAGE)).expect("the guide has this page");
     for section in read_page(&page).0.iter().filter(|section| section.code == 2) {
         let folder = folder(&section.files, &[], "a section");
-        common::says(folder.path(), &["check", "scene.ron"]);
+        let command = if section.command[0] == "drive" { "drive" } else { "check" };
+        common::says(folder.path(), &[command, "scene.ron"]);
     }
 }
 
@@ -230,14 +231,19 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/surface.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
     ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
-    ("parameters.rs", "", "moduli, ratios and radii are read within their bounds"),
     ("compile/mod.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
     ("compile/shapes.rs", "expected a ring mesh", "asked of ring meshes only"),
     ("pieces.rs", "a box can only be filled", "the compiler says so before"),
     ("fill.rs", "a body of parts can only", "the compiler says so before"),
     ("files.rs", "the file {file} cannot be read", "the program compiles with files"),
     ("files.rs", "{} has columns of different lengths", "the program's readers fill rows"),
-    ("cam_clay/mod.rs", "mean pressure", "asked by programs only"),
+    ("scene_files/columns.rs", "", "of HDF5 tables, in the tests of that file"),
+    ("language/quantity.rs", "expected a field, got nothing", "what is in front of parentheses is a name"),
+    ("material/src/law.rs", "no elastic strain", "of laws that programs make"),
+    ("material/src/driver.rs", "no strain was found", "of paths that end early, in `mpm-scene/tests/drive.rs`"),
+    ("compile/drive.rs", "path[{k}] ends", "of paths that end early, in `mpm-scene/tests/drive.rs`"),
+    ("compile/law.rs", "is a field, and no point", "fields of laws are asked for at points"),
+    ("per_point.rs", "", "of checkpoints"),
     // Of states that no scene is known to reach; the law's own tests do.
     ("cam_clay/bracket.rs", "", "of hostile states, in `mpm-material/tests/soil/cam_clay.rs`"),
     // What only other programs and files meet.
@@ -278,6 +284,10 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rehearsal.rs", "plastic state", "name of a column"),
     ("estimate/driven.rs", "", "remarks of `mpm check`, in the validation's faults"),
+    ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
+    ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
+    ("solver/src/remedy.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
+    ("estimate/mod.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
     ("estimate/remarks.rs", "", "remarks of `mpm check`, in the validation's faults"),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
     ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),

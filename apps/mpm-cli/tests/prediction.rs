@@ -1,9 +1,13 @@
-//! The memory that `mpm check` predicts is what a run takes.
+//! The memory and the time that `mpm check` predicts are what a run takes.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
 use std::time::Duration;
+
+/// Children of one test at a time are what is measured.
+static ALONE: Mutex<()> = Mutex::new(());
 
 /// A cube under its own weight.
 fn cube(cells: u32, solver: &str) -> String {
@@ -40,7 +44,7 @@ fn predicted_and_taken(folder: &Path) -> (f64, f64) {
     assert!(output.status.success(), "{said}");
     let told: serde_json::Value = serde_json::from_str(&said).expect("JSON");
     let predicted = told["memory"]["total"].as_f64().expect("a number");
-    let seconds = told["seconds"]["total"].as_f64().expect("a number");
+    let seconds = told["seconds"]["most"].as_f64().expect("a number");
     assert!(seconds > 0.0 && seconds < 1e3, "{seconds}");
 
     let mut run =
@@ -63,6 +67,7 @@ fn predicted_and_taken(folder: &Path) -> (f64, f64) {
 
 #[test]
 fn the_memory_of_a_run_is_predicted() {
+    let _alone = ALONE.lock();
     let folder = tempfile::tempdir().expect("a folder");
     let plane = include_str!("../../../scenes/collapse.ron")
         .replace("cells: 16", "cells: 64")
@@ -76,5 +81,39 @@ fn the_memory_of_a_run_is_predicted() {
         let ratio = predicted / taken;
         println!("{k}: {:.1} MB predicted, {:.1} MB taken", predicted * 1e-6, taken * 1e-6);
         assert!((0.77..1.3).contains(&ratio), "{k}: {predicted} predicted, {taken} taken");
+    }
+}
+
+/// Processor seconds of all children of this process that have ended, all of a clock tick (1/100 s).
+fn spent_by_children() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").expect("the system has it");
+    let after_name = &stat[stat.rfind(')').expect("a name in brackets") + 2..];
+    let ticks = after_name.split(' ').skip(13).take(2).map(|it| it.parse::<f64>().expect("a number"));
+    ticks.sum::<f64>() / 100.0
+}
+
+#[test]
+fn the_time_of_every_shipped_scene_is_in_its_range() {
+    let _alone = ALONE.lock();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let folder = tempfile::tempdir().expect("a folder");
+    let results = folder.path().join("a.h5");
+    let mut files: Vec<_> =
+        std::fs::read_dir(&scenes).expect("scenes").map(|it| it.expect("an entry").path()).collect();
+    files.retain(|file| file.extension().is_some_and(|it| it == "ron"));
+    files.sort();
+    assert!(files.len() > 20);
+    for file in files {
+        let name = file.file_name().expect("a name").to_string_lossy().into_owned();
+        let output = mpm(&scenes, &["check", &name, "--json"]).output().expect("the program starts");
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let [least, most] = ["least", "most"].map(|it| told["seconds"][it].as_f64().expect("a number"));
+        let before = spent_by_children();
+        let run = ["run", &name, "-q", "--force", "-o", results.to_str().expect("a path")];
+        assert!(mpm(&scenes, &run).output().expect("the program starts").status.success(), "{name}");
+        let spent = spent_by_children() - before;
+        println!("{name}: {spent:.2} s, predicted {least:.2} to {most:.2} s");
+        // Below a tenth of a second ticks and the start of the program are what is measured.
+        assert!(spent < most.max(0.2) && least < spent.max(0.1), "{name}: {spent} s, {least} to {most} s");
     }
 }

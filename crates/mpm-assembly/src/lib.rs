@@ -24,8 +24,8 @@ mod unknowns;
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyLoads, COLUMNS, Controlled, Converged, Dilatation, ForeignPoints,
     InadmissiblePoint, InadmissibleState, Linked, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
-    PointForce, PointView, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
-    finish_tangent, views,
+    PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
+    TooManyPoints, determinant, finish_tangent, views,
 };
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,

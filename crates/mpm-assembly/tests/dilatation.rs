@@ -8,7 +8,7 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Smpm};
 use mpm_grid::{Block, NodeSpace, Vector};
-use mpm_material::{Elasticity, VonMises};
+use mpm_material::{Elasticity, MohrCoulomb, Undrained, VonMises};
 use setup::{Setup, apart, connect, field, flat, law, sum, times};
 
 const MEANS: [MeanDilatation; 2] = [MeanDilatation::Points, MeanDilatation::Cell];
@@ -209,6 +209,24 @@ fn the_gradient_of_the_dissipation_is_its_derivative() {
         let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g.dot(d)).sum();
         let difference = (energy(1e-6).0 - energy(-1e-6).0) / 2e-6;
         assert!((slope / difference - 1.0).abs() < 1e-6, "{slope} {difference}");
+    }
+}
+
+/// Pore fluid stores all of its work.
+#[test]
+fn pore_fluid_dissipates_nothing() {
+    let elasticity = Elasticity::from_young_poisson(1000.0, 0.3).unwrap();
+    let sand = MohrCoulomb::new(elasticity, 1.0, 30.0, 20.0).unwrap();
+    for mean in MEANS {
+        let dry = setup::setup::<2, _, _>(Smpm, sand, 6, 1, Some(mean));
+        let wet = setup::setup::<2, _, _>(Smpm, Undrained::new(sand, 1e5).unwrap(), 6, 1, Some(mean));
+        let increment = field(&dry, 0.03);
+        let energy = |setup: &Setup<2>| {
+            let mut gradient = vec![Vector::zeros(); increment.len()];
+            setup.body.dissipation(&setup.plan, &increment, &mut gradient).unwrap()
+        };
+        let (dry, wet) = (energy(&dry), energy(&wet));
+        assert!(dry > 0.0 && (wet - dry).abs() < 1e-9 * dry, "{dry} {wet}");
     }
 }
 

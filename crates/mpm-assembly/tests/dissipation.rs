@@ -3,7 +3,7 @@
 use mpm_assembly::{AssemblyPlan, Body, MaterialBody, SparsityPattern};
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Smpm};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
-use mpm_material::{Elasticity, Material, VonMises};
+use mpm_material::{Elasticity, Material, MohrCoulomb, Undrained, VonMises};
 
 const YIELD_RADIUS: f64 = 10.0;
 
@@ -79,4 +79,21 @@ fn below_yield_nothing_is_dissipated() {
     let mut gradient = vec![Vector::zeros(); increment.len()];
     assert_eq!(body.dissipation(&plan, &increment, &mut gradient).unwrap(), 0.0);
     assert!(gradient.iter().all(|g| *g == Vector::<2>::zeros()));
+}
+
+/// Pore fluid stores all of its work, so that it dissipates nothing however much the skeleton dilates.
+#[test]
+fn pore_fluid_dissipates_nothing() {
+    let elasticity = Elasticity::from_young_poisson(1000.0, 0.3).unwrap();
+    let sand = MohrCoulomb::new(elasticity, 5.0, 30.0, 20.0).unwrap();
+    let (dry, plan, positions) = square(sand);
+    let (wet, ..) = square(Undrained::new(sand, 1e5).unwrap());
+    let increment: Vec<_> =
+        positions.iter().map(|x| Vector::<2>::new(-0.08 * x[0] + 0.05 * x[1], 0.06 * x[1])).collect();
+    let energy = |body: &dyn Body<2>| {
+        let mut gradient = vec![Vector::zeros(); increment.len()];
+        body.dissipation(&plan, &increment, &mut gradient).unwrap()
+    };
+    let (dry, wet) = (energy(&dry), energy(&wet));
+    assert!(dry > 0.1 && (wet - dry).abs() < 1e-9 * dry, "{dry} {wet}");
 }

@@ -41,6 +41,11 @@ impl Material for Dilatant {
         })
     }
 
+    /// Its stress is no gradient: what elastic strain stores is not known.
+    fn stored_energy(&self, _elastic_strain: &Vector3<f64>, _history: &()) -> f64 {
+        f64::NAN
+    }
+
     fn elasticity(&self) -> Elasticity {
         self.0
     }

@@ -5,9 +5,7 @@ use nalgebra::Vector3;
 use crate::deviator::Deviator;
 use crate::mohr_coulomb::check_angles;
 use crate::von_mises::YIELD_TOLERANCE;
-use crate::{
-    Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Scalable, Update,
-};
+use crate::{Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update};
 
 /// Perfect Drucker–Prager plasticity with Hencky elasticity. With p = −⅓ tr τ and q = √(3/2) |dev τ|:
 ///
@@ -122,6 +120,22 @@ impl DruckerPrager {
         Ok(Self { tension, corner, ..self })
     }
 
+    /// E, k, and p_t [F/L²].
+    pub(crate) fn values(&self) -> [f64; 3] {
+        // Without friction and cut-off p_t is infinite; what is stored is finite.
+        [self.elasticity.young(), self.strength, self.tension.min(f64::MAX)]
+    }
+
+    /// The same law with other values.
+    #[inline]
+    pub(crate) fn with_values(&self, &[young, strength, tension]: &[f64; 3]) -> Self {
+        let elasticity = self.elasticity.with_young(young);
+        let apex = strength / self.friction;
+        let is_cut = tension < apex.min(f64::MAX);
+        let corner = if is_cut { strength - self.friction * tension } else { 0.0 };
+        Self { elasticity, strength, tension: if is_cut { tension } else { apex }, corner, ..*self }
+    }
+
     /// Slope η of the cone [-].
     #[inline]
     pub fn friction(&self) -> f64 {
@@ -201,16 +215,12 @@ impl Material for DruckerPrager {
         Ok(Hencky(self.elasticity).answer(trial).with_history(*history))
     }
 
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {
+        self.elasticity.energy(elastic_strain)
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
-    }
-}
-
-impl Scalable for DruckerPrager {
-    #[inline]
-    fn scaled(&self, factor: f64) -> Self {
-        let Self { strength, tension, corner, .. } = *self;
-        Self { strength: strength * factor, tension: tension * factor, corner: corner * factor, ..*self }
     }
 }

@@ -1,6 +1,9 @@
 //! Isotropic elastic constants.
 
+use nalgebra::Vector3;
+
 use crate::ParameterError;
+use crate::deviator::Deviator;
 
 /// Elastic constants of an isotropic material, both positive.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -36,6 +39,12 @@ impl Elasticity {
         Self { bulk: self.bulk + bulk, ..*self }
     }
 
+    /// The same bulk modulus with the shear modulus `shear` > 0 [F/L²].
+    #[inline]
+    pub(crate) fn with_shear(&self, shear: f64) -> Self {
+        Self { shear, ..*self }
+    }
+
     /// Bulk modulus K [F/L²].
     #[inline]
     pub fn bulk(&self) -> f64 {
@@ -58,6 +67,26 @@ impl Elasticity {
     #[inline]
     pub fn p_wave(&self) -> f64 {
         self.bulk + 4.0 / 3.0 * self.shear
+    }
+
+    /// The same Poisson's ratio with Young's modulus `young` > 0 [F/L²].
+    #[inline]
+    pub(crate) fn with_young(&self, young: f64) -> Self {
+        let factor = young / self.young();
+        Self { bulk: self.bulk * factor, shear: self.shear * factor }
+    }
+
+    /// Energy ½ K (tr ε)² + G |dev ε|² per reference volume [F/L²] of principal strains, where stress is linear in
+    /// logarithmic strain.
+    pub fn energy(&self, strain: &Vector3<f64>) -> f64 {
+        let split = Deviator::of(strain);
+        0.5 * self.bulk * split.volumetric * split.volumetric + self.shear * split.norm * split.norm
+    }
+
+    /// Principal strains that carry principal stresses, where stress is linear in logarithmic strain.
+    pub fn strain(&self, stress: &Vector3<f64>) -> Vector3<f64> {
+        let split = Deviator::of(stress);
+        (split.strain / (2.0 * self.shear)).add_scalar(split.volumetric / (9.0 * self.bulk))
     }
 
     /// Young's modulus E = 9KG / (3K + G) [F/L²].

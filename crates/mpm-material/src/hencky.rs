@@ -54,6 +54,10 @@ impl Material for Hencky {
         Ok(self.answer(trial))
     }
 
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &()) -> f64 {
+        self.0.energy(elastic_strain)
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.0

@@ -16,7 +16,7 @@ pub trait History: Copy + Send + Sync + Sized {
     /// Numbers per point in a checkpoint.
     const NUMBERS: usize;
 
-    /// What is shown of it, in the order of [`History::show`].
+    /// What is shown of it, in the order of [`History::show`]; a law that wraps another shows that one's besides.
     const FIELDS: &'static [FieldInfo];
 
     /// Appends exactly `NUMBERS` numbers, from which a run goes on.
@@ -32,20 +32,6 @@ pub trait History: Copy + Send + Sync + Sized {
     fn show(&self, to: &mut Vec<f64>) {
         self.store(to);
     }
-}
-
-/// Most fields of a law that others wrap.
-pub(crate) const FIELDS: usize = 8;
-
-/// `fields`, then `last` up to the end: a law that wraps another adds one field to those that it has.
-pub(crate) const fn followed(fields: &'static [FieldInfo], last: FieldInfo) -> [FieldInfo; FIELDS] {
-    let mut all = [last; FIELDS];
-    let mut k = 0;
-    while k < fields.len() {
-        all[k] = fields[k];
-        k += 1;
-    }
-    all
 }
 
 impl History for () {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::spectral::Spectrum;
-use crate::{Elasticity, History, PointParameters, PrincipalTangent, SymmetricTensor};
+use crate::{Elasticity, FieldInfo, History, PointParameters, PrincipalTangent, SymmetricTensor};
 
 /// An isotropic law in principal logarithmic space, always three-dimensional.
 ///
@@ -22,6 +22,38 @@ pub trait Material: Send + Sync {
 
     /// What a point remembers before the first load step.
     fn initial(&self, point: &PointParameters) -> Self::History;
+
+    /// What results can show of a history, in the order of [`Self::show`].
+    fn history_fields(&self) -> Vec<FieldInfo> {
+        Self::History::FIELDS.to_vec()
+    }
+
+    /// Appends the components of all [`Self::history_fields`].
+    fn show(&self, history: &Self::History, to: &mut Vec<f64>) {
+        history.show(to);
+    }
+
+    /// Principal elastic strains that carry principal Kirchhoff stresses [F/L²]: those of a point that begins under
+    /// stress. Unless a law says otherwise, of stresses that are linear in logarithmic strain.
+    ///
+    /// # Errors
+    /// No elastic strain carries these stresses.
+    fn elastic_strain(
+        &self,
+        kirchhoff: &Vector3<f64>,
+        _history: &Self::History,
+    ) -> Result<Vector3<f64>, NoReturn> {
+        Ok(self.elasticity().strain(kirchhoff))
+    }
+
+    /// Elastic energy per reference volume [F/L²] of principal elastic strains; what hardening stores is not part of it.
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, history: &Self::History) -> f64;
+
+    /// Isotropic Kirchhoff stress [F/L²] that plastic flow does no work against, because it depends on the
+    /// volume alone: that of pore fluid. `volumetric` is tr ε_e.
+    fn fluid_stress(&self, _volumetric: f64, _history: &Self::History) -> f64 {
+        0.0
+    }
 
     /// Answers principal elastic trial strains `trial` [-] with stress, tangent and the elastic
     /// strain that is left. Non-finite strains give non-finite stresses.
@@ -138,6 +170,35 @@ pub fn respond<M: Material>(
 pub fn log_strain(excess: &SymmetricTensor) -> SymmetricTensor {
     let Spectrum { values, frame } = Spectrum::of(excess);
     frame.compose(&log_strains(&values))
+}
+
+/// Elastic energy per reference volume [F/L²] of the excess b_e − I; NaN where b_e is not positive definite.
+pub fn stored_energy<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> f64 {
+    law.stored_energy(&log_strains(&Spectrum::of(excess).values), history)
+}
+
+/// Elastic excess b_e − I and history of a point that begins under the Kirchhoff stress `stress` [F/L²], which is
+/// Cauchy's too, because J = 1.
+///
+/// # Errors
+/// The law has no elastic state with this stress: no strain carries it, or it is beyond yield.
+pub fn start_under<M: Material>(
+    law: &M,
+    point: &PointParameters,
+    stress: &SymmetricTensor,
+) -> Result<(SymmetricTensor, M::History), NoReturn> {
+    let Spectrum { values, frame } = Spectrum::of(stress);
+    let history = law.initial(&PointParameters { stress: Some(values), ..*point });
+    let strain = law.elastic_strain(&values, &history)?;
+    let update = law.update(&strain, &history)?;
+    if update.plastic {
+        return Err(NoReturn { reason: "the law yields under it" });
+    }
+    let error = (update.kirchhoff - values).amax();
+    if error > 1e-9 * values.amax() || error.is_nan() {
+        return Err(NoReturn { reason: "no elastic strain carries it" });
+    }
+    Ok((frame.compose(&strain.map(|eps| (2.0 * eps).exp_m1())), history))
 }
 
 /// ε_a = ½ ln(1 + c_a).

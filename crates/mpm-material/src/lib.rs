@@ -24,6 +24,7 @@
 
 mod cam_clay;
 mod deviator;
+mod driver;
 mod drucker_prager;
 mod elasticity;
 mod hencky;
@@ -43,15 +44,16 @@ mod undrained;
 mod von_mises;
 
 pub use cam_clay::{CamClay, CamClayParameters, Preconsolidation};
+pub use driver::{Control, DrivenPoint, NotDriven, StepControl, invariants};
 pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
-pub use law::{Material, NoReturn, Response, Update, log_strain, respond};
+pub use law::{Material, NoReturn, Response, Update, log_strain, respond, start_under, stored_energy};
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hooke::NeoHooke;
-pub use parameters::{ParameterError, PointParameters};
-pub use per_point::{PerPoint, PointHistory, Scalable};
+pub use parameters::{Consolidation, MOST_OWN, OwnParameters, ParameterError, PointParameters};
+pub use per_point::{PerPoint, PointHistory, Varied};
 pub use strength::{PlasticShear, UndrainedStrength};
 pub use tangent::PrincipalTangent;
 pub use tensor::SymmetricTensor;

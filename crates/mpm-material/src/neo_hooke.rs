@@ -31,6 +31,12 @@ impl NeoHooke {
         Ok(Self(elasticity))
     }
 
+    /// The same law with Young's modulus `young` > 0 [F/L²].
+    #[inline]
+    pub(crate) fn with_young(&self, young: f64) -> Self {
+        Self(self.0.with_young(young))
+    }
+
     /// Energy ψ per reference volume [F/L²] of principal logarithmic strains.
     pub fn energy(&self, strain: &Vector3<f64>) -> f64 {
         let volumetric = strain.sum();
@@ -79,6 +85,34 @@ impl Material for NeoHooke {
             plastic: false,
             history: (),
         })
+    }
+
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &()) -> f64 {
+        self.energy(elastic_strain)
+    }
+
+    /// λ_a² = 1 + (τ_a − λ v)/G, where v = ln J solves v = ½ Σ ln λ_a²: the right side falls as v grows, so there is
+    /// one solution. Newton's method from the volume change of small strains.
+    fn elastic_strain(&self, kirchhoff: &Vector3<f64>, _history: &()) -> Result<Vector3<f64>, NoReturn> {
+        const STEPS: usize = 100;
+
+        // At ν = 0 rounding may leave a λ below zero.
+        let (g, lambda) = (self.0.shear(), self.0.lame().max(0.0));
+        let strain = |volume: f64| kirchhoff.map(|tau| 0.5 * ((tau - lambda * volume) / g).ln_1p());
+        // Where no square is positive, the volume has to shrink.
+        let largest = (kirchhoff.min() + g) / lambda;
+        let mut volume = (kirchhoff.sum() / (3.0 * self.0.bulk())).min(largest - 1e-3 * (1.0 + largest.abs()));
+        for _ in 0..STEPS {
+            let residual = strain(volume).sum() - volume;
+            let slope: f64 = kirchhoff.iter().map(|tau| -0.5 * lambda / (g + tau - lambda * volume)).sum();
+            let next = volume - residual / (slope - 1.0);
+            let better = if next < largest { next } else { 0.5 * (volume + largest) };
+            if (better - volume).abs() <= 1e-16 * volume.abs() || better == volume {
+                break;
+            }
+            volume = better;
+        }
+        Ok(strain(volume))
     }
 
     #[inline]

@@ -41,20 +41,41 @@ impl ParameterError {
     }
 }
 
+/// Most parameters that a point can have for itself.
+pub const MOST_OWN: usize = 3;
+
+/// Parameters of one point, in the order of [`crate::Varied::OWN`]; those that the law has not are zero.
+pub type OwnParameters = [f64; MOST_OWN];
+
 /// What a law may know of a point when a body is made.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct PointParameters {
     /// Position at rest `[L]`; in the plane its third component is zero.
     pub position: Vector3<f64>,
-    /// Factor on the strength of the law at this point [-], 1 unless a body says otherwise: obeyed by
-    /// [`crate::PerPoint`], and by [`crate::CamClay`] as a factor on its preconsolidation pressure.
-    pub strength: f64,
+    /// The point's own parameters, for [`crate::PerPoint`]; none where the law's are meant.
+    pub own: Option<OwnParameters>,
+    /// Principal stresses under which it begins `[F/L²]`, if it does.
+    pub stress: Option<Vector3<f64>>,
+    /// How far the point was compressed in the past, for [`crate::CamClay`].
+    pub consolidation: Consolidation,
+}
+
+/// What decides the preconsolidation pressure at the start.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub enum Consolidation {
+    /// The law's parameter.
+    #[default]
+    OfLaw,
+    /// The pressure itself [F/L²].
+    Pressure(f64),
+    /// The yield surface goes through these principal stresses [F/L²].
+    Stress(Vector3<f64>),
 }
 
 impl PointParameters {
     /// A point that rests at `position` `[L]`.
     pub fn at(position: Vector3<f64>) -> Self {
-        Self { position, strength: 1.0 }
+        Self { position, own: None, stress: None, consolidation: Consolidation::OfLaw }
     }
 }

@@ -1,101 +1,308 @@
-//! Strengths that differ from point to point.
+//! Parameters that differ from point to point.
 
 use nalgebra::Vector3;
 
-use crate::history::{FIELDS, followed};
-use crate::{Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update};
+use crate::parameters::{MOST_OWN, OwnParameters};
+use crate::{
+    CamClay, DruckerPrager, Elasticity, FieldInfo, Hencky, History, Material, MohrCoulomb, NeoHooke, NoReturn,
+    PlasticShear, PlasticStrain, PointParameters, Preconsolidation, Tresca, Update, VonMises,
+};
 
-/// A law all of whose strengths can be multiplied by one factor.
-pub trait Scalable: Material + Sized {
-    /// The same law with its strengths (stresses, not angles or slopes) multiplied by `factor` > 0.
-    fn scaled(&self, factor: f64) -> Self;
+/// A law whose stiffness and strengths may differ from point to point.
+pub trait Varied: Material + 'static {
+    /// The parameters that may, at most [`MOST_OWN`].
+    const OWN: &'static [FieldInfo];
 
-    /// Whether the law still has a solution in every state; scaling may have made it soften too fast.
-    ///
-    /// # Errors
-    /// It does.
-    fn check(&self) -> Result<(), ParameterError> {
-        Ok(())
-    }
+    /// Their values in this law.
+    fn own(&self) -> OwnParameters;
+
+    /// The same law with other values, which a law of its kind has accepted.
+    fn with_own(&self, own: &OwnParameters) -> Self;
+
+    /// The only number of a history; zero where it has none.
+    fn number(history: &Self::History) -> f64;
+
+    /// The history that has this number.
+    fn history(number: f64) -> Self::History;
 }
 
-/// A law whose strength at a point is its own, multiplied by the point's factor
-/// ([`PointParameters::strength`]). The factor is part of the history, so that points carry it along; laws
-/// that are not wrapped know nothing of it and cost nothing.
+/// A law of which every point carries parameters of its own ([`PointParameters::own`]). They are part of the history, so
+/// that they go where the point goes, into results, and into checkpoints. All laws are one type here, which costs a
+/// call per update; laws that are not wrapped know nothing of it and cost nothing.
+pub struct PerPoint(Box<dyn ErasedLaw>);
+
+/// The number that a law remembers, and the point's own parameters.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct PerPoint<M>(
-    /// The law at factor 1.
-    pub M,
-);
-
-/// History of a law, and the point's factor on its strength.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct PointHistory<H> {
-    /// What the law remembers.
-    pub law: H,
-    /// Factor on the strength [-].
-    pub strength: f64,
+pub struct PointHistory {
+    /// What the law remembers; zero where it remembers nothing.
+    pub number: f64,
+    /// The point's own parameters.
+    pub own: OwnParameters,
 }
 
-impl<H: History> PointHistory<H> {
-    const ALL: &'static [FieldInfo; FIELDS] =
-        &followed(H::FIELDS, FieldInfo { name: "strength_factor", components: 1, unit: "-" });
-}
-
-impl<H: History> History for PointHistory<H> {
-    const NUMBERS: usize = H::NUMBERS + 1;
-    const FIELDS: &'static [FieldInfo] = Self::ALL.split_at(H::FIELDS.len() + 1).0;
+impl History for PointHistory {
+    const NUMBERS: usize = 1 + MOST_OWN;
+    const FIELDS: &'static [FieldInfo] = &[];
 
     fn store(&self, to: &mut Vec<f64>) {
-        self.law.store(to);
-        to.push(self.strength);
+        to.push(self.number);
+        to.extend(self.own);
     }
 
     fn restore(from: &[f64]) -> Result<Self, String> {
-        let law = H::restore(&from[..H::NUMBERS])?;
-        let strength = ParameterError::unless_positive("strength_factor", from[H::NUMBERS]);
-        Ok(Self { law, strength: strength.map_err(|error| error.to_string())? })
+        let [number, own @ ..]: [f64; 1 + MOST_OWN] =
+            from.try_into().map_err(|_| format!("{} numbers, expected {}", from.len(), Self::NUMBERS))?;
+        Ok(Self { number, own })
     }
 
-    fn show(&self, to: &mut Vec<f64>) {
-        self.law.show(to);
-        to.push(self.strength);
+    fn show(&self, _to: &mut Vec<f64>) {}
+}
+
+/// What [`PerPoint`] asks of a law, whichever it is.
+trait ErasedLaw: Send + Sync {
+    fn has_symmetric_tangent(&self) -> bool;
+    fn initial(&self, point: &PointParameters) -> PointHistory;
+    fn fields(&self) -> [&'static [FieldInfo]; 2];
+    fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn>;
+    fn elastic_strain(
+        &self,
+        kirchhoff: &Vector3<f64>,
+        history: &PointHistory,
+    ) -> Result<Vector3<f64>, NoReturn>;
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, history: &PointHistory) -> f64;
+    fn elasticity(&self) -> Elasticity;
+}
+
+impl<M: Varied> ErasedLaw for M {
+    fn has_symmetric_tangent(&self) -> bool {
+        Material::has_symmetric_tangent(self)
+    }
+
+    fn initial(&self, point: &PointParameters) -> PointHistory {
+        let own = point.own.unwrap_or_else(|| self.own());
+        PointHistory { number: M::number(&Material::initial(&self.with_own(&own), point)), own }
+    }
+
+    fn fields(&self) -> [&'static [FieldInfo]; 2] {
+        [M::History::FIELDS, M::OWN]
+    }
+
+    fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn> {
+        let law = self.with_own(&history.own);
+        let Update { elastic_strain, kirchhoff, tangent, secant, plastic, history: after } =
+            Material::update(&law, trial, &M::history(history.number))?;
+        let history = PointHistory { number: M::number(&after), own: history.own };
+        Ok(Update { elastic_strain, kirchhoff, tangent, secant, plastic, history })
+    }
+
+    fn elastic_strain(
+        &self,
+        kirchhoff: &Vector3<f64>,
+        history: &PointHistory,
+    ) -> Result<Vector3<f64>, NoReturn> {
+        let law = self.with_own(&history.own);
+        Material::elastic_strain(&law, kirchhoff, &M::history(history.number))
+    }
+
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, history: &PointHistory) -> f64 {
+        let law = self.with_own(&history.own);
+        Material::stored_energy(&law, elastic_strain, &M::history(history.number))
+    }
+
+    fn elasticity(&self) -> Elasticity {
+        Material::elasticity(self)
     }
 }
 
-impl<M: Scalable> PerPoint<M> {
-    /// Whether the law has a solution in every state of a point with the factor `strength`.
-    ///
-    /// # Errors
-    /// `strength` is not positive and finite, or what [`Scalable::check`] says.
-    pub fn check(&self, strength: f64) -> Result<(), ParameterError> {
-        self.0.scaled(ParameterError::unless_positive("strength_factor", strength)?).check()
+impl PerPoint {
+    /// The law `law`, whose elastic constants are those that sizes of forces are judged by: take those of the
+    /// stiffest point.
+    pub fn new<M: Varied>(law: M) -> Self {
+        Self(Box::new(law))
     }
 }
 
-impl<M: Scalable> Material for PerPoint<M> {
-    type History = PointHistory<M::History>;
-    const PLASTIC: bool = M::PLASTIC;
+impl Material for PerPoint {
+    type History = PointHistory;
+    const PLASTIC: bool = true;
 
-    #[inline]
     fn has_symmetric_tangent(&self) -> bool {
         self.0.has_symmetric_tangent()
     }
 
-    fn initial(&self, point: &PointParameters) -> Self::History {
-        PointHistory { law: self.0.initial(point), strength: point.strength }
+    fn initial(&self, point: &PointParameters) -> PointHistory {
+        self.0.initial(point)
     }
 
-    #[inline]
-    fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn> {
-        let Update { elastic_strain, kirchhoff, tangent, secant, plastic, history: law } =
-            self.0.scaled(history.strength).update(trial, &history.law)?;
-        let history = PointHistory { law, strength: history.strength };
-        Ok(Update { elastic_strain, kirchhoff, tangent, secant, plastic, history })
+    /// Those of the law, then the point's own parameters.
+    fn history_fields(&self) -> Vec<FieldInfo> {
+        self.0.fields().concat()
     }
 
-    #[inline]
+    fn show(&self, history: &PointHistory, to: &mut Vec<f64>) {
+        let [remembered, own] = self.0.fields();
+        to.extend(remembered.iter().map(|_| history.number));
+        to.extend(&history.own[..own.len()]);
+    }
+
+    fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn> {
+        self.0.update(trial, history)
+    }
+
+    fn elastic_strain(
+        &self,
+        kirchhoff: &Vector3<f64>,
+        history: &PointHistory,
+    ) -> Result<Vector3<f64>, NoReturn> {
+        self.0.elastic_strain(kirchhoff, history)
+    }
+
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, history: &PointHistory) -> f64 {
+        self.0.stored_energy(elastic_strain, history)
+    }
+
     fn elasticity(&self) -> Elasticity {
         self.0.elasticity()
+    }
+}
+
+const fn stress(name: &'static str) -> FieldInfo {
+    FieldInfo { name, components: 1, unit: "F/L²" }
+}
+
+/// A law that remembers nothing.
+impl Varied for Hencky {
+    const OWN: &'static [FieldInfo] = &[stress("young")];
+
+    fn own(&self) -> OwnParameters {
+        [self.0.young(), 0.0, 0.0]
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        Self(self.0.with_young(own[0]))
+    }
+
+    fn number(_history: &()) -> f64 {
+        0.0
+    }
+
+    fn history(_number: f64) {}
+}
+
+impl Varied for NeoHooke {
+    const OWN: &'static [FieldInfo] = &[stress("young")];
+
+    fn own(&self) -> OwnParameters {
+        [Material::elasticity(self).young(), 0.0, 0.0]
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        self.with_young(own[0])
+    }
+
+    fn number(_history: &()) -> f64 {
+        0.0
+    }
+
+    fn history(_number: f64) {}
+}
+
+impl Varied for VonMises {
+    const OWN: &'static [FieldInfo] = &[stress("young"), stress("yield_radius")];
+
+    fn own(&self) -> OwnParameters {
+        [Material::elasticity(self).young(), self.yield_radius(), 0.0]
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        self.with_values(own[0], own[1])
+    }
+
+    fn number(history: &PlasticStrain) -> f64 {
+        history.0
+    }
+
+    fn history(number: f64) -> PlasticStrain {
+        PlasticStrain(number)
+    }
+}
+
+impl Varied for Tresca {
+    const OWN: &'static [FieldInfo] = &[stress("young"), stress("undrained_strength")];
+
+    fn own(&self) -> OwnParameters {
+        [Material::elasticity(self).young(), self.strength().intact(), 0.0]
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        self.with_values(own[0], own[1])
+    }
+
+    fn number(history: &PlasticShear) -> f64 {
+        history.0
+    }
+
+    fn history(number: f64) -> PlasticShear {
+        PlasticShear(number)
+    }
+}
+
+impl Varied for MohrCoulomb {
+    const OWN: &'static [FieldInfo] = &[stress("young"), stress("cohesion"), stress("tensile_strength")];
+
+    fn own(&self) -> OwnParameters {
+        self.values()
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        self.with_values(own)
+    }
+
+    fn number(history: &PlasticStrain) -> f64 {
+        history.0
+    }
+
+    fn history(number: f64) -> PlasticStrain {
+        PlasticStrain(number)
+    }
+}
+
+impl Varied for DruckerPrager {
+    const OWN: &'static [FieldInfo] = &[stress("young"), stress("cone_strength"), stress("tension")];
+
+    fn own(&self) -> OwnParameters {
+        self.values()
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        self.with_values(own)
+    }
+
+    fn number(history: &PlasticStrain) -> f64 {
+        history.0
+    }
+
+    fn history(number: f64) -> PlasticStrain {
+        PlasticStrain(number)
+    }
+}
+
+impl Varied for CamClay {
+    const OWN: &'static [FieldInfo] = &[stress("shear")];
+
+    fn own(&self) -> OwnParameters {
+        [self.parameters().shear, 0.0, 0.0]
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        self.with_shear(own[0])
+    }
+
+    fn number(history: &Preconsolidation) -> f64 {
+        history.0
+    }
+
+    fn history(number: f64) -> Preconsolidation {
+        Preconsolidation(number)
     }
 }

@@ -77,10 +77,17 @@ impl UndrainedStrength {
         Ok(Self { intact, softening: Softening::Remoulding { remoulded, rate } })
     }
 
-    /// The same curve, all of its strengths multiplied by `factor`.
+    /// The same softening from another strength `intact` > 0 [F/L²]: H, s_res and δ stay.
     #[inline]
-    pub(crate) fn scaled(&self, factor: f64) -> Self {
-        Self { intact: self.intact * factor, ..*self }
+    pub(crate) fn with_intact(&self, intact: f64) -> Self {
+        let softening = match self.softening {
+            Softening::Linear { slope, residual } => {
+                let part = self.intact / intact;
+                Softening::Linear { slope: slope * part, residual: residual * part }
+            }
+            other => other,
+        };
+        Self { intact, softening }
     }
 
     /// s_u(0) [F/L²].

@@ -6,8 +6,8 @@ use crate::ordered::{Loss, Ordered, extremes};
 use crate::strength::Shear;
 use crate::von_mises::YIELD_TOLERANCE;
 use crate::{
-    Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticShear, PointParameters, Scalable,
-    UndrainedStrength, Update,
+    Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticShear, PointParameters, UndrainedStrength,
+    Update,
 };
 
 /// Tresca plasticity with Hencky elasticity: τ₁ − τ₃ ≤ 2 s_u(ξ), dξ = 2 Σ dλ over the active planes
@@ -25,7 +25,14 @@ impl Tresca {
     /// A strength that softens as fast as ¾ G, or faster: a point on an edge would snap back.
     pub fn new(elasticity: Elasticity, strength: UndrainedStrength) -> Result<Self, ParameterError> {
         let law = Self { elasticity, strength };
-        law.check().map(|()| law)
+        let expected = "below 3/4 of the shear modulus, or a point on an edge snaps back";
+        strength.check(0.75 * elasticity.shear(), expected).map(|()| law)
+    }
+
+    /// The same law with other E and s_u, both positive [F/L²].
+    #[inline]
+    pub(crate) fn with_values(&self, young: f64, strength: f64) -> Self {
+        Self { elasticity: self.elasticity.with_young(young), strength: self.strength.with_intact(strength) }
     }
 
     /// Undrained shear strength.
@@ -137,20 +144,12 @@ impl Material for Tresca {
         Ok(elastic.with_history(*history))
     }
 
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticShear) -> f64 {
+        self.elasticity.energy(elastic_strain)
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
-    }
-}
-
-impl Scalable for Tresca {
-    #[inline]
-    fn scaled(&self, factor: f64) -> Self {
-        Self { strength: self.strength.scaled(factor), ..*self }
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        let expected = "below 3/4 of the shear modulus, or a point on an edge snaps back";
-        self.strength.check(0.75 * self.elasticity.shear(), expected)
     }
 }

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::history::{FIELDS, followed};
 use crate::{Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update};
 
 /// A law of effective stress in undrained loading: the pore fluid adds −K_f ln J to the Kirchhoff pressure,
@@ -30,14 +29,10 @@ pub struct PoreFluid<H> {
     pub excess_pressure: f64,
 }
 
-impl<H: History> PoreFluid<H> {
-    const ALL: &'static [FieldInfo; FIELDS] =
-        &followed(H::FIELDS, FieldInfo { name: "excess_pore_pressure", components: 1, unit: "F/L²" });
-}
-
 impl<H: History> History for PoreFluid<H> {
     const NUMBERS: usize = H::NUMBERS + 2;
-    const FIELDS: &'static [FieldInfo] = Self::ALL.split_at(H::FIELDS.len() + 1).0;
+    const FIELDS: &'static [FieldInfo] =
+        &[FieldInfo { name: "excess_pore_pressure", components: 1, unit: "F/L²" }];
 
     fn store(&self, to: &mut Vec<f64>) {
         self.skeleton.store(to);
@@ -53,7 +48,6 @@ impl<H: History> History for PoreFluid<H> {
     }
 
     fn show(&self, to: &mut Vec<f64>) {
-        self.skeleton.show(to);
         to.push(self.excess_pressure);
     }
 }
@@ -83,8 +77,43 @@ impl<M: Material> Material for Undrained<M> {
         self.skeleton.has_symmetric_tangent()
     }
 
+    /// The fluid is shut in under the effective stress at which the point begins.
     fn initial(&self, point: &PointParameters) -> Self::History {
-        PoreFluid { skeleton: self.skeleton.initial(point), inelastic_volume: 0.0, excess_pressure: 0.0 }
+        let skeleton = self.skeleton.initial(point);
+        let strain = point.stress.and_then(|stress| self.skeleton.elastic_strain(&stress, &skeleton).ok());
+        let inelastic_volume = strain.map_or(0.0, |strain| -strain.sum());
+        PoreFluid { skeleton, inelastic_volume, excess_pressure: 0.0 }
+    }
+
+    fn history_fields(&self) -> Vec<FieldInfo> {
+        let mut fields = self.skeleton.history_fields();
+        fields.extend_from_slice(Self::History::FIELDS);
+        fields
+    }
+
+    fn show(&self, history: &Self::History, to: &mut Vec<f64>) {
+        self.skeleton.show(&history.skeleton, to);
+        history.show(to);
+    }
+
+    /// Of effective stresses: the fluid has no excess pressure at the start.
+    fn elastic_strain(
+        &self,
+        kirchhoff: &Vector3<f64>,
+        history: &Self::History,
+    ) -> Result<Vector3<f64>, NoReturn> {
+        self.skeleton.elastic_strain(kirchhoff, &history.skeleton)
+    }
+
+    /// That of the skeleton and ½ K_f (ln J)².
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, history: &Self::History) -> f64 {
+        let volume = elastic_strain.sum() + history.inelastic_volume;
+        self.skeleton.stored_energy(elastic_strain, &history.skeleton) + 0.5 * self.fluid * volume * volume
+    }
+
+    fn fluid_stress(&self, volumetric: f64, history: &Self::History) -> f64 {
+        let own = self.fluid * (volumetric + history.inelastic_volume);
+        own + self.skeleton.fluid_stress(volumetric, &history.skeleton)
     }
 
     #[inline]

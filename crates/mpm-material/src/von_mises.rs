@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{
-    Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters, Scalable,
+    Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters,
     UndrainedStrength, Update,
 };
 
@@ -65,7 +65,14 @@ impl VonMises {
     /// A strength that softens as fast as the shear modulus, or faster: the point would snap back.
     pub fn with_strength(elasticity: Elasticity, strength: UndrainedStrength) -> Result<Self, ParameterError> {
         let law = Self { elasticity, yield_radius: SQRT_2 * strength.intact(), strength };
-        law.check().map(|()| law)
+        strength.check(elasticity.shear(), "below the shear modulus, or a point snaps back").map(|()| law)
+    }
+
+    /// The same law with other E and ρ_y, both positive [F/L²].
+    #[inline]
+    pub(crate) fn with_values(&self, young: f64, yield_radius: f64) -> Self {
+        let strength = self.strength.with_intact(yield_radius / SQRT_2);
+        Self { elasticity: self.elasticity.with_young(young), yield_radius, strength }
     }
 
     /// Yield radius ρ_y before any plastic strain [F/L²].
@@ -130,20 +137,13 @@ impl Material for VonMises {
         }
     }
 
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {
+        self.elasticity.energy(elastic_strain)
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
-    }
-}
-
-impl Scalable for VonMises {
-    #[inline]
-    fn scaled(&self, factor: f64) -> Self {
-        Self { yield_radius: self.yield_radius * factor, strength: self.strength.scaled(factor), ..*self }
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        self.strength.check(self.elasticity.shear(), "below the shear modulus, or a point snaps back")
     }
 }
 

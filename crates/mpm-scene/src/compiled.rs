@@ -72,8 +72,7 @@ pub(crate) fn fields<const D: usize>(
     bodies: &[NamedBody<D>],
     output: &OutputInput,
 ) -> Result<Vec<Field>, SceneError> {
-    let remembered =
-        || bodies.iter().flat_map(|named| named.body.history_fields()).map(|info| Field::from(*info));
+    let remembered = || bodies.iter().flat_map(|named| named.body.history_fields()).map(Field::from);
     let field = |(k, input): (usize, &FieldInput)| {
         if output.fields[..k].contains(input) {
             return Err(SceneError::new(format!("output.fields[{k}]"), "the field is named twice"));

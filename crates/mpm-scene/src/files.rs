@@ -19,6 +19,43 @@ pub trait SceneFiles {
     /// # Errors
     /// A sentence that names the file and says what is wrong with it, and where.
     fn points(&self, file: &str, dimensions: usize) -> Result<PointTable, String>;
+
+    /// All columns of numbers in a file.
+    ///
+    /// # Errors
+    /// A sentence that names the file and says what is wrong with it, and where.
+    fn columns(&self, file: &str) -> Result<NamedColumns, String>;
+}
+
+/// Columns of finite numbers, equally long, with their names in small letters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NamedColumns {
+    /// Name of the file, for messages.
+    pub file: String,
+    /// Name and numbers of every column.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl NamedColumns {
+    /// Whether there is a column of this name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|column| column.0 == name)
+    }
+
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.1.len())
+    }
+
+    /// The numbers of a column.
+    pub(crate) fn column(&self, name: &str) -> Result<&[f64], String> {
+        let sought = name.to_lowercase();
+        let column = self.columns.iter().find(|column| column.0 == sought);
+        column.map(|column| &column.1[..]).ok_or_else(|| {
+            let known: Vec<&str> = self.columns.iter().map(|column| column.0.as_str()).collect();
+            format!("{} has no column `{name}`; it has {}", self.file, known.join(", "))
+        })
+    }
 }
 
 /// For scenes that name no files.
@@ -32,6 +69,10 @@ impl SceneFiles for NoFiles {
 
     fn points(&self, file: &str, _dimensions: usize) -> Result<PointTable, String> {
         self.surface(file).map(|_| PointTable::default())
+    }
+
+    fn columns(&self, file: &str) -> Result<NamedColumns, String> {
+        self.surface(file).map(|_| NamedColumns::default())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Filling a shape with material points.
 
 use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
-use mpm_assembly::{Body, MaterialBody, MeanDilatation};
+use mpm_assembly::{Body, MaterialBody, MeanDilatation, PointStart, RefusedStart};
 use mpm_basis::{Basis, Seed};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
 use mpm_grid::{Block, LinearCell, Mesh, Vector};
@@ -47,18 +47,28 @@ pub(crate) struct FaceShare<const D: usize> {
     pub arm: Vector<D>,
 }
 
-/// Fills a box with points of one basis and law.
+/// Makes a body of points of one basis and law, which begin as `starts` say; with none of them, at rest and free of
+/// stress.
 ///
 /// # Errors
-/// A sentence that says what is wrong with the box or the number of points.
-pub(crate) fn fill<const D: usize, B, M>(basis: B, law: M, plan: &Plan<'_, D>) -> Result<Filled<D>, String>
+/// The point that its law does not let begin under its stress.
+pub(crate) fn body<const D: usize, B, M>(
+    basis: B,
+    law: M,
+    seeded: Seeded<SeedOf<D, B>, D>,
+    starts: &[PointStart],
+    plan: &Plan<'_, D>,
+) -> Result<Filled<D>, RefusedStart>
 where
     B: Basis<D> + 'static,
     M: Material + 'static,
 {
-    let Seeded { seeds, faces, shape_volume } = seeds(&basis, plan, bytes_of_point::<D, B, M>())?;
+    let Seeded { seeds, faces, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
     let mut body = MaterialBody::new(basis, law, seeds).with_mean_dilatation(plan.mean_dilatation);
+    if !starts.is_empty() {
+        body = body.with_starts(starts)?;
+    }
     if let Some(density) = plan.density {
         body = body.with_density(density);
     }
@@ -69,21 +79,29 @@ where
 }
 
 /// A point of a basis at rest.
-type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
+pub(crate) type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
 
 /// The points of a body at rest; the rest as in [`Filled`].
-struct Seeded<S, const D: usize> {
+pub(crate) struct Seeded<S, const D: usize> {
     seeds: Vec<S>,
     faces: Vec<Vec<FaceShare<D>>>,
     shape_volume: Option<f64>,
 }
 
-/// Places the points that fill a shape; each takes up at least `bytes_per_point`.
-fn seeds<const D: usize, B: Basis<D>>(
+impl<const D: usize, Own> Seeded<Seed<D, Own>, D> {
+    /// Positions at rest.
+    pub fn positions(&self) -> Vec<[f64; D]> {
+        self.seeds.iter().map(|seed| seed.position.into()).collect()
+    }
+}
+
+/// Places the points that fill a shape; the law remembers at least `history` bytes of each.
+pub(crate) fn seeds<const D: usize, B: Basis<D>>(
     basis: &B,
     plan: &Plan<'_, D>,
-    bytes_per_point: usize,
+    history: usize,
 ) -> Result<Seeded<SeedOf<D, B>, D>, String> {
+    let bytes_per_point = bytes_of_point::<D, B>(history);
     basis.suits(plan.start)?;
     let mut seeds = Vec::new();
     let mut faces = vec![Vec::new(); plan.faces.len()];
@@ -213,13 +231,13 @@ fn parallelepiped<const D: usize>(part: &Part<D>) -> LinearCell<D> {
 }
 
 /// Bytes that a point takes at least: its state, the next one, and its influence on the nodes of a cell.
-fn bytes_of_point<const D: usize, B: Basis<D>, M: Material>() -> usize {
+fn bytes_of_point<const D: usize, B: Basis<D>>(history: usize) -> usize {
     let state = size_of::<Vector<D>>()
         + size_of::<f64>()
         + size_of::<B::Domain>()
         + size_of::<Block<D>>()
         + size_of::<SymmetricTensor>()
-        + size_of::<M::History>();
+        + history;
     2 * state + (size_of::<Vector<D>>() + size_of::<f64>()) * (1 << D)
 }
 

@@ -16,9 +16,9 @@ mod limits;
 mod pieces;
 mod vortex;
 
-pub use compile::{compile, compile_with, compile_within, mesh_of};
+pub use compile::{DrivenPath, compile, compile_with, compile_within, drive, mesh_of};
 pub use compiled::Compiled;
 pub use error::SceneError;
-pub use files::{NoFiles, PointTable, SceneFiles};
+pub use files::{NamedColumns, NoFiles, PointTable, SceneFiles};
 pub use language::Scene;
 pub use vortex::Vortex;

@@ -3,7 +3,7 @@
 use mpm_geometry::Surface;
 use mpm_scene::Scene;
 use mpm_scene::{Compiled, compile, compile_with};
-use mpm_scene::{PointTable, SceneFiles};
+use mpm_scene::{NamedColumns, PointTable, SceneFiles};
 use mpm_solver::Model;
 
 /// A tetrahedron, and two points.
@@ -29,6 +29,10 @@ impl SceneFiles for Files {
             domain: Vec::new(),
             notes: Vec::new(),
         })
+    }
+
+    fn columns(&self, file: &str) -> Result<NamedColumns, String> {
+        Err(format!("{file} has no columns"))
     }
 }
 

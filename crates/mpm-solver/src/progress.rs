@@ -96,6 +96,9 @@ pub(crate) struct Totals {
     pub dissipated: f64,
     #[serde(default)]
     pub external_work: f64,
+    /// Energy that the points store before the first load step `[F L]`.
+    #[serde(default)]
+    pub stored_before: f64,
     pub residual: f64,
     pub backward_error: f64,
     pub refinements: u64,

@@ -81,6 +81,10 @@ impl Material for DruckerPrager {
         })
     }
 
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticShear) -> f64 {
+        self.elasticity.energy(elastic_strain)
+    }
+
     fn elasticity(&self) -> Elasticity {
         self.elasticity
     }

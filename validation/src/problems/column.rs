@@ -46,7 +46,7 @@ pub fn column(load_case: Load, method: &Method, cells: u32) -> Result<Scene, Bro
         scene = in_steps(scene, 20);
         for law in scene.materials.values_mut() {
             if let MaterialInput::Hencky { young, .. } = law {
-                *young = Positive(1e6);
+                *young = Positive(1e6).into();
             }
         }
     }

@@ -36,7 +36,9 @@ pub fn exact<B>(scene: &SceneIn<2, B>) -> Result<Vortex, Broken> {
         _ => None,
     });
     let shear = scene.materials.values().find_map(|material| match material {
-        MaterialInput::Hencky { young, poisson, .. } => Some(young.0 / (2.0 * (1.0 + poisson.0))),
+        MaterialInput::Hencky { young, poisson, .. } => {
+            young.number().map(|young| young / (2.0 * (1.0 + poisson.0)))
+        }
         _ => None,
     });
     let (angle, shear) = angle.zip(shear).ok_or("expected a vortex in a Hencky material")?;

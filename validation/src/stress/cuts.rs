@@ -8,6 +8,7 @@ use crate::variants::{self, ALL, CPDI1, GIMP, Method, PlaneScene, SMPM, refined}
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_grid::Vector;
 use mpm_scene::Scene;
+use mpm_scene::language::Positive;
 use mpm_solver::observe::Field;
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -164,7 +165,7 @@ fn problems(extent: Extent) -> Vec<Problem> {
         let mut scene = variants::plane(load("column")?)?;
         for law in scene.materials.values_mut() {
             if let mpm_scene::language::MaterialInput::Hencky { young, .. } = law {
-                young.0 = 1e6;
+                *young = Positive(1e6).into();
             }
         }
         Ok(scene)

@@ -138,7 +138,7 @@ fn rounding(extent: Extent) -> Result<Findings, Broken> {
 /// The scene with its bodies elastic.
 fn elastic(mut scene: PlaneScene) -> PlaneScene {
     for material in scene.materials.values_mut() {
-        if let MaterialInput::VonMises { young, poisson, density, .. } = *material {
+        if let MaterialInput::VonMises { young, poisson, density, .. } = material.clone() {
             *material = MaterialInput::Hencky { young, poisson, density };
         }
     }

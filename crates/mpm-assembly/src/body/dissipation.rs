@@ -3,19 +3,18 @@
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::kinematics::{block, gradient, trial_excess};
-use crate::body::points::Points;
-use crate::body::trial::{InadmissiblePoint, trial};
+use crate::body::trial::{Committed, InadmissiblePoint, dissipated, trial};
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, log_strain};
+use mpm_material::Material;
 
 /// Energy that the trial displacement `increment` (`Δu_v` of every active node `[L]`) dissipates `[F L]`
 /// (in the plane: per unit thickness),
 ///
 /// ```text
-/// D = Σ_p V⁰_p τ_p : (ε_p,tr - ε_p,e)        ∂D/∂Δu_v = Σ_p V⁰_p s_p g_vp,   s = τ - ⅓ tr(τ) I,
+/// D = Σ_p V⁰_p τ'_p : (ε_p,tr - ε_p,e)        ∂D/∂Δu_v = Σ_p V⁰_p s_p g_vp,   s = τ - ⅓ tr(τ) I,
 /// ```
 ///
-/// both sums over the points that yield; the gradient is added to `gradient` `[F]`. `ε_tr - ε_e` is the
+/// both sums over the points that yield; τ' is the stress without that of pore fluid, which stores all of its work; the gradient is added to `gradient` `[F]`. `ε_tr - ε_e` is the
 /// step's plastic strain (backward Euler in logarithmic strain). The gradient is exact where flow is
 /// isochoric and associated and the yield stress stays: then `s` is constant along its own direction.
 /// For other laws it is an approximation (Verhoosel, Remmers & Gutiérrez 2009 control a step by the
@@ -26,19 +25,19 @@ use mpm_material::{Material, log_strain};
 /// # Errors
 /// The first point that has no admissible state under the trial displacement.
 pub fn dissipation<const D: usize, M: Material>(
-    law: &M,
-    points: &Points<D, M>,
+    committed: Committed<'_, D, M>,
     plan: &AssemblyPlan<D>,
     increment: &[Vector<D>],
     gradient_sum: &mut [Vector<D>],
 ) -> Result<f64, InadmissiblePoint> {
+    let Committed { law, points, .. } = committed;
     let mut energy = 0.0;
     if !M::PLASTIC {
         return Ok(energy);
     }
     let connectivity = plan.connectivity();
     if let Some(dilatation) = plan.dilatation() {
-        return Dilated { law, points, connectivity, dilatation, increment }.dissipation(gradient_sum);
+        return Dilated { committed, connectivity, dilatation, increment }.dissipation(gradient_sum);
     }
     let mut du = Vec::new();
     for view in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
@@ -47,15 +46,14 @@ pub fn dissipation<const D: usize, M: Material>(
         for k in 0..view.points {
             let (_, gradients) = view.point(k);
             let p = view.first_point + k;
-            let state = trial(law, points, p, &du, gradients)?;
+            let state = trial(committed, p, &du, gradients)?;
             if !state.response.plastic {
                 continue;
             }
             let tau = state.response.kirchhoff;
-            let before = log_strain(&trial_excess(&gradient(&du, gradients), &points.elastic_excess[p]));
-            let after = log_strain(&state.response.elastic_excess);
+            let before = trial_excess(&gradient(&du, gradients), &points.elastic_excess[p]);
             let volume = points.reference_volume[p];
-            energy += volume * tau.to_matrix().dot(&(before.to_matrix() - after.to_matrix()));
+            energy += volume * dissipated(law, &before, &state.response);
             let deviator = block::<D>(&tau) - Block::identity() * (tau.trace() / 3.0);
             for (&node, gradient) in view.nodes.iter().zip(gradients) {
                 gradient_sum[node as usize] += deviator * state.inverse.tr_mul(gradient) * volume;

@@ -1,11 +1,12 @@
 //! The files that a scene names: surfaces and tables of points.
 
+mod columns;
 mod points;
 mod stl;
 mod whole;
 
 use mpm_geometry::Surface;
-use mpm_scene::{PointTable, SceneFiles};
+use mpm_scene::{NamedColumns, PointTable, SceneFiles};
 use std::path::{Path, PathBuf};
 
 /// Reads the files that a scene names, from the folder that the scene lies in.
@@ -67,6 +68,16 @@ impl SceneFiles for FolderFiles {
         let read =
             if Self::is_hdf5(&path) { points::hdf5(&path, dimensions) } else { points::csv(&path, dimensions) };
         read.map(|table| PointTable { file: name.clone(), ..table }).map_err(|it| format!("{name}: {it}"))
+    }
+
+    fn columns(&self, file: &str) -> Result<NamedColumns, String> {
+        let path = self.path(file);
+        let name = path.display().to_string();
+        let read = if Self::is_hdf5(&path) { columns::hdf5(&path) } else { columns::csv(&path) };
+        match read {
+            Ok(columns) => Ok(NamedColumns { file: name, columns }),
+            Err(reason) => Err(format!("{name}: {reason}")),
+        }
     }
 }
 

@@ -36,15 +36,7 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
         let record =
             record.map_err(|error| wrong_length(&error, &text).unwrap_or_else(|| error.to_string()))?;
         let line = record.position().map_or(0, |before| line_of_record(&text, before));
-        let number = |&column: &usize| {
-            let text = record.get(column).unwrap_or_default();
-            let refuse = || {
-                let is_decimal = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
-                let hint = if is_decimal { " (decimals stand behind a point)" } else { "" };
-                format!("line {line}, column `{}`: expected a number, got `{text}`{hint}", &heads[column])
-            };
-            text.parse::<f64>().map_err(|_| refuse())
-        };
+        let number = |&column: &usize| number_in(&record, column, line, &heads[column]);
         table.row.push(line);
         table.volume.push(number(&volume)?);
         for column in &position {
@@ -57,9 +49,25 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
     Ok(table)
 }
 
+/// The number in a column of a record.
+pub(super) fn number_in(
+    record: &csv::StringRecord,
+    column: usize,
+    line: u64,
+    head: &str,
+) -> Result<f64, String> {
+    let text = record.get(column).unwrap_or_default();
+    let refuse = || {
+        let is_decimal = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
+        let hint = if is_decimal { " (decimals stand behind a point)" } else { "" };
+        format!("line {line}, column `{head}`: expected a number, got `{text}`{hint}")
+    };
+    text.parse::<f64>().map_err(|_| refuse())
+}
+
 /// What stands between the columns of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Separator {
+pub(super) enum Separator {
     Comma,
     Semicolon,
     Tab,
@@ -68,14 +76,14 @@ enum Separator {
 
 impl Separator {
     /// The first of semicolon, tab, comma and blank that the line of names holds: numbers may hold a comma.
-    fn of(text: &[u8]) -> Self {
+    pub(super) fn of(text: &[u8]) -> Self {
         let mut lines = text.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
         let names = lines.find(|line| !line.is_empty() && line[0] != b'#').unwrap_or_default();
         let kinds = [Self::Semicolon, Self::Tab, Self::Comma, Self::Blank];
         kinds.into_iter().find(|kind| names.contains(&kind.byte())).unwrap_or(Self::Comma)
     }
 
-    fn byte(self) -> u8 {
+    pub(super) fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',
@@ -95,7 +103,7 @@ impl Separator {
 }
 
 /// A text whose columns are separated by one blank, with as many lines.
-fn single_blanks(text: &[u8]) -> Vec<u8> {
+pub(super) fn single_blanks(text: &[u8]) -> Vec<u8> {
     let mut lines = Vec::with_capacity(text.len());
     for (k, line) in text.split(|&byte| byte == b'\n').enumerate() {
         if k > 0 {
@@ -164,7 +172,7 @@ impl Columns {
 }
 
 /// The name of a column in small letters, and its unit: `X [mm]` or `x (mm)`.
-fn name_and_unit(head: &str) -> (String, Option<&str>) {
+pub(super) fn name_and_unit(head: &str) -> (String, Option<&str>) {
     let head = head.trim();
     let ends = [('[', ']'), ('(', ')')];
     let parted = ends.iter().find_map(|&(open, close)| head.strip_suffix(close)?.split_once(open));
@@ -199,14 +207,14 @@ fn check_units<'a>(
 }
 
 /// That a row has another number of columns than the first line.
-fn wrong_length(error: &csv::Error, text: &[u8]) -> Option<String> {
+pub(super) fn wrong_length(error: &csv::Error, text: &[u8]) -> Option<String> {
     let csv::ErrorKind::UnequalLengths { pos, expected_len, len } = error.kind() else { return None };
     let line = pos.as_ref().map_or(0, |before| line_of_record(text, before));
     Some(format!("line {line} has {len} columns, the first line {expected_len}"))
 }
 
 /// Line of the record after a position: lines that hold nothing, or a comment, may stand between.
-fn line_of_record(text: &[u8], before: &csv::Position) -> u64 {
+pub(super) fn line_of_record(text: &[u8], before: &csv::Position) -> u64 {
     let rest = usize::try_from(before.byte()).ok().and_then(|byte| text.get(byte..)).unwrap_or_default();
     let lines = rest.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
     let skipped = lines.take_while(|line| line.is_empty() || line[0] == b'#').count();
@@ -231,7 +239,7 @@ pub(super) fn hdf5(path: &Path, dimensions: usize) -> Result<PointTable, String>
 
 /// A dataset of real numbers with a shape; a list if that is left out. Nothing is read before it is known that the
 /// file can hold so much.
-fn numbers(file: &File, name: &str, shape: &[usize]) -> Result<Vec<f64>, String> {
+pub(super) fn numbers(file: &File, name: &str, shape: &[usize]) -> Result<Vec<f64>, String> {
     let fail = |error: hdf5::Error| format!("dataset `{name}`: {}", reason(&error));
     let dataset = file.dataset(name).map_err(fail)?;
     let kind = dataset.dtype().and_then(|kind| kind.to_descriptor()).map_err(fail)?;

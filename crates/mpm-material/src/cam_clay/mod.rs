@@ -9,7 +9,9 @@ use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
 use crate::von_mises::YIELD_TOLERANCE;
-use crate::{Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update};
+use crate::{
+    Consolidation, Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update,
+};
 use elastic::Skeleton;
 use return_map::{Equations, Returned};
 
@@ -76,17 +78,28 @@ impl CamClay {
         &self.parameters
     }
 
-    /// Principal elastic strains that carry principal Kirchhoff stresses.
-    ///
-    /// # Errors
-    /// The mean stress is not compressive: this law bears none.
-    pub fn elastic_strain(&self, kirchhoff: &Vector3<f64>) -> Result<Vector3<f64>, ParameterError> {
+    /// K₀ of first compression without lateral strain: η₀ = ½ [−3Λ + √(9Λ² + 4M²)], K₀ = (3 − η₀)/(3 + 2η₀),
+    /// Λ = 1 − κ/λ. Exact for G₀ = 0, and for g = 0 where elastic shear strains are small beside plastic ones.
+    pub fn k0(&self) -> f64 {
+        let CamClayParameters { critical_ratio, compression, swelling, .. } = self.parameters;
+        let hardening = 3.0 * (1.0 - swelling / compression);
+        let ratio = 0.5 * ((hardening * hardening + 4.0 * critical_ratio * critical_ratio).sqrt() - hardening);
+        (3.0 - ratio) / (3.0 + 2.0 * ratio)
+    }
+
+    /// p_c of the yield surface through principal stresses [F/L²], p + q²/(M² p).
+    fn preconsolidation(&self, kirchhoff: &Vector3<f64>) -> f64 {
         let split = Deviator::of(kirchhoff);
-        let p = -split.volumetric / 3.0;
-        ParameterError::unless_positive("mean pressure", p)?;
-        let q = 1.5_f64.sqrt() * split.norm;
-        let (volumetric, shear) = self.skeleton.strains(p, q);
-        Ok((split.direction() * (1.5_f64.sqrt() * shear)).add_scalar(volumetric / 3.0))
+        let (p, along) =
+            (-split.volumetric / 3.0, 1.5_f64.sqrt() * split.norm / self.parameters.critical_ratio);
+        p + along * along / p
+    }
+
+    /// The same law with G₀ = `shear` [F/L²].
+    pub(crate) fn with_shear(&self, shear: f64) -> Self {
+        let skeleton = Skeleton { shear, ..self.skeleton };
+        let elasticity = self.elasticity.with_shear(shear + skeleton.shear_ratio * skeleton.reference_pressure);
+        Self { skeleton, parameters: CamClayParameters { shear, ..self.parameters }, elasticity }
     }
 
     #[inline]
@@ -116,7 +129,32 @@ impl Material for CamClay {
     }
 
     fn initial(&self, point: &PointParameters) -> Preconsolidation {
-        Preconsolidation(self.parameters.preconsolidation * point.strength)
+        Preconsolidation(match point.consolidation {
+            Consolidation::OfLaw => self.parameters.preconsolidation,
+            Consolidation::Pressure(pressure) => pressure,
+            Consolidation::Stress(stress) => self.preconsolidation(&stress),
+        })
+    }
+
+    fn elastic_strain(
+        &self,
+        kirchhoff: &Vector3<f64>,
+        _history: &Preconsolidation,
+    ) -> Result<Vector3<f64>, NoReturn> {
+        let split = Deviator::of(kirchhoff);
+        let p = -split.volumetric / 3.0;
+        // Written so that what is not a number is refused as well.
+        if !(p > 0.0 && p.is_finite()) {
+            return Err(NoReturn { reason: "the law bears mean pressure above 0 only" });
+        }
+        let q = 1.5_f64.sqrt() * split.norm;
+        let (volumetric, shear) = self.skeleton.strains(p, q);
+        Ok((split.direction() * (1.5_f64.sqrt() * shear)).add_scalar(volumetric / 3.0))
+    }
+
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &Preconsolidation) -> f64 {
+        let split = Deviator::of(elastic_strain);
+        self.skeleton.energy(split.volumetric, split.shear())
     }
 
     #[inline]

@@ -6,9 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::ordered::{Loss, Ordered, extremes};
 use crate::von_mises::YIELD_TOLERANCE;
-use crate::{
-    Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Scalable, Update,
-};
+use crate::{Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update};
 
 /// Perfect Mohr–Coulomb plasticity with Hencky elasticity. With τ₁ ≥ τ₂ ≥ τ₃, s = sin φ and t = sin ψ:
 ///
@@ -85,6 +83,21 @@ impl MohrCoulomb {
         let expected = "at most the tension at the apex, cohesion / tan(friction)";
         ParameterError::unless(strength <= apex, "tensile_strength", strength, expected)?;
         Ok(Self { cut_off: if strength < apex { strength } else { f64::INFINITY }, ..self })
+    }
+
+    /// E, c, and t_c, or where none acts the tension at the apex [F/L²].
+    pub(crate) fn values(&self) -> [f64; 3] {
+        // Without friction there is no apex; what is stored is finite.
+        let tension = if self.cut_off.is_finite() { self.cut_off } else { self.apex().min(f64::MAX) };
+        [self.elasticity.young(), self.cohesion, tension]
+    }
+
+    /// The same law with other values.
+    #[inline]
+    pub(crate) fn with_values(&self, &[young, cohesion, tension]: &[f64; 3]) -> Self {
+        let elasticity = self.elasticity.with_young(young);
+        let law = Self { elasticity, cohesion, ..*self };
+        Self { cut_off: if tension < law.apex().min(f64::MAX) { tension } else { f64::INFINITY }, ..law }
     }
 
     /// Tension that all three stresses bear, c cot φ; infinite without friction.
@@ -239,15 +252,12 @@ impl Material for MohrCoulomb {
         Ok(elastic.with_history(*history))
     }
 
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {
+        self.elasticity.energy(elastic_strain)
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
-    }
-}
-
-impl Scalable for MohrCoulomb {
-    #[inline]
-    fn scaled(&self, factor: f64) -> Self {
-        Self { cohesion: self.cohesion * factor, cut_off: self.cut_off * factor, ..*self }
     }
 }

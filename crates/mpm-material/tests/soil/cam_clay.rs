@@ -53,7 +53,7 @@ fn every_hostile_state_returns() {
         let law = CamClay::new(parameters).expect("in range");
         let p_c = 100.0;
         let p = p_c * numbers.of_any_size(1e-4, 1.0);
-        let rest = law.elastic_strain(&Vector3::repeat(-p)).expect("compression");
+        let rest = law.elastic_strain(&Vector3::repeat(-p), &Preconsolidation(1.0)).expect("compression");
         let size = numbers.of_any_size(1e-3, 3.0);
         let trial = rest + numbers.strain(size);
         let Ok(update) = law.update(&trial, &Preconsolidation(p_c)) else {
@@ -90,7 +90,7 @@ fn every_hostile_state_returns() {
 #[test]
 fn elastic_cycles_make_no_energy() {
     for law in [clay(1500.0, 0.0), clay(0.0, 25.0), clay(500.0, 10.0)] {
-        let centre = law.elastic_strain(&Vector3::repeat(-60.0)).expect("compression");
+        let centre = law.elastic_strain(&Vector3::repeat(-60.0), &Preconsolidation(1.0)).expect("compression");
         let axis =
             |k: usize, turn: f64| 2e-3 * (turn + 2.1 * k as f64).sin() + 1e-3 * (2.0 * turn + k as f64).cos();
         let mut work = 0.0;
@@ -123,7 +123,7 @@ fn shear_ends_at_the_critical_state() {
         let m = law.parameters().critical_ratio;
         let shape = Vector3::new(1.0, 1.0, -2.0) / 3.0;
         let critical = shape * (m * 40.0) + Vector3::repeat(-40.0);
-        let mut strain = law.elastic_strain(&critical).expect("compression");
+        let mut strain = law.elastic_strain(&critical, &Preconsolidation(1.0)).expect("compression");
         let mut history = Preconsolidation(80.0);
         for _ in 0..20 {
             let update = law.update(&(strain + shape * 1e-3), &history).expect("a return");
@@ -133,7 +133,8 @@ fn shear_ends_at_the_critical_state() {
             assert!((history.0 - 80.0).abs() < 1e-11 * 80.0);
         }
         for p_c in [41.0, 400.0] {
-            let mut strain = law.elastic_strain(&Vector3::repeat(-40.0)).expect("compression");
+            let mut strain =
+                law.elastic_strain(&Vector3::repeat(-40.0), &Preconsolidation(1.0)).expect("compression");
             let (mut history, mut tau) = (Preconsolidation(p_c), Vector3::zeros());
             for _ in 0..4000 {
                 let update = law.update(&(strain + shape * 1e-3), &history).expect("a return");
@@ -151,7 +152,7 @@ fn isotropic_lines_are_straight() {
     let law = clay(1500.0, 0.0);
     let (lambda, kappa) = (law.parameters().compression, law.parameters().swelling);
     let start = Preconsolidation(60.0);
-    let rest = law.elastic_strain(&Vector3::repeat(-60.0)).expect("compression");
+    let rest = law.elastic_strain(&Vector3::repeat(-60.0), &Preconsolidation(1.0)).expect("compression");
     for size in [1e-3, 0.1, 0.6] {
         let loaded = law.update(&rest.add_scalar(-size / 3.0), &start).expect("a return");
         let (p, _) = p_and_q(&loaded.kirchhoff);
@@ -173,7 +174,8 @@ fn undrained_paths_keep_the_sum_of_volumes() {
     let shape = Vector3::new(1.0, 1.0, -2.0) / 3.0;
     for (p_0, p_c0) in [(60.0, 60.0), (20.0, 160.0)] {
         for size in [1e-3, 0.05, 0.5] {
-            let mut strain = law.elastic_strain(&Vector3::repeat(-p_0)).expect("compression");
+            let mut strain =
+                law.elastic_strain(&Vector3::repeat(-p_0), &Preconsolidation(1.0)).expect("compression");
             let mut history = Preconsolidation(p_c0);
             for _ in 0..10 {
                 let update = law.update(&(strain + shape * size), &history).expect("a return");
@@ -218,5 +220,5 @@ fn parameters_out_of_range_are_named() {
         let error = CamClay::new(parameters).expect_err("out of range");
         assert_eq!(error.name, name);
     }
-    assert!(clay(1500.0, 0.0).elastic_strain(&Vector3::zeros()).is_err());
+    assert!(clay(1500.0, 0.0).elastic_strain(&Vector3::zeros(), &Preconsolidation(1.0)).is_err());
 }

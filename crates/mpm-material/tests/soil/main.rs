@@ -1,6 +1,7 @@
 //! The laws of soils and rubber: tables computed with 40 digits, closed forms, and what holds on random states.
 
 mod cam_clay;
+mod initial;
 mod mohr_coulomb;
 mod neo_hooke;
 mod paths;

@@ -1,117 +1,125 @@
-//! Strengths of points: the same answer as a law with that strength, carried by the history.
+//! Parameters of points: the same answer as a law with those parameters, carried by the history.
 
 use crate::random::Numbers;
 use mpm_material::{
-    CamClay, CamClayParameters, ConeMatch, DruckerPrager, Elasticity, FieldInfo, History, Material,
-    MohrCoulomb, PerPoint, PlasticShear, PlasticStrain, PointHistory, PointParameters, Preconsolidation,
-    Scalable, Tresca, Undrained, UndrainedStrength, VonMises,
+    CamClay, CamClayParameters, ConeMatch, Consolidation, DruckerPrager, Elasticity, Hencky, History, Material,
+    MohrCoulomb, NeoHooke, PerPoint, PointHistory, PointParameters, Preconsolidation, Tresca, Undrained,
+    UndrainedStrength, Varied, VonMises,
 };
 use nalgebra::Vector3;
 
-fn elasticity() -> Elasticity {
-    Elasticity::from_young_poisson(2e4, 0.3).expect("in range")
+fn elasticity(young: f64) -> Elasticity {
+    Elasticity::from_young_poisson(young, 0.3).expect("in range")
 }
 
-fn point(strength: f64) -> PointParameters {
+/// A point whose own parameters are those of `law`.
+fn point<M: Varied>(law: &M) -> PointParameters {
     let mut point = PointParameters::at(Vector3::new(1.0, 2.0, 3.0));
-    point.strength = strength;
+    point.own = Some(law.own());
     point
 }
 
-/// `law` at a factor answers as `twice` does, whose strengths are twice as large.
-fn check<M: Scalable>(law: M, twice: M)
-where
-    M::History: PartialEq + std::fmt::Debug,
-{
-    let wrapped = PerPoint(law);
-    let history = wrapped.initial(&point(2.0));
+/// A point that has the parameters of `other` for its own answers as `other` does, whatever law is wrapped.
+fn check<M: Varied>(wrapped: M, other: M) {
+    let (p, is_symmetric) = (point(&other), wrapped.has_symmetric_tangent());
+    let wrapped = PerPoint::new(wrapped);
+    let history = wrapped.initial(&p);
     let mut numbers = Numbers(13);
     for _ in 0..500 {
         let trial = numbers.strain(0.05);
         let ours = wrapped.update(&trial, &history).expect("a return");
-        let theirs = twice.update(&trial, &history.law).expect("a return");
-        assert_eq!(
-            (ours.kirchhoff, ours.tangent, ours.secant),
-            (theirs.kirchhoff, theirs.tangent, theirs.secant)
-        );
-        assert_eq!(ours.history, PointHistory { law: theirs.history, strength: 2.0 });
+        let theirs = other.update(&trial, &M::history(history.number)).expect("a return");
+        let scale = other.elasticity().p_wave();
+        assert!((ours.kirchhoff - theirs.kirchhoff).amax() < 1e-13 * scale);
+        assert!((ours.tangent - theirs.tangent).amax() < 1e-11 * scale);
+        assert!((ours.secant - theirs.secant).amax() < 1e-11 * scale);
+        assert!((ours.history.number - M::number(&theirs.history)).abs() < 1e-12 * (1.0 + ours.history.number));
+        assert_eq!((ours.plastic, ours.history.own), (theirs.plastic, history.own));
     }
-    assert_eq!(wrapped.has_symmetric_tangent(), twice.has_symmetric_tangent());
-    assert_eq!(wrapped.elasticity(), twice.elasticity());
+    assert_eq!(wrapped.has_symmetric_tangent(), is_symmetric);
 }
 
-#[test]
-fn every_scalable_law_is_that_of_the_larger_strength() {
-    let strengths = |factor: f64| {
-        [
-            UndrainedStrength::perfect(16.0 * factor),
-            UndrainedStrength::linear(16.0 * factor, -512.0 * factor, 4.0 * factor),
-            UndrainedStrength::remoulding(16.0 * factor, 0.25, 0.5),
-        ]
-        .map(|strength| strength.expect("in range"))
-    };
-    for (once, twice) in strengths(1.0).into_iter().zip(strengths(2.0)) {
-        let tresca = |strength| Tresca::new(elasticity(), strength).expect("in range");
-        check(tresca(once), tresca(twice));
-        let von_mises = |strength| VonMises::with_strength(elasticity(), strength).expect("in range");
-        check(von_mises(once), von_mises(twice));
-    }
-    let sand = |c, cut_off| {
-        MohrCoulomb::new(elasticity(), c, 30.0, 5.0)
-            .and_then(|law| law.with_cut_off(cut_off))
-            .expect("in range")
-    };
-    check(sand(8.0, 2.0), sand(16.0, 4.0));
-    let cone = |c, tension| {
-        DruckerPrager::matched(elasticity(), ConeMatch::PlaneStrain, c, 30.0, 5.0)
-            .and_then(|law| law.with_cut_off(tension))
-            .expect("in range")
-    };
-    check(cone(8.0, 2.0), cone(16.0, 4.0));
-}
-
-#[test]
-fn factors_are_stored_and_shown() {
-    type Both = PointHistory<PlasticShear>;
-    let names = |fields: &[FieldInfo]| fields.iter().map(|field| field.name).collect::<Vec<_>>();
-    assert_eq!(names(Both::FIELDS), ["plastic_shear", "strength_factor"]);
-    let history = Both { law: PlasticShear(0.1), strength: 1.7 };
-    let mut numbers = Vec::new();
-    history.store(&mut numbers);
-    assert_eq!((numbers.len(), Both::restore(&numbers)), (Both::NUMBERS, Ok(history)));
-    assert!(Both::restore(&[0.1, 0.0]).is_err());
-    // Wrapped twice.
-    let sand = MohrCoulomb::new(elasticity(), 8.0, 30.0, 5.0).expect("in range");
-    let law = Undrained::new(PerPoint(sand), 1e6).expect("positive");
-    let history = law.initial(&point(0.5));
-    assert_eq!(history.skeleton, PointHistory { law: PlasticStrain(0.0), strength: 0.5 });
-    fn fields<M: Material>(_: &M) -> &'static [FieldInfo] {
-        M::History::FIELDS
-    }
-    assert_eq!(names(fields(&law)), ["plastic_strain", "strength_factor", "excess_pore_pressure"]);
-}
-
-#[test]
-fn points_that_would_snap_back_are_refused() {
-    let g = elasticity().shear();
-    let strength = UndrainedStrength::linear(10.0, -0.5 * g, 1.0).expect("in range");
-    let law = PerPoint(Tresca::new(elasticity(), strength).expect("in range"));
-    assert!(law.check(1.4).is_ok());
-    assert!(law.check(1.6).expect_err("too steep").expected.contains("snaps back"));
-    assert!(law.check(0.0).is_err() && law.check(f64::NAN).is_err());
-}
-
-#[test]
-fn the_factor_of_a_clay_is_on_its_preconsolidation() {
-    let law = CamClay::new(CamClayParameters {
+fn clay(shear: f64) -> CamClay {
+    CamClay::new(CamClayParameters {
         critical_ratio: 0.9,
         compression: 0.15,
         swelling: 0.03,
-        shear: 1500.0,
+        shear,
         shear_ratio: 0.0,
         reference_pressure: 20.0,
         preconsolidation: 80.0,
     })
-    .expect("in range");
-    assert_eq!(law.initial(&point(1.5)), Preconsolidation(120.0));
+    .expect("in range")
+}
+
+#[test]
+fn every_law_is_that_of_the_point() {
+    check(Hencky(elasticity(2e4)), Hencky(elasticity(5e3)));
+    let rubber = |young| NeoHooke::new(elasticity(young)).expect("in range");
+    check(rubber(2e4), rubber(5e3));
+    // H, s_res and δ are the law's, whatever the strength.
+    let strengths = |intact: f64| {
+        [
+            UndrainedStrength::perfect(intact),
+            UndrainedStrength::linear(intact, -512.0, 4.0),
+            UndrainedStrength::remoulding(intact, 0.25, 0.5),
+        ]
+        .map(|strength| strength.expect("in range"))
+    };
+    for (once, twice) in strengths(16.0).into_iter().zip(strengths(32.0)) {
+        let tresca = |young, strength| Tresca::new(elasticity(young), strength).expect("in range");
+        check(tresca(2e4, once), tresca(1e4, twice));
+        let von_mises =
+            |young, strength| VonMises::with_strength(elasticity(young), strength).expect("in range");
+        check(von_mises(2e4, once), von_mises(1e4, twice));
+    }
+    let sand = |young, c| MohrCoulomb::new(elasticity(young), c, 30.0, 5.0).expect("in range");
+    let cut = |young, c, tension| sand(young, c).with_cut_off(tension).expect("in range");
+    check(sand(2e4, 8.0), sand(1e4, 16.0));
+    check(cut(2e4, 8.0, 2.0), cut(1e4, 16.0, 1.0));
+    let clay_of = |c| MohrCoulomb::new(elasticity(2e4), c, 0.0, 0.0).expect("in range");
+    check(clay_of(8.0), clay_of(16.0));
+    let cone = |young, c| {
+        DruckerPrager::matched(elasticity(young), ConeMatch::PlaneStrain, c, 30.0, 5.0).expect("in range")
+    };
+    let flat = |young, c, tension| cone(young, c).with_cut_off(tension).expect("in range");
+    check(cone(2e4, 8.0), cone(1e4, 16.0));
+    check(flat(2e4, 8.0, 2.0), flat(1e4, 16.0, 1.0));
+    check(clay(1500.0), clay(900.0));
+}
+
+#[test]
+fn parameters_are_stored_and_shown() {
+    let sand = MohrCoulomb::new(elasticity(2e4), 8.0, 30.0, 5.0).expect("in range");
+    let law = Undrained::new(PerPoint::new(sand), 1e6).expect("positive");
+    let mut p = PointParameters::at(Vector3::zeros());
+    p.own = Some([1e4, 3.0, 1.0]);
+    let mut history = law.initial(&p);
+    history.skeleton.number = 0.25;
+    history.excess_pressure = 7.0;
+    let names: Vec<_> = law.history_fields().iter().map(|field| field.name).collect();
+    assert_eq!(names, ["plastic_strain", "young", "cohesion", "tensile_strength", "excess_pore_pressure"]);
+    let mut shown = Vec::new();
+    law.show(&history, &mut shown);
+    assert_eq!(shown, [0.25, 1e4, 3.0, 1.0, 7.0]);
+    let mut numbers = Vec::new();
+    history.skeleton.store(&mut numbers);
+    assert_eq!((numbers.len(), PointHistory::restore(&numbers)), (PointHistory::NUMBERS, Ok(history.skeleton)));
+    assert!(PointHistory::restore(&numbers[1..]).is_err());
+    // Whatever is stored is finite, or no checkpoint could hold it.
+    let clay = MohrCoulomb::new(elasticity(2e4), 8.0, 0.0, 0.0).expect("in range");
+    assert!(clay.own().iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn the_past_of_a_clay_decides_its_preconsolidation() {
+    let law = clay(1500.0);
+    let mut point = PointParameters::at(Vector3::zeros());
+    assert_eq!(law.initial(&point), Preconsolidation(80.0));
+    point.consolidation = Consolidation::Pressure(120.0);
+    assert_eq!(law.initial(&point), Preconsolidation(120.0));
+    // p = 100, q = 60: p + q²/(M² p).
+    point.consolidation = Consolidation::Stress(Vector3::new(-140.0, -80.0, -80.0));
+    let expected = 100.0 + 3600.0 / (0.81 * 100.0);
+    assert!((law.initial(&point).0 - expected).abs() < 1e-12 * expected);
 }

@@ -132,7 +132,9 @@ impl Table {
                     preconsolidation: 1.0,
                 })
                 .expect("in range");
-                let strain = move |tau: &Vector3<f64>| law.elastic_strain(tau).expect("compression");
+                let strain = move |tau: &Vector3<f64>| {
+                    law.elastic_strain(tau, &Preconsolidation(1.0)).expect("compression")
+                };
                 test.law(self, &law, Preconsolidation, |pressure| pressure.0, strain);
             }
             other => panic!("unknown law {other}"),

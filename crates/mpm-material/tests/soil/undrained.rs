@@ -40,12 +40,13 @@ fn it_adds_a_volumetric_stiffness() {
 
 #[test]
 fn fields_are_those_of_the_skeleton_and_the_pressure() {
-    let names: Vec<_> = PoreFluid::<Preconsolidation>::FIELDS.iter().map(|field| field.name).collect();
+    let law = Undrained::new(clay(), FLUID).expect("positive");
+    let names: Vec<_> = law.history_fields().iter().map(|field| field.name).collect();
     assert_eq!(names, ["preconsolidation_pressure", "excess_pore_pressure"]);
     let history = PoreFluid { skeleton: Preconsolidation(80.0), inelastic_volume: 0.1, excess_pressure: 7.0 };
     let (mut stored, mut shown) = (Vec::new(), Vec::new());
     history.store(&mut stored);
-    history.show(&mut shown);
+    law.show(&history, &mut shown);
     assert_eq!((stored.len(), shown), (PoreFluid::<Preconsolidation>::NUMBERS, vec![80.0, 7.0]));
     assert_eq!(PoreFluid::restore(&stored), Ok(history));
     assert!(PoreFluid::<Preconsolidation>::restore(&[-1.0, 0.0, 0.0]).is_err());
@@ -85,7 +86,7 @@ fn plastic_volume_counts() {
     let elasticity = Elasticity::from_young_poisson(1e4, 0.3).expect("in range");
     let sand = MohrCoulomb::new(elasticity, 1.0, 35.0, 10.0).expect("in range");
     check_volume(sand, PlasticStrain(0.0), Vector3::repeat(-50.0 / (3.0 * elasticity.bulk())));
-    let rest = clay().elastic_strain(&Vector3::repeat(-50.0)).expect("compression");
+    let rest = clay().elastic_strain(&Vector3::repeat(-50.0), &Preconsolidation(1.0)).expect("compression");
     check_volume(clay(), Preconsolidation(60.0), rest);
 }
 
@@ -97,7 +98,8 @@ fn undrained_strength_follows_from_the_state() {
     let parameters = *clay().parameters();
     let plastic_part = 1.0 - parameters.swelling / parameters.compression;
     for (p_0, p_c0) in [(60.0, 60.0), (20.0, 160.0)] {
-        let mut strain = clay().elastic_strain(&Vector3::repeat(-p_0)).expect("compression");
+        let mut strain =
+            clay().elastic_strain(&Vector3::repeat(-p_0), &Preconsolidation(1.0)).expect("compression");
         let mut history = PoreFluid {
             skeleton: Preconsolidation(p_c0),
             inelastic_volume: -strain.sum(),

@@ -1,17 +1,20 @@
 //! Bases and laws: what points of a body are under.
 
-use super::law::{WithLaw, with_law};
+use super::initial::{Beginning, Starts, refused, starts};
+use super::law::{Refusal, Refused, Site, WithLaw, fields_of, with_law};
+use super::quantity::Fields;
 use crate::error::SceneError;
-use crate::fill::{Filled, Plan, fill};
+use crate::fill::{Filled, Plan, SeedOf, Seeded, body, seeds};
 use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
 };
+use mpm_assembly::RefusedStart;
 use mpm_basis::{
     Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
     Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
-use mpm_material::Material;
+use mpm_material::{PerPoint, PointHistory, PoreFluid, SymmetricTensor, Undrained, Varied};
 use mpm_solver::DomainLimit;
 use mpm_solver::NamedBody;
 
@@ -20,9 +23,9 @@ pub(super) trait FillBody<const D: usize>: std::fmt::Debug {
     fn fill(
         &self,
         domains: &DomainsInput,
-        law: &MaterialInput,
+        beginning: &Beginning<'_>,
         plan: &Plan<'_, D>,
-    ) -> Result<Filled<D>, String>;
+    ) -> Result<Filled<D>, Refusal>;
 
     /// Fields of [`DomainsInput`] that the basis has a use for.
     fn options(&self) -> &'static [&'static str];
@@ -32,19 +35,19 @@ impl FillBody<2> for PlaneBasis {
     fn fill(
         &self,
         domains: &DomainsInput,
-        law: &MaterialInput,
+        beginning: &Beginning<'_>,
         plan: &Plan<'_, 2>,
-    ) -> Result<Filled<2>, String> {
+    ) -> Result<Filled<2>, Refusal> {
         match self {
-            PlaneBasis::Smpm => fill_with(Smpm, law, plan),
-            PlaneBasis::Gimp => fill_with(gimp(domains), law, plan),
-            PlaneBasis::Cpdi1 => fill_with(Cpdi1, law, plan),
+            PlaneBasis::Smpm => fill_with(Smpm, beginning, plan),
+            PlaneBasis::Gimp => fill_with(gimp(domains), beginning, plan),
+            PlaneBasis::Cpdi1 => fill_with(Cpdi1, beginning, plan),
             PlaneBasis::Cpdi2q => {
                 let weights = match domains.corner_weights {
                     None | Some(CornerWeightsInput::Current) => CornerWeights::Current,
                     Some(CornerWeightsInput::Frozen) => CornerWeights::Frozen,
                 };
-                fill_convected(Cpdi2q { weights }, domains, law, plan)
+                fill_convected(Cpdi2q { weights }, domains, beginning, plan)
             }
             PlaneBasis::Cpdi2t => {
                 let split = match domains.triangles {
@@ -52,7 +55,7 @@ impl FillBody<2> for PlaneBasis {
                     Some(TrianglesInput::Slash) => TriangleSplit::Slash,
                     Some(TrianglesInput::Backslash) => TriangleSplit::Backslash,
                 };
-                fill_convected(Cpdi2t { split }, domains, law, plan)
+                fill_convected(Cpdi2t { split }, domains, beginning, plan)
             }
         }
     }
@@ -72,15 +75,15 @@ impl FillBody<3> for SolidBasis {
     fn fill(
         &self,
         domains: &DomainsInput,
-        law: &MaterialInput,
+        beginning: &Beginning<'_>,
         plan: &Plan<'_, 3>,
-    ) -> Result<Filled<3>, String> {
+    ) -> Result<Filled<3>, Refusal> {
         match self {
-            SolidBasis::Smpm => fill_with(Smpm, law, plan),
-            SolidBasis::Gimp => fill_with(gimp(domains), law, plan),
-            SolidBasis::Cpdi1 => fill_with(Cpdi1, law, plan),
-            SolidBasis::Cpdi2Hexahedron => fill_convected(Cpdi2Hexahedron, domains, law, plan),
-            SolidBasis::Cpdi2Tetrahedron => fill_convected(Cpdi2Tetrahedron, domains, law, plan),
+            SolidBasis::Smpm => fill_with(Smpm, beginning, plan),
+            SolidBasis::Gimp => fill_with(gimp(domains), beginning, plan),
+            SolidBasis::Cpdi1 => fill_with(Cpdi1, beginning, plan),
+            SolidBasis::Cpdi2Hexahedron => fill_convected(Cpdi2Hexahedron, domains, beginning, plan),
+            SolidBasis::Cpdi2Tetrahedron => fill_convected(Cpdi2Tetrahedron, domains, beginning, plan),
         }
     }
 
@@ -150,30 +153,71 @@ pub(super) fn domain_limit<const D: usize>(
 fn fill_convected<const D: usize, B: Basis<D> + 'static>(
     basis: B,
     domains: &DomainsInput,
-    law: &MaterialInput,
+    beginning: &Beginning<'_>,
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, String> {
+) -> Result<Filled<D>, Refusal> {
     match domains.fallback_beyond {
-        None => fill_with(basis, law, plan),
-        Some(beyond) => fill_with(Fallback { basis, beyond: beyond.0 }, law, plan),
+        None => fill_with(basis, beginning, plan),
+        Some(beyond) => fill_with(Fallback { basis, beyond: beyond.0 }, beginning, plan),
     }
 }
 
 fn fill_with<const D: usize, B: Basis<D> + 'static>(
     basis: B,
-    law: &MaterialInput,
+    beginning: &Beginning<'_>,
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, String> {
-    struct Filling<'a, const D: usize, B> {
-        basis: B,
-        plan: &'a Plan<'a, D>,
-    }
-    impl<const D: usize, B: Basis<D> + 'static> WithLaw for Filling<'_, D, B> {
-        type Answer = Result<Filled<D>, String>;
+) -> Result<Filled<D>, Refusal> {
+    let law = beginning.law;
+    let seeded = seeds(&basis, plan, history_bytes(law).map_err(Refusal::Law)?)?;
+    let positions = seeded.positions();
+    let starts = starts(beginning, &positions)?;
+    let fields = Fields::new(beginning.files);
+    let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
+    let filled = with_law(law, site, Filling { basis, seeded, starts: &starts, plan }).map_err(Refusal::Law)?;
+    filled.map_err(|RefusedStart { point, reason }| {
+        let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
+        Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
+    })
+}
 
-        fn with<M: Material + 'static>(self, law: M) -> Self::Answer {
-            fill(self.basis, law, self.plan)
+/// Makes a body of seeded points.
+struct Filling<'a, const D: usize, B: Basis<D>> {
+    basis: B,
+    seeded: Seeded<SeedOf<D, B>, D>,
+    starts: &'a Starts,
+    plan: &'a Plan<'a, D>,
+}
+
+impl<const D: usize, B: Basis<D> + 'static> WithLaw for Filling<'_, D, B> {
+    type Answer = Result<Filled<D>, RefusedStart>;
+
+    /// A law with pore fluid is the one for points with parameters of their own, too, so that fewer kinds of bodies are
+    /// compiled.
+    fn with<M: Varied>(self, law: M, fluid: Option<f64>) -> Self::Answer {
+        let Self { basis, seeded, starts, plan } = self;
+        match fluid {
+            Some(bulk) => {
+                let law = Undrained::new(PerPoint::new(law), bulk).expect("a positive bulk modulus");
+                body(basis, law, seeded, &starts.points, plan)
+            }
+            None if starts.has_own => body(basis, PerPoint::new(law), seeded, &starts.points, plan),
+            None => body(basis, law, seeded, &starts.points, plan),
         }
     }
-    with_law(law, Filling { basis, plan }).map_err(|it| it.to_string())?
+}
+
+/// Bytes that a law remembers of each point.
+fn history_bytes(input: &MaterialInput) -> Result<usize, Refused> {
+    struct Size;
+    impl WithLaw for Size {
+        type Answer = usize;
+
+        fn with<M: Varied>(self, _law: M, fluid: Option<f64>) -> usize {
+            match fluid {
+                Some(_) => size_of::<PoreFluid<PointHistory>>(),
+                None => size_of::<M::History>(),
+            }
+        }
+    }
+    if fields_of(input).is_empty() { with_law(input, None, Size) } else { Ok(size_of::<PointHistory>()) }
 }

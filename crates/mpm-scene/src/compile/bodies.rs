@@ -1,6 +1,8 @@
 //! Bodies: what their points fill.
 
 use super::basis::FillBody;
+use super::initial::{self, Beginning};
+use super::law::Refusal;
 use super::mesh::component;
 use super::overlap::overlap;
 use super::shapes::{WithSurface, cut_out, shape};
@@ -76,7 +78,15 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
             }),
         };
-        let filled = scene.basis.fill(&scene.domains, law, &plan).map_err(refuse)?;
+        if let Some(initial) = &input.initial {
+            initial::check(initial, law, D, &path)?;
+        }
+        let beginning = Beginning { law, initial: input.initial.as_ref(), files };
+        let filled = scene.basis.fill(&scene.domains, &beginning, &plan).map_err(|refusal| match refusal {
+            Refusal::Shape(reason) => refuse(reason),
+            Refusal::Initial(reason) => SceneError::new(format!("{path}.initial"), reason),
+            Refusal::Law(refused) => refused.of(&input.material),
+        })?;
         bodies.push(NamedBody {
             name: input.name.clone(),
             body: filled.body,

@@ -44,7 +44,10 @@ pub(super) fn loads<const D: usize, B>(
                 if D != 2 {
                     return Err(SceneError::new(path, "a vortex needs a scene in the plane"));
                 }
-                let shear = young.0 / (2.0 * (1.0 + poisson.0));
+                let Some(young) = young.number() else {
+                    return Err(SceneError::new(path, "a vortex needs the same stiffness everywhere"));
+                };
+                let shear = young / (2.0 * (1.0 + poisson.0));
                 let angle = ramp(input, angle.0.to_radians(), &ramp_path)?;
                 loads.fields.push((body, Arc::new(Vortex::new(shear, angle))));
             }

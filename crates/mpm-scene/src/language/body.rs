@@ -2,6 +2,7 @@
 
 use super::direction::Direction;
 use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, one};
+use super::quantity::Quantity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,57 @@ pub struct BodyInput<const D: usize> {
     /// volume change of their cell in place of their own; left alone if left out.
     #[serde(default)]
     pub mean_dilatation: Option<MeanDilatationInput>,
+    /// The stress in which it begins; none if left out.
+    #[serde(default)]
+    pub initial: Option<InitialInput>,
+}
+
+/// The stress in which a body begins, effective where its law has a pore fluid; positions and displacements begin as if
+/// it had none. A point whose law does not bear it is refused.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum InitialInput {
+    /// That of level ground at rest under its own weight: σ_v = -∫ γ' - `surcharge`, σ_h = K₀ σ_v in all horizontal
+    /// directions. Loads that balance it have to act fully from the start, with `ramp: [(0, 1)]`.
+    Geostatic {
+        /// Height of the ground surface: y in the plane, z in space `[L]`.
+        surface: Finite,
+        /// γ', the submerged weight per volume under water; a number, `Linear` or `Layers` `[F/L³]`.
+        unit_weight: Quantity<Positive>,
+        /// K₀ = σ_h/σ_v `[-]`.
+        k0: Quantity<Positive>,
+        /// Pressure on the surface `[F/L²]`.
+        #[serde(default)]
+        surcharge: Finite,
+        /// Largest vertical stress of the past over the present one, at least 1, for `CamClay`: its yield surface goes
+        /// through that state, at the law's own K₀ of first compression. Left out, `preconsolidation` holds `[-]`.
+        #[serde(default)]
+        over_consolidation: Option<Quantity<Positive>>,
+    },
+    /// The same stress in all points, tension positive `[F/L²]`.
+    Stress {
+        /// σ_xx.
+        xx: Finite,
+        /// σ_yy.
+        yy: Finite,
+        /// σ_zz, which acts in the plane, too.
+        zz: Finite,
+        /// σ_xy.
+        #[serde(default)]
+        xy: Finite,
+        /// σ_yz, in space only.
+        #[serde(default)]
+        yz: Finite,
+        /// σ_zx, in space only.
+        #[serde(default)]
+        zx: Finite,
+    },
+    /// From a table with the columns x, y (and z in space), sxx, syy, szz, sxy (and syz, szx in space), from CSV or HDF5; a
+    /// point takes the nearest row. A column `preconsolidation` gives the p_c of `CamClay`.
+    Table {
+        /// The file, as seen from the scene's folder.
+        file: String,
+    },
 }
 
 /// What the volume change of a cell is. Points take it in each load step from the cell that holds them at its

@@ -1,6 +1,7 @@
 //! Laws.
 
 use super::number::{Finite, Poisson, Positive};
+use super::quantity::Quantity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +12,7 @@ pub enum MaterialInput {
     /// Hencky elasticity, `τ = λ tr(ε_e) I + 2G ε_e`.
     Hencky {
         /// Young's modulus E `[F/L²]`.
-        young: Positive,
+        young: Quantity<Positive>,
         /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
@@ -21,7 +22,7 @@ pub enum MaterialInput {
     /// Compressible neo-Hookean elasticity, `τ = G (b - I) + λ ln J I`: for large shear.
     NeoHooke {
         /// Young's modulus E of small strains `[F/L²]`.
-        young: Positive,
+        young: Quantity<Positive>,
         /// Poisson's ratio ν of small strains, 0 ≤ ν < 0.5 `[-]`.
         poisson: Poisson,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
@@ -31,15 +32,15 @@ pub enum MaterialInput {
     /// Hencky elasticity with von Mises plasticity. Its strength is either `yield_radius` or `undrained_strength`.
     VonMises {
         /// Young's modulus E `[F/L²]`.
-        young: Positive,
+        young: Quantity<Positive>,
         /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
         /// ρ_y = √(2 J₂) of the Kirchhoff stress at yield, √(2/3) times the uniaxial yield stress `[F/L²]`.
         #[serde(default)]
-        yield_radius: Option<Positive>,
+        yield_radius: Option<Quantity<Positive>>,
         /// Undrained shear strength s_u = ρ_y/√2 `[F/L²]`.
         #[serde(default)]
-        undrained_strength: Option<Positive>,
+        undrained_strength: Option<Quantity<Positive>>,
         /// How the undrained strength changes; it stays if left out.
         #[serde(default)]
         softening: Option<SofteningInput>,
@@ -50,11 +51,11 @@ pub enum MaterialInput {
     /// Hencky elasticity with Tresca plasticity, `τ₁ - τ₃ ≤ 2 s_u`.
     Tresca {
         /// Young's modulus E `[F/L²]`.
-        young: Positive,
+        young: Quantity<Positive>,
         /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
         /// Undrained shear strength s_u `[F/L²]`.
-        undrained_strength: Positive,
+        undrained_strength: Quantity<Positive>,
         /// How it changes; it stays if left out.
         #[serde(default)]
         softening: Option<SofteningInput>,
@@ -65,18 +66,18 @@ pub enum MaterialInput {
     /// Hencky elasticity with perfect Mohr–Coulomb plasticity.
     MohrCoulomb {
         /// Young's modulus E `[F/L²]`.
-        young: Positive,
+        young: Quantity<Positive>,
         /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
         /// Cohesion c `[F/L²]`.
-        cohesion: Finite,
+        cohesion: Quantity<Finite>,
         /// Angle of friction φ, 0 ≤ φ < 90 `[degrees]`.
         friction: Finite,
         /// Angle of dilation ψ, 0 ≤ ψ ≤ φ `[degrees]`.
         dilation: Finite,
         /// Tension that a stress can reach; up to the apex `c cot φ` if left out `[F/L²]`.
         #[serde(default)]
-        tensile_strength: Option<Finite>,
+        tensile_strength: Option<Quantity<Finite>>,
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
         fluid_bulk: Option<Positive>,
@@ -87,14 +88,14 @@ pub enum MaterialInput {
     /// Hencky elasticity with perfect Drucker–Prager plasticity, `q - η p ≤ k`.
     DruckerPrager {
         /// Young's modulus E `[F/L²]`.
-        young: Positive,
+        young: Quantity<Positive>,
         /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
         /// The cone.
         cone: ConeInput,
         /// Mean tension that the stress can reach; up to the apex `k/η` if left out `[F/L²]`.
         #[serde(default)]
-        tension: Option<Finite>,
+        tension: Option<Quantity<Finite>>,
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
         fluid_bulk: Option<Positive>,
@@ -111,15 +112,15 @@ pub enum MaterialInput {
         /// κ, the same in unloading, κ < λ `[-]`.
         swelling: Positive,
         /// G₀ in the shear modulus G₀ + g p `[F/L²]`.
-        #[serde(default = "super::number::zero")]
-        shear: Finite,
+        #[serde(default = "no_stiffness")]
+        shear: Quantity<Finite>,
         /// g in the shear modulus G₀ + g p `[-]`.
         #[serde(default = "super::number::zero")]
         shear_ratio: Finite,
         /// p_r, pressure at zero elastic strain `[F/L²]`.
         reference_pressure: Positive,
         /// p_c at the start, Kirchhoff's `[F/L²]`.
-        preconsolidation: Positive,
+        preconsolidation: Quantity<Positive>,
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
         fluid_bulk: Option<Positive>,
@@ -150,7 +151,7 @@ pub enum SofteningInput {
 }
 
 /// The cone of Drucker–Prager plasticity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum ConeInput {
     /// By its own numbers.
@@ -160,14 +161,14 @@ pub enum ConeInput {
         /// η̄, the slope that the flow is normal to `[-]`.
         flow_slope: Finite,
         /// k `[F/L²]`.
-        strength: Finite,
+        strength: Quantity<Finite>,
     },
     /// By those of the Mohr–Coulomb surface that it meets.
     Matched {
         /// Where it does.
         at: ConeMatchInput,
         /// Cohesion c `[F/L²]`.
-        cohesion: Finite,
+        cohesion: Quantity<Finite>,
         /// Angle of friction φ `[degrees]`.
         friction: Finite,
         /// Angle of dilation ψ `[degrees]`.
@@ -186,6 +187,10 @@ pub enum ConeMatchInput {
     PlaneStrain,
     /// At collapse in plane strain with flow that keeps volume.
     IsochoricPlaneStrain,
+}
+
+fn no_stiffness() -> Quantity<Finite> {
+    Finite(0.0).into()
 }
 
 impl MaterialInput {

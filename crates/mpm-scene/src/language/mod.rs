@@ -11,11 +11,13 @@ mod basis;
 mod body;
 mod boundary;
 mod direction;
+mod drive;
 mod edit;
 mod material;
 mod mesh;
 mod number;
 mod position;
+mod quantity;
 mod read;
 mod run;
 mod scene;
@@ -24,19 +26,21 @@ pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
     StabilisationInput, TrianglesInput,
 };
-pub use body::{BodyInput, MeanDilatationInput, ShapeInput};
+pub use body::{BodyInput, InitialInput, MeanDilatationInput, ShapeInput};
 pub use boundary::{
     BoundsInput, DisplaceInput, LoadInput, ProbeInput, ProbePointsInput, RegionInput, SupportInput, TurnInput,
 };
 pub use direction::Direction;
+pub use drive::{DriveInput, PointControlInput, SegmentInput};
 pub use edit::{EditError, Edited, set_value};
 pub use material::{ConeInput, ConeMatchInput, MaterialInput, SofteningInput};
 pub use mesh::{AxisInput, CornerInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
 pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive, RampInput};
 pub use position::{Position, position_of};
+pub use quantity::{LayerInput, PointField, Quantity};
 pub use read::ReadError;
 pub use run::{
     CheckpointInput, FieldInput, OutputInput, PathMeasureInput, PredictorInput, ScheduleInput, SolverInput,
-    StepControlInput, ToleranceInput,
+    StepControlInput, ToleranceInput, UnheldMotionInput,
 };
 pub use scene::{Scene, SceneIn};

@@ -1,8 +1,8 @@
 //! From text to scene: what cannot be read is reported where it stands, in words of the scene.
 
 use super::position::Position;
-use super::scene::Scene;
 use ron::error::{Error, SpannedError};
+use serde::de::DeserializeOwned;
 use std::ops::Range;
 
 /// A text that is not a scene.
@@ -17,21 +17,16 @@ pub struct ReadError {
     pub end: Position,
 }
 
-impl Scene {
-    /// Reads a scene.
-    ///
-    /// # Errors
-    /// What is wrong, and where in the text.
-    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
-        if let Some(at) = text.find('\0') {
-            let [start, end] = [at, at + 1].map(|at| Position::of(text, at));
-            return Err(ReadError { reason: "a NUL character is part of no scene".into(), start, end });
-        }
-        let options = ron::Options::default()
-            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
-            .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
-        options.from_str(text).map_err(|error| ReadError::new(text, &error))
+/// Reads what a text in the language of scenes says.
+pub(super) fn read<T: DeserializeOwned>(text: &str) -> Result<T, ReadError> {
+    if let Some(at) = text.find('\0') {
+        let [start, end] = [at, at + 1].map(|at| Position::of(text, at));
+        return Err(ReadError { reason: "a NUL character is part of no scene".into(), start, end });
     }
+    let options = ron::Options::default()
+        .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)
+        .with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
+    options.from_str(text).map_err(|error| ReadError::new(text, &error))
 }
 
 impl ReadError {
@@ -90,6 +85,11 @@ fn token(text: &str, at: usize) -> Range<usize> {
     let word = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
     let sign = rest.chars().next().map_or(0, char::len_utf8);
     at..at + quoted.unwrap_or(if word > 0 { word } else { sign })
+}
+
+/// An error without a place, of a part that was read by itself.
+pub(super) fn in_words(error: &Error) -> String {
+    reason(error, "", &(0..0))
 }
 
 fn reason(error: &Error, text: &str, place: &Range<usize>) -> String {

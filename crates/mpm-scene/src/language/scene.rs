@@ -6,7 +6,8 @@ use super::boundary::{LoadInput, ProbeInput, SupportInput};
 use super::material::MaterialInput;
 use super::mesh::{MeshInput, MotionInput};
 use super::number;
-use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput};
+use super::read::{ReadError, read};
+use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput, UnheldMotionInput};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -59,6 +60,9 @@ pub struct SceneIn<const D: usize, B> {
     /// When a load step counts as solved.
     #[serde(default)]
     pub tolerance: ToleranceInput,
+    /// What is done about rigid motions that nothing holds.
+    #[serde(default)]
+    pub unheld_motion: UnheldMotionInput,
     /// How linear systems are solved.
     #[serde(default)]
     pub solver: SolverInput,
@@ -77,6 +81,14 @@ impl<const D: usize, B> SceneIn<D, B> {
 }
 
 impl Scene {
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// What is wrong, and where in the text.
+    pub fn from_ron(text: &str) -> Result<Self, ReadError> {
+        read(text)
+    }
+
     /// Files that it names.
     pub fn files(&self) -> Vec<&str> {
         match self {

@@ -37,6 +37,7 @@ pub(crate) struct Record {
 
 impl Record {
     pub(crate) fn new<const D: usize>(model: &Model<D>) -> Self {
+        let stored_before = if model.energies { elastic(&model.bodies) } else { 0.0 };
         Self {
             columns: columns(model),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
@@ -51,7 +52,7 @@ impl Record {
             grips: vec![Grip::default(); driven(model).count()],
             clock: Instant::now(),
             cuts_before: 0,
-            totals: Totals::default(),
+            totals: Totals { stored_before, ..Totals::default() },
         }
     }
 
@@ -100,7 +101,8 @@ impl Record {
         if let Some(counter) = counters.iter().chain(&of_domains).find(|counter| **counter > MOST_COUNTED) {
             return Err(format!("has counted {counter}, expected at most {MOST_COUNTED}"));
         }
-        if !(totals.dissipated.is_finite() && totals.external_work.is_finite()) {
+        let energies = [totals.dissipated, totals.external_work, totals.stored_before];
+        if !energies.iter().all(|energy| energy.is_finite()) {
             return Err("has an energy that is not finite".into());
         }
         let cuts = control.cuts();
@@ -253,7 +255,7 @@ impl Record {
             totals.external_work += energy.work;
             let stored = elastic(&model.bodies) + energy.stored;
             let (dissipated, work) = (totals.dissipated, totals.external_work);
-            let unbalanced = work - stored - dissipated;
+            let unbalanced = work - (stored - totals.stored_before) - dissipated;
             entries.extend([stored, dissipated, work, unbalanced].map(|it| Entry::Real(vec![it])));
         }
         entries
@@ -304,7 +306,7 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
     vec![
         Entry::Real(vec![end.get()]),
         Entry::Count(vec![effort.residuals.len() as u64]),
-        Entry::Real(vec![effort.residuals.last().copied().unwrap_or(0.0)]),
+        Entry::Real(vec![effort.residual]),
         Entry::Count(vec![*equations as u64]),
         Entry::Count(vec![result.connected.active.len() as u64]),
         Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),

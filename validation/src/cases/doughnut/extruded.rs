@@ -48,18 +48,15 @@ impl Job {
     fn shared<const D: usize, B>(&self, mut scene: SceneIn<D, B>) -> SceneIn<D, B> {
         let degrees = if self.yields { 40 } else { 20 };
         for material in scene.materials.values_mut() {
-            let (young, poisson, density) = (Positive(1e6), mpm_scene::language::Poisson(0.0), None);
+            let (young, poisson, density) = (Positive(1e6).into(), mpm_scene::language::Poisson(0.0), None);
             *material = if self.yields {
-                {
-                    let (yield_radius, undrained_strength, softening) = (Some(Positive(1e6)), None, None);
-                    MaterialInput::VonMises {
-                        young,
-                        poisson,
-                        yield_radius,
-                        undrained_strength,
-                        softening,
-                        density,
-                    }
+                MaterialInput::VonMises {
+                    young,
+                    poisson,
+                    yield_radius: Some(Positive(1e6).into()),
+                    undrained_strength: None,
+                    softening: None,
+                    density,
                 }
             } else {
                 MaterialInput::Hencky { young, poisson, density }
