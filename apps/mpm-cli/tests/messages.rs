@@ -282,7 +282,6 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/grid.rs", "{count:.3e} pieces of the body", "depends on the machine"),
     ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
-    ("rehearsal.rs", "plastic state", "name of a column"),
     ("estimate/remarks.rs", "", "remarks of `mpm check`, in the validation's faults"),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
     ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),
