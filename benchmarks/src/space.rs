@@ -36,8 +36,8 @@ pub struct Run {
     pub processor: f64,
     /// The same on the wall `[s]`.
     pub wall: f64,
-    /// Processor time that was predicted `[s]`.
-    pub predicted_seconds: f64,
+    /// Processor time that was predicted, least and most `[s]`.
+    pub predicted_seconds: [f64; 2],
     /// Memory that was predicted `[B]`.
     pub predicted_memory: usize,
     /// Largest resident memory, where the system tells `[B]`.
@@ -108,7 +108,7 @@ pub fn cube(cells: u32, steps: u32, threads: usize) -> Result<Run, Failure> {
         linear_iterations: counted.iterations,
         processor: work.processor,
         wall: work.wall,
-        predicted_seconds: estimate.seconds.total(0, 1),
+        predicted_seconds: estimate.seconds.range(0, 1),
         predicted_memory: estimate.memory.total(),
         peak_memory: machine::peak_memory(),
         phases: summary.timings.iter().map(PhaseTime::from).collect(),
@@ -172,7 +172,7 @@ fn whole(runs: &[Run]) -> Table {
             run.iterations.to_string(),
             format!("{:.1}", run.linear_iterations as f64 / run.iterations as f64),
             format!("{:.2}", run.processor),
-            format!("{:.2}", run.predicted_seconds),
+            format!("{:.2} to {:.2}", run.predicted_seconds[0], run.predicted_seconds[1]),
             format!("{:.2}", 1e6 * run.processor / run.points as f64),
             memory(1e-6),
             format!("{:.2}", 1e-6 * run.predicted_memory as f64),

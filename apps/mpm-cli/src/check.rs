@@ -46,6 +46,7 @@ fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
         })).collect::<Vec<Value>>(),
         "remarks": it.remarks,
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
+        "warnings": it.warnings,
     })
 }
 
@@ -126,6 +127,9 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     }
     for note in notes {
         line("note", note.clone());
+    }
+    for warning in &it.warnings {
+        line("warning", warning.clone());
     }
     lines.into_text()
 }

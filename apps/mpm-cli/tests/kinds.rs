@@ -174,3 +174,31 @@ fn rows_of_many_small_steps_are_all_there() {
     let results = Results::open(folder.path().join("many_steps.h5")).unwrap();
     assert_eq!(results.rows(), 4001);
 }
+
+#[test]
+fn what_nothing_holds_and_what_no_stabilisation_reaches_is_told_before_the_run() {
+    let folder = folder(&["unheld_on_rollers.ron", "not_stabilised.ron", "soft_on_stiff.ron"]);
+    let notes = |arguments: &[&str]| flat(&says(folder.path(), &[&["check"], arguments].concat()));
+    let told = notes(&["unheld_on_rollers.ron"]);
+    assert!(told.contains("nothing holds body `b` along x: the run will end in its first load step"), "{told}");
+    let told = notes(&["unheld_on_rollers.ron", "--set", "unheld_motion=Zero"]);
+    assert!(told.contains("along x: which is kept at zero if no load acts along it"), "{told}");
+    let told = notes(&["not_stabilised.ron"]);
+    assert!(told.contains("the remedy is `stabilisation: Ghost()`"), "{told}");
+    assert!(!notes(&["not_stabilised.ron", "--set", "stabilisation=Ghost()"]).contains("Ghost()"));
+}
+
+#[test]
+fn a_base_that_is_a_million_million_times_as_stiff_takes_what_the_top_gives() {
+    let folder = folder(&["soft_on_stiff.ron"]);
+    let output = mpm(folder.path(), &["run", "soft_on_stiff.ron", "-q", "-o", "s.h5"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let results = Results::open(folder.path().join("s.h5")).unwrap();
+    let last = |name: &str| results.column(name).unwrap().values().last().copied().unwrap();
+    let (top, base) = (last("reaction/top"), last("reaction/base"));
+    assert!(
+        (top + base).abs() < 1e-12 && (base - 1.0151854).abs() < 1e-6,
+        "{top} at the top, {base} at the base"
+    );
+    assert!(last("residual") < 1e-9);
+}

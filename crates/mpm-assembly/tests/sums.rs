@@ -3,7 +3,7 @@
 
 mod setup;
 
-use mpm_assembly::{Constraints, InadmissibleState, PassInput, Sums};
+use mpm_assembly::{AdvanceError, Constraints, Converged, InadmissibleState, PassInput, Sums};
 use mpm_basis::{Basis, Cpdi1, Gimp, Smpm};
 use mpm_grid::Vector;
 use setup::{Setup, apart, field, flat, law, sum, times};
@@ -117,4 +117,21 @@ fn an_inverting_trial_names_its_first_point() {
     assert!(
         matches!(error.reason, InadmissibleState::Inverted { determinant } if (determinant + 0.5).abs() < 1e-14)
     );
+}
+
+#[test]
+fn a_displacement_longer_than_the_mesh_is_not_carried_out() {
+    let mut setup = setup::<2, _>(Smpm, 5, 3);
+    let reach = 3.0 * 2.0_f64.sqrt();
+    for (length, is_carried) in [(0.99 * reach, true), (1.01 * reach, false), (737.3, false)] {
+        let increment = vec![Vector::<2>::new(0.6, -0.8) * length; setup.active.len()];
+        let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &increment };
+        match setup.body.prepare(&setup.plan, step) {
+            Ok(()) => assert!(is_carried, "{length}"),
+            Err(AdvanceError::TooFar { point: 0, distance, reach: most, .. }) => {
+                assert!(!is_carried && (distance - length).abs() < 1e-9 && (most - reach).abs() < 1e-12);
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
 }

@@ -60,8 +60,12 @@ struct Renumbered<const D: usize> {
 impl<const D: usize> Connectivity<D> {
     /// Renumbers one body's stencils by active node; influences on inactive nodes are dropped.
     pub fn of(stencils: Stencils<D>, active: &ActiveNodes<D>) -> Self {
-        let chunks: Vec<Renumbered<D>> =
-            stencils.chunks.into_par_iter().map(|chunk| Renumbered::of(chunk, active)).collect();
+        let renumber = |chunk| Renumbered::of(chunk, active);
+        let chunks: Vec<Renumbered<D>> = match stencils.chunks.len() {
+            // Not worth waking a thread.
+            0 | 1 => stencils.chunks.into_iter().map(renumber).collect(),
+            _ => stencils.chunks.into_par_iter().map(renumber).collect(),
+        };
 
         let mut sets = NodeSets::new(active.len());
         let mut groups = Vec::with_capacity(chunks.iter().map(|chunk| chunk.ends.len()).sum());

@@ -2,9 +2,9 @@
 
 use crate::basis::Basis;
 use crate::influence::Stencil;
+use crate::parallel::each;
 use crate::stencils::{Chunk, Stencils, UnconnectedPoint};
 use mpm_grid::{Mesh, NodeSpace, Vector};
-use rayon::prelude::*;
 
 /// Points per parallel task; fixed, so that nothing depends on the number of threads. A run of points
 /// that share their nodes ends with its task.
@@ -26,25 +26,22 @@ impl<const D: usize> Stencils<D> {
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(x.len(), domain.len(), "one domain per point");
         let nodes = NodeSpace::of(basis.node_kind(), mesh).expect("the mesh has nodes of the basis' kind");
-        let chunks: Vec<Result<_, UnconnectedPoint<D>>> = (0..x.len().div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let first = chunk * CHUNK;
-                let points = first..(first + CHUNK).min(x.len());
-                let mut made = Chunk::with_capacity(points.len());
-                let mut stencil = Stencil::new();
-                for point in points {
-                    stencil.clear();
-                    basis
-                        .influences(mesh, &x[point], &domain[point], &mut stencil)
-                        .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
-                    stencil.finish();
-                    made.push(stencil.entries());
-                }
-                made.finish(nodes.lattice());
-                Ok(made)
-            })
-            .collect();
+        let chunks: Vec<Result<_, UnconnectedPoint<D>>> = each(x.len().div_ceil(CHUNK), &|chunk| {
+            let first = chunk * CHUNK;
+            let points = first..(first + CHUNK).min(x.len());
+            let mut made = Chunk::with_capacity(points.len());
+            let mut stencil = Stencil::new();
+            for point in points {
+                stencil.clear();
+                basis
+                    .influences(mesh, &x[point], &domain[point], &mut stencil)
+                    .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
+                stencil.finish();
+                made.push(stencil.entries());
+            }
+            made.finish(nodes.lattice());
+            Ok(made)
+        });
         Ok(Self { chunks: chunks.into_iter().collect::<Result<_, _>>()? })
     }
 }

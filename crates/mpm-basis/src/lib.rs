@@ -41,6 +41,7 @@ mod evaluation;
 mod fallback;
 mod gimp;
 mod influence;
+pub mod parallel;
 mod sampled;
 mod simplex;
 mod smpm;

@@ -90,6 +90,23 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
+    /// Diagonal of the box around the edges of the mesh `[L]`.
+    pub fn diagonal(&self) -> f64 {
+        let nodes = self.lattice.nodes();
+        let (mut low, mut high) = (self.position_at(&[0; D]), self.position_at(&[0; D]));
+        for (direction, &along) in nodes.iter().enumerate() {
+            for corner in (0..1_usize << D).filter(|corner| corner >> direction & 1 == 0) {
+                for k in 0..along {
+                    let mut index = from_fn(|d| if corner >> d & 1 == 0 { 0 } else { nodes[d] - 1 });
+                    index[direction] = k;
+                    let position = self.position_at(&index);
+                    (low, high) = (low.inf(&position), high.sup(&position));
+                }
+            }
+        }
+        (high - low).norm()
+    }
+
     /// The axes of an unbent box, along which the shape functions separate; `None` for other meshes.
     #[inline]
     pub fn rectilinear(&self) -> Option<&[Axis; D]> {

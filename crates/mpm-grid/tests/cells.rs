@@ -1,6 +1,6 @@
 //! The linear cell on randomly distorted quadrilaterals and hexahedra.
 
-use mpm_grid::{Block, LinearCell, Vector};
+use mpm_grid::{Axis, Block, Layout, LinearCell, Mesh, Span, Vector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use std::array::from_fn;
@@ -157,4 +157,13 @@ fn beyond_a_fold_there_is_no_local_coordinate() {
             assert!(y.abs() < 1e-9 && cell.determinant(&local) > -1e-9);
         }
     }
+}
+
+#[test]
+fn the_diagonal_is_that_of_the_box_around_the_mesh() {
+    let axes = [Axis::uniform(-1.0, 2.0, 3).unwrap(), Axis::uniform(0.0, 4.0, 2).unwrap()];
+    assert_eq!(Mesh::at_rest(&Layout::on_axes(axes).unwrap()).diagonal(), 5.0);
+    let radii = Axis::uniform(1.0, 2.0, 2).unwrap();
+    let ring = Layout::<2>::ring([7.0, 1.0], radii, 16, Span::Full, None).unwrap();
+    assert!((Mesh::at_rest(&ring).diagonal() - 4.0 * 2.0_f64.sqrt()).abs() < 1e-12);
 }

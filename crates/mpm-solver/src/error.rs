@@ -15,7 +15,10 @@ pub enum Error {
     #[error(transparent)]
     Nodes(#[from] crate::nodes::NodeMismatch),
     /// A load step could not be solved, however short.
-    #[error("load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}")]
+    #[error(
+        "load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}{}",
+        remedy.as_ref().map_or(String::new(), |remedy| format!("; {remedy}"))
+    )]
     Step {
         /// Row of the history that the step would have become.
         step: usize,
@@ -27,6 +30,8 @@ pub enum Error {
         level: u8,
         /// What went wrong in the last try.
         reason: StepFailure,
+        /// What the scene can have against it.
+        remedy: Option<Remedy>,
     },
     /// Splitting domains that have outgrown their cells would make too many points.
     #[error(
@@ -68,6 +73,21 @@ pub enum Error {
     /// An observer (the results file, say) could not go on.
     #[error("the run's record could not be written: {0}")]
     Observer(ObserverError),
+}
+
+/// What a scene can have against failures of load steps.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// Stiffness for the cells that bodies barely reach.
+    #[error(
+        "bodies barely reach some nodes (the least has {part:.0e} of the stiffness of the others), which makes steps \
+        fail: the scene can have `stabilisation: Ghost()`"
+    )]
+    Stabilisation {
+        /// Smallest stiffness of a node over the median.
+        part: f64,
+    },
 }
 
 /// Why one load step failed.
@@ -144,7 +164,7 @@ pub enum StepFailure {
     #[error(
         "the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
         material there is not held, or barely reaches the node's cells{}",
-        if *stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
+        if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
     )]
     Singular {
         /// Number of the node in the grid.
@@ -155,8 +175,26 @@ pub enum StepFailure {
         component: usize,
         /// How it showed.
         cause: String,
-        /// Whether the cells at the edge of the bodies were stabilised.
-        stabilised: bool,
+        /// Whether the cells at the edge of the bodies could be stabilised and are not.
+        can_be_stabilised: bool,
+    },
+    /// A rigid motion is held by nothing.
+    #[error(
+        "nothing holds {motion}: no support and no stiffness resists this rigid motion, so that its size is \
+        arbitrary; hold it, or keep it at zero with `unheld_motion: Zero`, if no load acts along it"
+    )]
+    Unheld {
+        /// What moves, and how.
+        motion: String,
+    },
+    /// A rigid motion that is to be kept at zero has a load along it.
+    #[error(
+        "nothing holds {motion}, and the loads act along this rigid motion, so that \
+        `unheld_motion: Zero` cannot keep it at zero: hold it"
+    )]
+    UnheldLoaded {
+        /// What moves, and how.
+        motion: String,
     },
     /// The tangent is singular in an unknown that belongs to no node's displacement.
     #[error("the tangent is singular in an unknown of contribution `{contribution}` ({cause})")]
@@ -188,10 +226,25 @@ pub enum StepFailure {
 }
 
 impl StepFailure {
+    /// Whether nodes that bodies barely reach can be the cause, and its message does not say so.
+    pub(crate) fn may_need_stabilisation(&self) -> bool {
+        matches!(
+            self,
+            StepFailure::NotConverged { .. }
+                | StepFailure::Inverted { .. }
+                | StepFailure::NoReturn { .. }
+                | StepFailure::Linear(_)
+                | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. }
+        )
+    }
+
     /// Whether the step failed before its length mattered.
     pub(crate) fn is_at_start(&self) -> bool {
         match self {
-            StepFailure::Outside { .. } | StepFailure::Mesh(_) => true,
+            StepFailure::Outside { .. }
+            | StepFailure::Mesh(_)
+            | StepFailure::Unheld { .. }
+            | StepFailure::UnheldLoaded { .. } => true,
             StepFailure::Refused { is_step_too_long, .. } => !is_step_too_long,
             _ => false,
         }

@@ -22,18 +22,20 @@ pub mod observe;
 mod predictor;
 mod progress;
 mod record;
+mod remedy;
+mod rigid;
 mod run;
 mod skipped;
 mod state;
 mod steps;
 mod timing;
 
-pub use error::{Error, PathFailure, StepFailure};
+pub use error::{Error, PathFailure, Remedy, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
 pub use model::{
     BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure, PointLoad,
     PredictorKind, Prescribed, Probe, Schedule, Share, SolverChoice, SolverFactory, Support, Tolerance, Turn,
-    across,
+    UnheldMotion, across,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

@@ -19,6 +19,7 @@ use crate::model::Model;
 use crate::progress::DomainCounts;
 use crate::record::energy::StepEnergy;
 use crate::record::{Balanced, StepResult};
+use crate::rigid::rest::unheld;
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Converged, Trial};
@@ -67,7 +68,7 @@ fn balance<const D: usize>(
     plan: &mut Plan<D>,
     solver: &mut Solver<D>,
 ) -> Result<Balanced<D>, StepFailure> {
-    let loading = StepLoading { model, mesh, connected, start: plan.start };
+    let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[] };
     let (constraints, external) = (loading.constraints(plan.end)?, loading.external_force(plan.end));
     let bodies = connected.bodies(&model.bodies);
     let problem = Problem {
@@ -79,9 +80,13 @@ fn balance<const D: usize>(
         constraints: &constraints,
         end: plan.end,
         external: &external,
-        round_off: loading.round_off(),
+        round_off: &loading.round_off(),
         tolerance: model.tolerance,
     };
+    let rest = unheld(model, &problem)?;
+    let constraints = rest.constraints(&constraints);
+    let loading = StepLoading { pins: rest.pins(), ..loading };
+    let problem = Problem { constraints: &constraints, ..problem };
     let lines = lines(model);
     let index = connected.active.lattice_indices();
     let hints = Hints {
@@ -95,7 +100,7 @@ fn balance<const D: usize>(
     connected.is_analysed.set(true);
 
     let (mut end, span) = (plan.end, plan.end.get() - plan.start.get());
-    let equilibrium = match &mut plan.kind {
+    let mut equilibrium = match &mut plan.kind {
         StepKind::Load(predictor) => {
             let guess = predictor.as_ref().map(|last| last.displacement(connected, span, &constraints));
             newton::solve(&problem, guess, solver)?
@@ -108,11 +113,9 @@ fn balance<const D: usize>(
             equilibrium
         }
     };
-    let energy = model.energies.then(|| {
-        let (before, after) = (loading.external_force(plan.start), loading.external_force(end));
-        StepEnergy::of(&Problem { external: &after, end, ..problem }, &before, &equilibrium)
-    });
-    let energy = energy.transpose()?;
+    rest.settle(model, &problem, &mut equilibrium)?;
+    let energy = || StepEnergy::of_step(&problem, &loading, [plan.start, end], &equilibrium);
+    let energy = model.energies.then(energy).transpose()?;
     let condition = if model.condition_history { solver.condition(&problem) } else { None };
     Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
 }
@@ -128,7 +131,8 @@ fn advance<const D: usize>(
 ) -> Result<(), StepFailure> {
     let increment = &balanced.equilibrium.increment;
     if !model.contributions.is_empty() {
-        let constraints = &StepLoading { model, mesh, connected, start }.constraints(balanced.end)?;
+        let constraints =
+            &StepLoading { model, mesh, connected, start, pins: &[] }.constraints(balanced.end)?;
         let pattern = &connected.pattern;
         let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
         model.contributions.iter_mut().for_each(|named| named.contribution.prepare(&trial));

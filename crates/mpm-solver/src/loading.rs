@@ -1,6 +1,7 @@
 //! Loading of a load step: prescribed displacements and external forces at a load fraction.
 
 use crate::connection::Connected;
+use crate::equilibrium::round_off::{BodyScale, RoundOff, norm_of};
 use crate::error::{PathFailure, StepFailure};
 use crate::model::{Model, Prescribed};
 use mpm_assembly::{BodyLoads, Constraints};
@@ -17,6 +18,8 @@ pub(crate) struct StepLoading<'a, const D: usize> {
     pub connected: &'a Connected<D>,
     /// Load fraction at the start of the step.
     pub start: LoadFraction,
+    /// Components of active nodes that are held besides the supports, because nothing else holds a rigid motion.
+    pub pins: &'a [(usize, usize)],
 }
 
 /// Loading at a load fraction t and its derivative.
@@ -39,7 +42,7 @@ impl<const D: usize> StepLoading<'_, D> {
     /// # Errors
     /// The mesh cannot be placed at `end`, and a support follows it.
     pub(crate) fn constraints(&self, end: LoadFraction) -> Result<Constraints<D>, StepFailure> {
-        let Self { model, mesh, connected, start } = *self;
+        let Self { model, mesh, connected, start, pins } = *self;
         let mut constraints = Constraints::none(connected.active.len());
         for support in &model.supports {
             for &node in &support.nodes {
@@ -61,6 +64,9 @@ impl<const D: usize> StepLoading<'_, D> {
                 }
             }
         }
+        for &(number, component) in pins {
+            constraints.prescribe(number, component, 0.0);
+        }
         Ok(constraints)
     }
 
@@ -77,14 +83,29 @@ impl<const D: usize> StepLoading<'_, D> {
         external
     }
 
-    /// Out-of-balance force that rounding alone can cause: a few units in the last place of strain in
-    /// every point `[F]`.
-    pub(crate) fn round_off(&self) -> f64 {
-        let mut scale = vec![0.0; self.connected.active.len()];
+    /// Forces that rounding can cause: a few units in the last place of strain in every point.
+    pub(crate) fn round_off(&self) -> RoundOff {
+        let n_nodes = self.connected.active.len();
+        let several = self.model.bodies.len() > 1;
+        let (mut stiffness, mut bodies) = (vec![0.0; n_nodes], Vec::new());
         for (named, assembly_plan) in self.model.bodies.iter().zip(&self.connected.assembly_plans) {
-            named.body.stiffness_force(assembly_plan.connectivity(), &mut scale);
+            let connectivity = assembly_plan.connectivity();
+            if !several {
+                named.body.stiffness_force(connectivity, &mut stiffness);
+                continue;
+            }
+            let mut own = vec![0.0; n_nodes];
+            named.body.stiffness_force(connectivity, &mut own);
+            let mut is_reached = vec![false; n_nodes];
+            for set in 0..connectivity.n_node_sets() {
+                connectivity.node_set(set).iter().for_each(|&node| is_reached[node as usize] = true);
+            }
+            let nodes = (0..n_nodes as u32).filter(|&node| is_reached[node as usize]).collect();
+            bodies.push(BodyScale { nodes, stiffness: norm_of(&own) });
+            stiffness.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
         }
-        2.0 * f64::EPSILON * scale.iter().map(|x| x * x).sum::<f64>().sqrt()
+        let all = 2.0 * f64::EPSILON * norm_of(&stiffness);
+        RoundOff { stiffness, all, bodies }
     }
 
     /// Loading at a load fraction and its derivative by central differences; beyond 0 and 1 the loading goes on in a

@@ -10,6 +10,7 @@ use crate::model::Model;
 use crate::observe::{Moment, Observer, Outcome};
 use crate::record::history::Record;
 use crate::record::summary::Summary;
+use crate::remedy::with_remedy;
 use crate::state::{State, StateError};
 use crate::steps::Steps;
 use crate::steps::plan::StepKind;
@@ -119,7 +120,11 @@ impl<const D: usize> RunState<D> {
                     solver.end_step();
                     self.offer(Moment::Step(self.record.rows() - 1), model, observer)?;
                 }
-                Err(failure) => self.steps.reject(&plan, failure)?,
+                Err(failure) => {
+                    let connected = self.tools.former.as_ref().map(|former| &former.connected);
+                    let rejected = self.steps.reject(&plan, failure);
+                    rejected.map_err(|error| with_remedy(error, model, connected))?;
+                }
             }
         }
         Ok(())

@@ -1,8 +1,13 @@
-//! Contributions with unknowns of their own: a nodal field, and a rigid punch that is driven by forces.
+//! Contributions with unknowns of their own (a nodal field, a rigid punch that is driven by forces), contributions that
+//! hold bodies, and one whose residual is not a number.
 
 #[path = "contributions/field.rs"]
 mod field;
+#[path = "contributions/holding.rs"]
+mod holding;
 #[path = "contributions/punch.rs"]
 mod punch;
+#[path = "contributions/scale.rs"]
+mod scale;
 #[path = "contributions/setup.rs"]
 mod setup;

@@ -3,7 +3,8 @@
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
-use crate::body::trial::{InadmissiblePoint, Trial, trial, trial_of};
+use crate::body::trial::{Committed, InadmissiblePoint, Trial, trial, trial_of};
+use mpm_basis::parallel::both;
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Convection, ConvectionError};
 use mpm_grid::{Block, Mesh, Vector};
 use mpm_material::{Material, SymmetricTensor};
@@ -18,6 +19,21 @@ pub enum AdvanceError {
     /// It has no admissible state.
     #[error(transparent)]
     Inadmissible(#[from] InadmissiblePoint),
+    /// It has moved farther than any mesh could carry it.
+    #[error(
+        "material point {point} at {position:?} would move by {distance} in one load step, and the mesh is no \
+        longer than {reach}: this equilibrium is not believed"
+    )]
+    TooFar {
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step `[L]`.
+        position: Vec<f64>,
+        /// Length of its displacement in the step `[L]`.
+        distance: f64,
+        /// Diagonal of the mesh `[L]`.
+        reach: f64,
+    },
     /// Its domain cannot be carried on.
     #[error("material point {point} at {position:?}: {reason}")]
     Domain {
@@ -44,54 +60,44 @@ pub struct Converged<'a, const D: usize> {
 /// What the law says of the points after a load step, worked out beside the present columns.
 ///
 /// Kept from step to step: a step writes all of it, and [`PreparedState::swap`] exchanges it for the present columns.
-pub(crate) struct PreparedState<const D: usize, M: Material> {
+#[derive(Default)]
+pub(crate) struct PreparedState<const D: usize> {
     deformation_gradient: Vec<Block<D>>,
     elastic_excess: Vec<SymmetricTensor>,
-    history: Vec<M::History>,
     plastic: Vec<bool>,
 }
 
-// Derived `Default` would ask for `M: Default`.
-impl<const D: usize, M: Material> Default for PreparedState<D, M> {
-    fn default() -> Self {
-        Self {
-            deformation_gradient: Vec::new(),
-            elastic_excess: Vec::new(),
-            history: Vec::new(),
-            plastic: Vec::new(),
-        }
-    }
-}
-
-impl<const D: usize, M: Material> PreparedState<D, M> {
+impl<const D: usize> PreparedState<D> {
     /// Works out the state after the step under `increment`, the `Δu_v` of every active node `[L]`: the trial state
-    /// of the law becomes the committed one.
+    /// of the law becomes the committed one, and `next_history` what it remembers.
     ///
     /// # Errors
     /// The first point (in order) that has no admissible state under the increment.
-    pub fn advance(
+    pub fn advance<M: Material>(
         &mut self,
-        law: &M,
-        points: &Points<D, M>,
+        next_history: &mut Vec<M::History>,
+        committed: Committed<'_, D, M>,
         plan: &AssemblyPlan<D>,
         increment: &[Vector<D>],
     ) -> Result<(), InadmissiblePoint> {
+        let points = committed.points;
         let n = points.len();
         self.deformation_gradient.resize(n, Block::zeros());
         self.elastic_excess.resize(n, SymmetricTensor::ZERO);
         // Written anew, too; this is for the length.
-        self.history.clone_from(&points.history);
+        next_history.clear();
+        next_history.extend_from_slice(committed.history);
         self.plastic.resize(points.plastic.len(), false);
         let columns = StateColumns {
             deformation_gradient: &mut self.deformation_gradient,
             elastic_excess: &mut self.elastic_excess,
-            history: &mut self.history,
+            history: next_history,
             plastic: &mut self.plastic,
         };
         let connectivity = plan.connectivity();
         let dilated = match plan.dilatation() {
             None => Vec::new(),
-            Some(dilatation) => Dilated { law, points, connectivity, dilatation, increment }.steps()?,
+            Some(dilatation) => Dilated { committed, connectivity, dilatation, increment }.steps()?,
         };
         in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, mut columns| {
             let mut du = Vec::new();
@@ -102,8 +108,8 @@ impl<const D: usize, M: Material> PreparedState<D, M> {
                 for k in 0..view.points {
                     let p = view.first_point + k;
                     let state = match dilated.get(p) {
-                        None => trial(law, points, p, &du, view.point(k).1)?,
-                        Some(step) => trial_of(law, points, p, *step)?,
+                        None => trial(committed, p, &du, view.point(k).1)?,
+                        Some(step) => trial_of(committed, p, *step)?,
                     };
                     columns.write::<M>(at, state, &points.deformation_gradient[p]);
                     at += 1;
@@ -119,10 +125,9 @@ impl<const D: usize, M: Material> PreparedState<D, M> {
     }
 
     /// Makes the prepared columns the present ones.
-    pub fn swap(&mut self, points: &mut Points<D, M>) {
+    pub fn swap(&mut self, points: &mut Points<D>) {
         std::mem::swap(&mut self.deformation_gradient, &mut points.deformation_gradient);
         std::mem::swap(&mut self.elastic_excess, &mut points.elastic_excess);
-        std::mem::swap(&mut self.history, &mut points.history);
         std::mem::swap(&mut self.plastic, &mut points.plastic);
     }
 }
@@ -145,7 +150,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
     /// `deformation_gradient` is F of every point after the step.
     ///
     /// # Errors
-    /// The first point (in order) whose domain cannot be carried on.
+    /// The first point (in order) that moves too far, or whose domain cannot be carried on.
     pub fn advance<B: Basis<D, Domain = Domain>>(
         &mut self,
         basis: &B,
@@ -159,6 +164,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
         self.position.extend_from_slice(position);
         self.domain.clear();
         self.domain.extend_from_slice(domain);
+        let reach = step.mesh.diagonal();
         let columns = (&mut self.position[..], &mut self.domain[..]);
         in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, (positions, domains)| {
             let mut du = Vec::new();
@@ -171,6 +177,11 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
                     let mut displacement = Vector::zeros();
                     for (value, du) in view.point(k).0.iter().zip(&du) {
                         displacement += du * *value;
+                    }
+                    let distance = displacement.norm();
+                    if distance > reach {
+                        let position = position[p].iter().copied().collect();
+                        return Err(AdvanceError::TooFar { point: p, position, distance, reach });
                     }
                     let convection = Convection {
                         displacement,
@@ -269,7 +280,7 @@ fn in_groups<const D: usize, C: SplitColumns, E: Send>(
     let middle = (groups.start + groups.end) / 2;
     let at = connectivity.group_points(middle).start - connectivity.group_points(groups.start).start;
     let (low, high) = columns.split_at(at);
-    let (low, high) = rayon::join(
+    let (low, high) = both(
         || in_groups(connectivity, groups.start..middle, low, work),
         || in_groups(connectivity, middle..groups.end, high, work),
     );

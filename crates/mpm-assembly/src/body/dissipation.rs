@@ -3,8 +3,7 @@
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::kinematics::{block, gradient, trial_excess};
-use crate::body::points::Points;
-use crate::body::trial::{InadmissiblePoint, dissipated, trial};
+use crate::body::trial::{Committed, InadmissiblePoint, dissipated, trial};
 use mpm_grid::{Block, Vector};
 use mpm_material::Material;
 
@@ -26,19 +25,19 @@ use mpm_material::Material;
 /// # Errors
 /// The first point that has no admissible state under the trial displacement.
 pub fn dissipation<const D: usize, M: Material>(
-    law: &M,
-    points: &Points<D, M>,
+    committed: Committed<'_, D, M>,
     plan: &AssemblyPlan<D>,
     increment: &[Vector<D>],
     gradient_sum: &mut [Vector<D>],
 ) -> Result<f64, InadmissiblePoint> {
+    let Committed { law, points, .. } = committed;
     let mut energy = 0.0;
     if !M::PLASTIC {
         return Ok(energy);
     }
     let connectivity = plan.connectivity();
     if let Some(dilatation) = plan.dilatation() {
-        return Dilated { law, points, connectivity, dilatation, increment }.dissipation(gradient_sum);
+        return Dilated { committed, connectivity, dilatation, increment }.dissipation(gradient_sum);
     }
     let mut du = Vec::new();
     for view in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
@@ -47,7 +46,7 @@ pub fn dissipation<const D: usize, M: Material>(
         for k in 0..view.points {
             let (_, gradients) = view.point(k);
             let p = view.first_point + k;
-            let state = trial(law, points, p, &du, gradients)?;
+            let state = trial(committed, p, &du, gradients)?;
             if !state.response.plastic {
                 continue;
             }

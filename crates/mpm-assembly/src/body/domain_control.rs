@@ -3,10 +3,9 @@
 use crate::body::kinematics::inverse_and_determinant;
 use crate::body::points::Points;
 use mpm_basis::domain_control::{cap, is_too_long, reshape, split};
+use mpm_basis::parallel::each_point;
 use mpm_basis::{Basis, DomainControl, DomainPart};
 use mpm_grid::{Mesh, Vector};
-use mpm_material::Material;
-use rayon::prelude::*;
 
 /// What has been done about the domains of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,51 +29,57 @@ pub struct TooManyPoints {
 
 /// Shortens or splits all domains that are too long in `mesh`.
 ///
-/// Parts take the place of their point: they have its F, elastic state, and history, their shares of its
-/// volume and mass, and rest where F says they did.
+/// Parts take the place of their point, see [`Points::divided`]; where any point was split, the positions of all
+/// points are returned, too.
 ///
 /// # Errors
 /// More points than `most`; nothing has changed.
-pub(crate) fn control<const D: usize, B: Basis<D>, M: Material>(
+pub(crate) fn control<const D: usize, B: Basis<D>>(
     basis: &B,
-    points: &mut Points<D, M>,
+    position: &[Vector<D>],
     domains: &mut Vec<B::Domain>,
     mesh: &Mesh<D>,
     control: DomainControl,
     most: usize,
-) -> Result<Controlled, TooManyPoints> {
-    let position = &points.position[..];
+) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints> {
     match control {
         DomainControl::Cap { cells } => {
-            Ok(shortened(position, domains, |x, domain| cap(mesh, x, domain, cells)))
+            let done = shortened(position, domains, |x, domain| cap(mesh, x, domain, cells));
+            Ok((done, Vec::new()))
         }
         DomainControl::Reshape { cells } => {
-            Ok(shortened(position, domains, |x, domain| reshape(mesh, x, domain, cells)))
+            let done = shortened(position, domains, |x, domain| reshape(mesh, x, domain, cells));
+            Ok((done, Vec::new()))
         }
         DomainControl::Split { cells } => {
             let (split, parts) = divided(basis, (position, domains), mesh, cells, most)?;
             if split == 0 {
-                return Ok(Controlled::default());
+                return Ok((Controlled::default(), Vec::new()));
             }
-            let mut next = Points::default();
-            parts.iter().for_each(|(p, part)| next.push_part(points, *p, part.position, part.share));
-            *points = next;
+            let positions = parts.iter().map(|(_, part)| part.position).collect();
             let shares = parts.iter().map(|(p, part)| (*p, part.share)).collect();
             *domains = parts.into_iter().map(|(_, part)| part.domain).collect();
-            Ok(Controlled { split, parts: shares, ..Controlled::default() })
+            Ok((Controlled { split, parts: shares, ..Controlled::default() }, positions))
         }
     }
 }
 
 /// Counts the domains that `shorten` has found too long.
-fn shortened<const D: usize, Domain: Send>(
+fn shortened<const D: usize, Domain: Clone + Send + Sync>(
     position: &[Vector<D>],
     domains: &mut [Domain],
     shorten: impl Fn(&Vector<D>, &mut Domain) -> bool + Sync,
 ) -> Controlled {
-    let domains = domains.par_iter_mut().zip(position);
-    let capped: Vec<bool> = domains.map(|(domain, x)| shorten(x, domain)).collect();
-    Controlled { capped: capped.into_iter().filter(|it| *it).count(), ..Controlled::default() }
+    let next: Vec<(bool, Domain)> = each_point(domains.len(), &|p| {
+        let mut domain = domains[p].clone();
+        (shorten(&position[p], &mut domain), domain)
+    });
+    let mut capped = 0;
+    for (domain, (is_shorter, next)) in domains.iter_mut().zip(next) {
+        *domain = next;
+        capped += usize::from(is_shorter);
+    }
+    Controlled { capped, ..Controlled::default() }
 }
 
 /// Parts of points, each with the number of its point.
@@ -89,8 +94,7 @@ fn divided<const D: usize, B: Basis<D>>(
     cells: f64,
     most: usize,
 ) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
-    let points = position.par_iter().zip(domains);
-    let long: Vec<bool> = points.map(|(x, domain)| is_too_long(mesh, x, domain, cells)).collect();
+    let long: Vec<bool> = each_point(domains.len(), &|p| is_too_long(mesh, &position[p], &domains[p], cells));
     if !long.contains(&true) {
         return Ok((0, Vec::new()));
     }
@@ -113,7 +117,17 @@ fn divided<const D: usize, B: Basis<D>>(
     Ok((n_split, next))
 }
 
-impl<const D: usize, M: Material> Points<D, M> {
+impl<const D: usize> Points<D> {
+    /// The points of now, of which `parts` says the point of before and the share of that. They have its F and elastic
+    /// state, their shares of its volume and mass, and rest where F says they did.
+    pub(crate) fn divided(&self, parts: &[(usize, f64)], position: &[Vector<D>]) -> Self {
+        let mut next = Self::default();
+        for (&(p, share), x) in parts.iter().zip(position) {
+            next.push_part(self, p, *x, share);
+        }
+        next
+    }
+
     /// Adds a part of point `p` of `points`, which stands at `position`; columns that are empty there stay so.
     fn push_part(&mut self, points: &Self, p: usize, position: Vector<D>, share: f64) {
         let f = points.deformation_gradient[p];
@@ -126,7 +140,6 @@ impl<const D: usize, M: Material> Points<D, M> {
         self.mass.extend(points.mass.get(p).map(|mass| mass * share));
         self.deformation_gradient.push(f);
         self.elastic_excess.push(points.elastic_excess[p]);
-        self.history.push(points.history[p]);
         self.plastic.extend(points.plastic.get(p));
     }
 }
@@ -136,20 +149,19 @@ mod tests {
     use super::*;
     use mpm_basis::Cpdi1;
     use mpm_grid::{Axis, Block, Layout, LinearCell};
-    use mpm_material::{Elasticity, SymmetricTensor, VonMises};
+    use mpm_material::SymmetricTensor;
 
     type Domains = Vec<<Cpdi1 as Basis<2>>::Domain>;
 
     /// Two points of a body that has been sheared by 6, and a third that has not.
-    fn sheared() -> (Points<2, VonMises>, Domains, Mesh<2>) {
+    fn sheared() -> (Points<2>, Domains, Mesh<2>) {
         let axis = || Axis::uniform(0.0, 10.0, 10).unwrap();
         let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
-        let (mut points, mut domains) = (Points::<2, VonMises>::default(), Domains::new());
-        let law = VonMises::new(Elasticity::from_young_poisson(1.0, 0.3).unwrap(), 1.0).unwrap();
+        let (mut points, mut domains) = (Points::<2>::default(), Domains::new());
         for x in [4.5, 5.0, 5.5] {
             let corner = |c: usize| Vector::<2>::new(x + 0.5 * (c & 1) as f64, 5.0 + 0.25 * (c & 2) as f64);
             Cpdi1.seed(&LinearCell::new(std::array::from_fn(corner)), &mut |seed| {
-                points.push(&law, seed.position, seed.volume);
+                points.push(seed.position, seed.volume, true);
                 domains.push(seed.domain);
             });
         }
@@ -173,10 +185,9 @@ mod tests {
     #[test]
     fn splitting_keeps_mass_volume_their_centres_and_the_state() {
         let (before, mut domains_after, mesh) = sheared();
-        let mut after = before.clone();
-        let done =
-            control(&Cpdi1, &mut after, &mut domains_after, &mesh, DomainControl::Split { cells: 1.0 }, 100)
-                .unwrap();
+        let how = DomainControl::Split { cells: 1.0 };
+        let (done, position) = control(&Cpdi1, &before.position, &mut domains_after, &mesh, how, 100).unwrap();
+        let after = before.divided(&done.parts, &position);
         assert_eq!((done.capped, done.split), (0, 2));
         assert!(after.len() > 4 && done.parts.len() == after.len());
         assert_eq!(done.parts[after.len() - 1], (2, 1.0));
@@ -205,23 +216,21 @@ mod tests {
     fn shortening_changes_nothing_but_domains() {
         let (before, domains, mesh) = sheared();
         for how in [DomainControl::Cap { cells: 1.0 }, DomainControl::Reshape { cells: 1.0 }] {
-            let (mut after, mut domains_after) = (before.clone(), domains.clone());
-            let done = control(&Cpdi1, &mut after, &mut domains_after, &mesh, how, 3).unwrap();
+            let mut after = domains.clone();
+            let (done, position) = control(&Cpdi1, &before.position, &mut after, &mesh, how, 3).unwrap();
             assert_eq!(done, Controlled { capped: 2, ..Controlled::default() });
-            assert!(domains_after[0] != domains[0] && domains_after[2] == domains[2]);
-            assert_eq!(after.position, before.position);
-            assert_eq!(after.mass, before.mass);
-            assert_eq!(after.deformation_gradient, before.deformation_gradient);
+            assert!(position.is_empty(), "the points stay");
+            assert!(after[0] != domains[0] && after[2] == domains[2]);
         }
     }
 
     #[test]
     fn too_many_points_are_refused_and_nothing_changes() {
         let (before, domains, mesh) = sheared();
-        let (mut after, mut domains_after) = (before.clone(), domains.clone());
-        let refused =
-            control(&Cpdi1, &mut after, &mut domains_after, &mesh, DomainControl::Split { cells: 1.0 }, 5);
+        let mut after = domains.clone();
+        let how = DomainControl::Split { cells: 1.0 };
+        let refused = control(&Cpdi1, &before.position, &mut after, &mesh, how, 5);
         assert_eq!(refused, Err(TooManyPoints { most: 5 }));
-        assert_eq!((after.len(), &domains_after), (before.len(), &domains));
+        assert_eq!(after, domains);
     }
 }

@@ -9,11 +9,11 @@ use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
+use mpm_basis::parallel::each_point;
 use mpm_basis::{ActiveNodes, Connectivity, DomainControl, DomainReport, Stencils, UnconnectedPoint};
 use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
-use rayon::prelude::*;
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
@@ -94,6 +94,11 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Adds to `scale` the forces that a strain of one in every point would cause,
     /// `Σ_p V⁰_p M |∇S_vp|` with the law's P-wave modulus M: a scale for round-off `[F]`.
     fn stiffness_force(&self, connectivity: &Connectivity<D>, scale: &mut [f64]);
+
+    /// Adds to `scale` the same forces for the strains of which each point's stress is computed,
+    /// `Σ_p V⁰_p M |∇S_vp| (|b_e − I|_p + Σ_w |∇S_wp| |Δu_w|)`: each node's own scale for round-off under the increment
+    /// `Δu` `[F]`.
+    fn strain_force(&self, connectivity: &Connectivity<D>, increment: &[Vector<D>], scale: &mut [f64]);
 
     /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
     fn occupied_cells(
@@ -181,6 +186,6 @@ pub fn views<const D: usize>(body: &dyn Body<D>) -> impl Iterator<Item = PointVi
     let n = body.n_points();
     (0..n).step_by(BLOCK).flat_map(move |first| {
         let block = first..n.min(first + BLOCK);
-        block.into_par_iter().map(|point| body.point(point)).collect::<Vec<_>>()
+        each_point(block.len(), &|k| body.point(block.start + k))
     })
 }

@@ -1,77 +1,61 @@
 //! Points of one law under one basis.
 
 use super::occupied::{OccupiedCell, occupied};
-use crate::body::advance::{AdvanceError, Converged, PreparedDomains, PreparedState};
+use crate::body::advance::{AdvanceError, Converged, PreparedState};
 use crate::body::assembly_plan::AssemblyPlan;
+use crate::body::body_domains::{BodyDomains, DomainsOf};
+use crate::body::body_law::{BodyLaw, LawOf};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
-use crate::body::domain_control::{self, Controlled, TooManyPoints};
+use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::interface::{Body, BodyLoads, PointForce};
 use crate::body::kinematics::determinant;
 use crate::body::point_view::PointView;
-use crate::body::points::{Points, at_rest};
+use crate::body::points::Points;
 use crate::body::scatter::{PassInput, Sums};
-use crate::body::stored::{self, ForeignPoints, StoredPoints};
+use crate::body::start::{PointStart, RefusedStart};
+use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
 use crate::body::trial::InadmissiblePoint;
-use crate::body::{dissipation, pass};
 use mpm_basis::{
-    ActiveNodes, Basis, Connectivity, Domain, DomainControl, DomainReport, Seed, Stencils, UnconnectedPoint,
+    ActiveNodes, Basis, Connectivity, DomainControl, DomainReport, Seed, Stencils, UnconnectedPoint,
 };
 use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::{
-    Consolidation, FieldInfo, Material, NoReturn, OwnParameters, PointParameters, SymmetricTensor, respond,
-    start_under, stored_energy,
-};
-use nalgebra::Matrix3;
-use rayon::prelude::*;
+use mpm_material::{FieldInfo, Material};
 
-/// The one kind of [`Body`] there is: basis `B`, law `M`.
+/// The one kind of [`Body`] there is.
 ///
-/// A pass is compiled for the law, not for the basis, because it reads points and links only. What the basis decides
-/// are stencils, the convection of domains, and domain control.
-pub struct MaterialBody<const D: usize, B: Basis<D>, M: Material> {
-    basis: B,
-    law: M,
-    points: Points<D, M>,
-    /// Domain of every point; zero bytes for standard MPM.
-    domains: Vec<B::Domain>,
+/// What a law does is compiled once for each law, and what a basis does once for each basis: a pass reads points and
+/// links only, and nothing of a basis.
+pub struct MaterialBody<const D: usize> {
+    points: Points<D>,
+    law: Box<dyn BodyLaw<D>>,
+    domains: Box<dyn BodyDomains<D>>,
     /// The next step's columns, kept for their memory.
-    prepared: (PreparedState<D, M>, PreparedDomains<D, B::Domain>),
+    prepared: PreparedState<D>,
     is_prepared: bool,
     mean_dilatation: Option<MeanDilatation>,
 }
 
-/// How a point begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PointStart {
-    /// Parameters of its own, for laws that are [`PerPoint`](mpm_material::PerPoint).
-    pub own: Option<OwnParameters>,
-    /// Its stress, Cauchy's and Kirchhoff's in one `[F/L²]`; in the plane with its component along z.
-    pub stress: Option<SymmetricTensor>,
-    /// How far it was compressed in the past.
-    pub consolidation: Consolidation,
-}
-
-/// A point that cannot begin under its stress.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("material point {point} cannot begin under its stress: {reason}")]
-pub struct RefusedStart {
-    /// Index of the point in its body.
-    pub point: usize,
-    /// What the law says.
-    pub reason: NoReturn,
-}
-
-impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
+impl<const D: usize> MaterialBody<D> {
     /// A body of points that rest, free of stress, where their seeds are.
-    pub fn new(basis: B, law: M, seeds: impl IntoIterator<Item = Seed<D, B::Domain>>) -> Self {
+    pub fn new<B: Basis<D> + 'static, M: Material + 'static>(
+        basis: B,
+        law: M,
+        seeds: impl IntoIterator<Item = Seed<D, B::Domain>>,
+    ) -> Self {
         let (mut points, mut domains) = (Points::default(), Vec::new());
         for seed in seeds {
-            points.push(&law, seed.position, seed.volume);
+            points.push(seed.position, seed.volume, M::PLASTIC);
             domains.push(seed.domain);
         }
-        let prepared = (PreparedState::default(), PreparedDomains::default());
-        Self { basis, law, points, domains, prepared, is_prepared: false, mean_dilatation: None }
+        Self {
+            law: Box::new(LawOf::new(law, &points.position)),
+            domains: Box::new(DomainsOf::new(basis, domains)),
+            points,
+            prepared: PreparedState::default(),
+            is_prepared: false,
+            mean_dilatation: None,
+        }
     }
 
     /// The same, with the mass `density · V⁰` `[M]` in every point, which body forces need.
@@ -92,19 +76,7 @@ impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     /// The first point that has no elastic state under its stress.
     pub fn with_starts(mut self, starts: &[PointStart]) -> Result<Self, RefusedStart> {
         assert_eq!(starts.len(), self.points.len(), "every point has a start");
-        for (point, start) in starts.iter().enumerate() {
-            let mut parameters = PointParameters::at(at_rest(&self.points.position[point]));
-            (parameters.own, parameters.consolidation) = (start.own, start.consolidation);
-            self.points.history[point] = match &start.stress {
-                None => self.law.initial(&parameters),
-                Some(stress) => {
-                    let started = start_under(&self.law, &parameters, stress);
-                    let (excess, history) = started.map_err(|reason| RefusedStart { point, reason })?;
-                    self.points.elastic_excess[point] = excess;
-                    history
-                }
-            };
-        }
+        self.law.begin(&mut self.points, starts)?;
         Ok(self)
     }
 
@@ -112,19 +84,27 @@ impl<const D: usize, B: Basis<D>, M: Material> MaterialBody<D, B, M> {
     pub fn with_mean_dilatation(self, mean: Option<MeanDilatation>) -> Self {
         Self { mean_dilatation: mean, ..self }
     }
+
+    fn widths(&self) -> Widths {
+        Widths {
+            domain: self.domains.domain_numbers(),
+            history: self.law.history_numbers(),
+            plastic: usize::from(self.law.can_yield()),
+        }
+    }
 }
 
-impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M> {
+impl<const D: usize> Body<D> for MaterialBody<D> {
     fn n_points(&self) -> usize {
         self.points.len()
     }
 
     fn basis(&self) -> &'static str {
-        self.basis.name()
+        self.domains.basis()
     }
 
     fn node_kind(&self) -> NodeKind {
-        self.basis.node_kind()
+        self.domains.node_kind()
     }
 
     fn averages_volume_changes(&self) -> bool {
@@ -132,11 +112,11 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn can_yield(&self) -> bool {
-        M::PLASTIC
+        self.law.can_yield()
     }
 
     fn symmetry(&self) -> Symmetry {
-        if self.law.has_symmetric_tangent() { Symmetry::Symmetric } else { Symmetry::Unsymmetric }
+        self.law.symmetry()
     }
 
     fn history_fields(&self) -> Vec<FieldInfo> {
@@ -144,15 +124,15 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
     }
 
     fn history(&self, point: usize, to: &mut Vec<f64>) {
-        self.law.show(&self.points.history[point], to);
+        self.law.show_history(point, to);
     }
 
     fn has_domains(&self) -> bool {
-        size_of::<B::Domain>() > 0
+        self.domains.domain_bytes() > 0
     }
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
-        Stencils::of(&self.basis, mesh, &self.points.position, &self.domains)
+        self.domains.stencils(mesh, &self.points.position)
     }
 
     fn dilatation(
@@ -171,7 +151,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        pass::assemble(&self.law, &self.points, plan, input, sums)
+        self.law.assemble(&self.points, plan, input, sums)
     }
 
     fn dissipation(
@@ -180,7 +160,7 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         increment: &[Vector<D>],
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint> {
-        dissipation::dissipation(&self.law, &self.points, plan, increment, gradient)
+        self.law.dissipation(&self.points, plan, increment, gradient)
     }
 
     fn external_force(
@@ -226,6 +206,22 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         }
     }
 
+    fn strain_force(&self, connectivity: &Connectivity<D>, increment: &[Vector<D>], scale: &mut [f64]) {
+        let modulus = self.law.elasticity().p_wave();
+        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+            for k in 0..group.points {
+                let (p, gradients) = (group.first_point + k, group.point(k).1);
+                let nodes = || group.nodes.iter().zip(gradients);
+                let step: f64 = nodes().map(|(&node, it)| it.norm() * increment[node as usize].norm()).sum();
+                let strain = self.points.elastic_excess[p].norm() + step;
+                let weight = modulus * self.points.reference_volume[p] * strain;
+                for (&node, gradient) in nodes() {
+                    scale[node as usize] += weight * gradient.norm();
+                }
+            }
+        }
+    }
+
     fn occupied_cells(
         &self,
         connectivity: &Connectivity<D>,
@@ -239,19 +235,18 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
 
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
         self.is_prepared = false;
-        let (state, domains) = &mut self.prepared;
-        state.advance(&self.law, &self.points, plan, step.increment)?;
-        let columns = (&self.points.position[..], &self.domains[..]);
-        domains.advance(&self.basis, columns, state.deformation_gradient(), plan.connectivity(), step)?;
+        self.law.advance(&self.points, plan, step.increment, &mut self.prepared)?;
+        let deformation_gradient = self.prepared.deformation_gradient();
+        self.domains.advance(&self.points.position, deformation_gradient, plan.connectivity(), step)?;
         self.is_prepared = true;
         Ok(())
     }
 
     fn commit(&mut self) {
         if std::mem::take(&mut self.is_prepared) {
-            let (state, domains) = &mut self.prepared;
-            state.swap(&mut self.points);
-            domains.swap(&mut self.points.position, &mut self.domains);
+            self.prepared.swap(&mut self.points);
+            self.law.commit();
+            self.domains.commit(&mut self.points.position);
         }
     }
 
@@ -261,43 +256,35 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
         control: DomainControl,
         most: usize,
     ) -> Result<Controlled, TooManyPoints> {
-        domain_control::control(&self.basis, &mut self.points, &mut self.domains, mesh, control, most)
+        let (done, position) = self.domains.control(&self.points.position, mesh, control, most)?;
+        if !done.parts.is_empty() {
+            self.points = self.points.divided(&done.parts, &position);
+            self.law.divide(&done.parts);
+        }
+        Ok(done)
     }
 
     fn point(&self, point: usize) -> PointView<D> {
         let points = &self.points;
-        let elastic_excess = points.elastic_excess[point];
         PointView {
             position: points.position[point],
             reference_position: points.reference_position.get(point).copied(),
             reference_volume: points.reference_volume[point],
             deformation_gradient: points.deformation_gradient[point],
             volume_ratio: determinant(&points.deformation_gradient[point]),
-            elastic_excess,
-            stored_energy: stored_energy(&self.law, &elastic_excess, &points.history[point]),
-            // The committed elastic state is admissible, so the law answers elastically.
-            kirchhoff: respond(&self.law, &elastic_excess, &points.history[point])
-                .map_or(SymmetricTensor::from_matrix(&Matrix3::repeat(f64::NAN)), |it| it.kirchhoff),
+            elastic_excess: points.elastic_excess[point],
+            stored_energy: self.law.stored_energy(points, point),
+            kirchhoff: self.law.kirchhoff(points, point),
             plastic: points.plastic.get(point).copied().unwrap_or(false),
         }
     }
 
     fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport> {
-        let points = &self.points;
-        (0..points.len())
-            .into_par_iter()
-            .map(|p| {
-                let report = self.basis.diagnose(mesh, &points.position[p], &self.domains[p]);
-                report.unwrap_or_else(|_| DomainReport {
-                    corners_outside: self.outline(p).len(),
-                    ..DomainReport::default()
-                })
-            })
-            .collect()
+        self.domains.diagnose(&self.points.position, mesh)
     }
 
     fn outline(&self, point: usize) -> Vec<Vector<D>> {
-        self.domains[point].outline(&self.points.position[point])
+        self.domains.outline(point, &self.points.position[point])
     }
 
     fn columns(&self) -> [(&'static str, usize); 9] {
@@ -307,25 +294,31 @@ impl<const D: usize, B: Basis<D>, M: Material> Body<D> for MaterialBody<D, B, M>
             ("position at rest", size_of_val(&points.reference_position[..])),
             ("volume at rest", size_of_val(&points.reference_volume[..])),
             ("mass", size_of_val(&points.mass[..])),
-            ("domain", size_of_val(&self.domains[..])),
+            ("domain", points.len() * self.domains.domain_bytes()),
             ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
             ("elastic state", size_of_val(&points.elastic_excess[..])),
-            ("history of the law", size_of_val(&points.history[..])),
+            ("history of the law", self.law.history_bytes()),
             ("plastic state", size_of_val(&points.plastic[..])),
         ]
     }
 
     fn stored_columns(&self) -> Vec<(&'static str, usize)> {
-        self.points.stored_columns(B::Domain::NUMBERS)
+        self.points.stored_columns(self.widths())
     }
 
     fn store(&self) -> StoredPoints {
-        self.points.store(&self.domains)
+        self.points.store(self.widths(), &|name, values| match name {
+            "domain" => self.domains.store_domains(values),
+            _ => self.law.store_history(values),
+        })
     }
 
     fn restore(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints> {
-        let points = self.points.restore(stored, B::Domain::NUMBERS)?;
-        self.domains = stored::restore_domains(stored)?;
+        let points = self.points.restore(stored, self.widths())?;
+        self.is_prepared = false;
+        self.law.restore_history(stored.values("history"), stored.points)?;
+        self.domains.restore_domains(stored.values("domain"), stored.points)?;
+        self.law.commit();
         self.points = points;
         Ok(())
     }

@@ -1,10 +1,13 @@
 //! A body: points of one law under one basis, behind an interface that knows neither.
 //!
-//! A pass is compiled for its law, stencils and convection for their basis; a [`Body`] is asked once per pass, so
-//! that the solver needs to know only the dimension, and bodies of several laws can share a grid.
+//! A pass is compiled for its law (`body_law.rs`), stencils and convection for their basis (`body_domains.rs`); a
+//! [`Body`] is asked once per pass, so that the solver needs to know only the dimension, and bodies of several laws can
+//! share a grid.
 
 mod advance;
 mod assembly_plan;
+mod body_domains;
+mod body_law;
 mod dilatation;
 mod dissipation;
 mod domain_control;
@@ -17,6 +20,7 @@ mod pass;
 mod point_view;
 mod points;
 mod scatter;
+mod start;
 mod stored;
 mod strips;
 mod trial;
@@ -28,9 +32,10 @@ pub use domain_control::{Controlled, TooManyPoints};
 pub use interface::{Body, BodyLoads, PointForce, views};
 pub use kinematics::determinant;
 pub use linked::Linked;
-pub use material_body::{MaterialBody, PointStart, RefusedStart};
+pub use material_body::MaterialBody;
 pub use occupied::OccupiedCell;
 pub use point_view::PointView;
 pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
+pub use start::{PointStart, RefusedStart};
 pub use stored::{COLUMNS, ForeignPoints, StoredColumn, StoredPoints};
 pub use trial::{InadmissiblePoint, InadmissibleState};

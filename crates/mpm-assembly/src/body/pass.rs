@@ -15,13 +15,13 @@ use crate::InadmissiblePoint;
 use crate::body::assembly_plan::{AssemblyPlan, Scratch};
 use crate::body::dilatation::{self, Dilated};
 use crate::body::kinematics::block;
-use crate::body::points::Points;
 use crate::body::scatter::{
     ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
 };
 use crate::body::strips::Strip;
-use crate::body::trial::trial;
+use crate::body::trial::{Committed, trial};
 use mpm_basis::Group;
+use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
 use mpm_material::Material;
 use std::sync::{Mutex, PoisonError};
@@ -43,14 +43,13 @@ struct Dense<'a, const D: usize> {
 /// The first point (in order) that has no admissible state under the trial displacement; `sums` is
 /// then meaningless.
 pub fn assemble<const D: usize, M: Material>(
-    law: &M,
-    points: &Points<D, M>,
+    committed: Committed<'_, D, M>,
     plan: &AssemblyPlan<D>,
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
 ) -> Result<f64, InadmissiblePoint> {
     let Sums { internal, mut tangent } = sums;
-    let pass = Pass { law, points, plan, input };
+    let pass = Pass { committed, plan, input };
     let mut smallest = f64::INFINITY;
     for strips in plan.sums.strips.phases() {
         let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
@@ -61,7 +60,7 @@ pub fn assemble<const D: usize, M: Material>(
         let wants_tangent = !values.is_empty();
         let part = Part { node: 0, internal: &mut *internal, values, lift };
         let scratch = &plan.sums.scratch[..];
-        smallest = smallest.min(match (wants_tangent, law.has_symmetric_tangent()) {
+        smallest = smallest.min(match (wants_tangent, committed.law.has_symmetric_tangent()) {
             (false, _) => pass.sum::<FORCE>(strips, scratch, part)?,
             (true, true) => pass.sum::<LOWER>(strips, scratch, part)?,
             (true, false) => pass.sum::<ALL>(strips, scratch, part)?,
@@ -72,8 +71,7 @@ pub fn assemble<const D: usize, M: Material>(
 
 /// What all tasks of a pass read.
 struct Pass<'a, const D: usize, M: Material> {
-    law: &'a M,
-    points: &'a Points<D, M>,
+    committed: Committed<'a, D, M>,
     plan: &'a AssemblyPlan<D>,
     input: PassInput<'a, D>,
 }
@@ -90,7 +88,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
             let (low, high) = strips.split_at(strips.len() / 2);
             let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
             let (low_part, high_part) = part.split_at(high[0].nodes.start, self.input.pattern);
-            let (low, high) = rayon::join(
+            let (low, high) = both(
                 || self.sum::<TANGENT>(low, low_scratch, low_part),
                 || self.sum::<TANGENT>(high, high_scratch, high_part),
             );
@@ -108,9 +106,9 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
                 }
             }
             Some(dilatation) => {
-                let Self { law, points, plan, input } = *self;
+                let Self { committed, plan, input } = *self;
                 let connectivity = plan.connectivity();
-                let dilated = Dilated { law, points, connectivity, dilatation, increment: input.increment };
+                let dilated = Dilated { committed, connectivity, dilatation, increment: input.increment };
                 let mut of_cell = dilatation::Scratch::default();
                 let Scratch { force, tangent, .. } = &mut *scratch;
                 for cell in sets {
@@ -194,7 +192,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         let mut smallest = f64::INFINITY;
         for &group in plan.connectivity().node_set_groups(set) {
             let group = plan.connectivity().group(group as usize);
-            let least = sum_group::<D, M, TANGENT>(n, self.law, self.points, group, &mut dense)?;
+            let least = sum_group::<D, M, TANGENT>(n, self.committed, group, &mut dense)?;
             smallest = smallest.min(least);
         }
         self.scatter::<TANGENT>(nodes, set, dense.force, dense.tangent, part);
@@ -206,8 +204,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
 #[inline(always)]
 fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
     n: usize,
-    law: &M,
-    points: &Points<D, M>,
+    committed: Committed<'_, D, M>,
     group: Group<'_, D>,
     dense: &mut Dense<'_, D>,
 ) -> Result<f64, InadmissiblePoint> {
@@ -220,10 +217,10 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
     for k in 0..group.points {
         let p = group.first_point + k;
         let gradients = &group.gradients[k * n..(k + 1) * n];
-        let trial = trial(law, points, p, du, gradients)?;
+        let trial = trial(committed, p, du, gradients)?;
         smallest = smallest.min(trial.determinant);
 
-        let volume = points.reference_volume[p];
+        let volume = committed.points.reference_volume[p];
         let stress = block::<D>(&trial.response.kirchhoff) * volume;
         for ((g, force), gradient) in g.iter_mut().zip(&mut *force).zip(gradients) {
             *g = trial.inverse.tr_mul(gradient);

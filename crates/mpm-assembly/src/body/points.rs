@@ -1,11 +1,13 @@
 //! Committed state of the material points of one body: one column per quantity.
 
 use mpm_grid::{Block, Vector};
-use mpm_material::{Material, PointParameters, SymmetricTensor};
+use mpm_material::SymmetricTensor;
 
-/// Committed state of all material points of a body, but for the domains of its basis; every column has one entry
-/// per point, or none at all where the scene does not need it. Written at the end of a converged load step only.
-pub(crate) struct Points<const D: usize, M: Material> {
+/// Committed state of all material points of a body, but for what its law and its basis keep of them; every column
+/// has one entry per point, or none at all where the scene does not need it. Written at the end of a converged load
+/// step only.
+#[derive(Clone, Default)]
+pub(crate) struct Points<const D: usize> {
     /// `x_p` `[L]`.
     pub position: Vec<Vector<D>>,
     /// Position at rest, kept where displacements are asked for `[L]`.
@@ -18,41 +20,8 @@ pub(crate) struct Points<const D: usize, M: Material> {
     pub deformation_gradient: Vec<Block<D>>,
     /// `b_e,n - I` `[-]`.
     pub elastic_excess: Vec<SymmetricTensor>,
-    /// What the law remembers; zero bytes for elasticity.
-    pub history: Vec<M::History>,
     /// Whether the last load step was plastic; empty for laws that never are.
     pub plastic: Vec<bool>,
-}
-
-// Derived `Clone` would ask for `M: Clone`.
-impl<const D: usize, M: Material> Clone for Points<D, M> {
-    fn clone(&self) -> Self {
-        Self {
-            position: self.position.clone(),
-            reference_position: self.reference_position.clone(),
-            reference_volume: self.reference_volume.clone(),
-            mass: self.mass.clone(),
-            deformation_gradient: self.deformation_gradient.clone(),
-            elastic_excess: self.elastic_excess.clone(),
-            history: self.history.clone(),
-            plastic: self.plastic.clone(),
-        }
-    }
-}
-
-impl<const D: usize, M: Material> Default for Points<D, M> {
-    fn default() -> Self {
-        Self {
-            position: Vec::new(),
-            reference_position: Vec::new(),
-            reference_volume: Vec::new(),
-            mass: Vec::new(),
-            deformation_gradient: Vec::new(),
-            elastic_excess: Vec::new(),
-            history: Vec::new(),
-            plastic: Vec::new(),
-        }
-    }
 }
 
 /// A position as laws know it: in the plane its third component is zero `[L]`.
@@ -62,15 +31,14 @@ pub(crate) fn at_rest<const D: usize>(position: &Vector<D>) -> Vector<3> {
     at_rest
 }
 
-impl<const D: usize, M: Material> Points<D, M> {
-    /// Adds a point of volume `volume` `[L^D]` that rests at `position` `[L]`, free of stress.
-    pub fn push(&mut self, law: &M, position: Vector<D>, volume: f64) {
-        self.history.push(law.initial(&PointParameters::at(at_rest(&position))));
+impl<const D: usize> Points<D> {
+    /// Adds a point of volume `volume` `[L^D]` that rests at `position` `[L]`, free of stress; its law can yield or not.
+    pub fn push(&mut self, position: Vector<D>, volume: f64, can_yield: bool) {
         self.position.push(position);
         self.reference_volume.push(volume);
         self.deformation_gradient.push(Block::identity());
         self.elastic_excess.push(SymmetricTensor::ZERO);
-        if M::PLASTIC {
+        if can_yield {
             self.plastic.push(false);
         }
     }

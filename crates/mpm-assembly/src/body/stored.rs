@@ -2,9 +2,8 @@
 
 use crate::body::kinematics::determinant;
 use crate::body::points::Points;
-use mpm_basis::Domain;
 use mpm_grid::{Block, Vector};
-use mpm_material::{History, Material, SymmetricTensor};
+use mpm_material::SymmetricTensor;
 
 /// Names of the columns that a body's points can have.
 pub const COLUMNS: [&str; 9] = [
@@ -49,26 +48,34 @@ pub struct ForeignPoints {
     pub reason: String,
 }
 
-impl<const D: usize, M: Material> Points<D, M> {
-    /// Name and numbers per point of every column that these points have, with domains of `domain_width` numbers.
-    pub(crate) fn stored_columns(&self, domain_width: usize) -> Vec<(&'static str, usize)> {
+/// Numbers per point of the columns that basis and law decide; no column where there are none.
+#[derive(Clone, Copy)]
+pub(crate) struct Widths {
+    pub domain: usize,
+    pub history: usize,
+    pub plastic: usize,
+}
+
+impl<const D: usize> Points<D> {
+    /// Name and numbers per point of every column that these points have.
+    pub(crate) fn stored_columns(&self, widths: Widths) -> Vec<(&'static str, usize)> {
         let kept = |is_kept: bool, width| if is_kept { width } else { 0 };
         let widths = [
             D,
             kept(!self.reference_position.is_empty(), D),
             1,
             kept(!self.mass.is_empty(), 1),
-            domain_width,
+            widths.domain,
             D * D,
             6,
-            M::History::NUMBERS,
-            kept(M::PLASTIC, 1),
+            widths.history,
+            widths.plastic,
         ];
         COLUMNS.into_iter().zip(widths).filter(|(_, width)| *width > 0).collect()
     }
 
-    /// These points and their `domains` as plain numbers.
-    pub(crate) fn store<Own: Domain<D>>(&self, domains: &[Own]) -> StoredPoints {
+    /// These points as plain numbers; `others` appends the columns of basis and law.
+    pub(crate) fn store(&self, widths: Widths, others: &dyn Fn(&str, &mut Vec<f64>)) -> StoredPoints {
         let column = |(name, width)| {
             let mut values = Vec::with_capacity(width * self.len());
             match name {
@@ -76,29 +83,28 @@ impl<const D: usize, M: Material> Points<D, M> {
                 "reference_position" => values.extend(self.reference_position.iter().flat_map(|x| x.iter())),
                 "reference_volume" => values.extend(&self.reference_volume),
                 "mass" => values.extend(&self.mass),
-                "domain" => domains.iter().for_each(|domain| domain.store(&mut values)),
+                "domain" | "history" => others(name, &mut values),
                 "deformation_gradient" => {
                     values.extend(self.deformation_gradient.iter().flat_map(|f| f.iter()))
                 }
                 "elastic_excess" => values.extend(self.elastic_excess.iter().flat_map(components)),
-                "history" => self.history.iter().for_each(|history| history.store(&mut values)),
                 _ => values.extend(self.plastic.iter().map(|&plastic| f64::from(u8::from(plastic)))),
             }
             StoredColumn { name, width, values }
         };
         StoredPoints {
             points: self.len(),
-            columns: self.stored_columns(Own::NUMBERS).into_iter().map(column).collect(),
+            columns: self.stored_columns(widths).into_iter().map(column).collect(),
         }
     }
 
-    /// The points that were stored, of a body whose points are `self`, with domains of `domain_width` numbers.
+    /// The points that were stored, of a body whose points are `self`.
     ///
     /// # Errors
-    /// The first column that is not what [`Self::stored_columns`] says, or holds what no point can be; domains are
-    /// not looked into.
-    pub(crate) fn restore(&self, stored: &StoredPoints, domain_width: usize) -> Result<Self, ForeignPoints> {
-        let expected = self.stored_columns(domain_width);
+    /// The first column that is not what [`Self::stored_columns`] says, or holds what no point can be; domains and
+    /// histories are numbers, and not looked into.
+    pub(crate) fn restore(&self, stored: &StoredPoints, widths: Widths) -> Result<Self, ForeignPoints> {
+        let expected = self.stored_columns(widths);
         let wrong = |column, reason: String| ForeignPoints { column, reason };
         let mut next = Self::default();
         for (k, &(name, width)) in expected.iter().enumerate() {
@@ -128,7 +134,7 @@ impl<const D: usize, M: Material> Points<D, M> {
                 }
                 "reference_volume" => next.reference_volume = above_zero()?,
                 "mass" => next.mass = above_zero()?,
-                "domain" => {}
+                "domain" | "history" => {}
                 "deformation_gradient" => {
                     let gradients: Vec<Block<D>> = rows().map(Block::from_column_slice).collect();
                     let inverted = |f: &Block<D>| !(determinant(f) > 0.0 && determinant(f).is_finite());
@@ -139,11 +145,6 @@ impl<const D: usize, M: Material> Points<D, M> {
                     next.deformation_gradient = gradients;
                 }
                 "elastic_excess" => next.elastic_excess = rows().map(tensor).collect(),
-                "history" => {
-                    let histories = rows().map(M::History::restore).enumerate();
-                    let histories = histories.map(|(p, history)| history.map_err(|reason| at_point(p, reason)));
-                    next.history = histories.collect::<Result<_, _>>()?;
-                }
                 _ => {
                     if let Some(p) = values.iter().position(|value| *value != 0.0 && *value != 1.0) {
                         return Err(at_point(p, format!("is {}, expected 0 or 1", values[p])));
@@ -151,10 +152,6 @@ impl<const D: usize, M: Material> Points<D, M> {
                     next.plastic = values.iter().map(|value| *value == 1.0).collect();
                 }
             }
-        }
-        if M::History::NUMBERS == 0 {
-            let history = M::History::restore(&[]).map_err(|reason| wrong("history", reason))?;
-            next.history = vec![history; stored.points];
         }
         if stored.columns.len() > expected.len() {
             let strange = stored.columns[expected.len()].name;
@@ -164,19 +161,11 @@ impl<const D: usize, M: Material> Points<D, M> {
     }
 }
 
-/// The domains that were stored with points whose columns are as expected.
-///
-/// # Errors
-/// The first point whose numbers are no domain.
-pub(crate) fn restore_domains<const D: usize, Own: Domain<D>>(
-    stored: &StoredPoints,
-) -> Result<Vec<Own>, ForeignPoints> {
-    let values = stored.columns.iter().find(|column| column.name == "domain").map_or(&[][..], |it| &it.values);
-    let restore = |p: usize| {
-        let domain = Own::restore(&values[p * Own::NUMBERS..(p + 1) * Own::NUMBERS]);
-        domain.map_err(|reason| ForeignPoints { column: "domain", reason: format!("point {p}: {reason}") })
-    };
-    (0..stored.points).map(restore).collect()
+impl StoredPoints {
+    /// Numbers of a column; none where the points have no such column.
+    pub(crate) fn values(&self, name: &str) -> &[f64] {
+        self.columns.iter().find(|column| column.name == name).map_or(&[], |column| &column.values)
+    }
 }
 
 fn components(tensor: &SymmetricTensor) -> [f64; 6] {

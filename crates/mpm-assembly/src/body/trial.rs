@@ -41,6 +41,23 @@ impl InadmissiblePoint {
     }
 }
 
+/// Points at the start of a load step, and their law.
+pub(crate) struct Committed<'a, const D: usize, M: Material> {
+    pub law: &'a M,
+    pub points: &'a Points<D>,
+    /// What the law remembers of each point; zero bytes for elasticity.
+    pub history: &'a [M::History],
+}
+
+// Derived `Clone` would ask for `M: Clone`.
+impl<const D: usize, M: Material> Clone for Committed<'_, D, M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<const D: usize, M: Material> Copy for Committed<'_, D, M> {}
+
 /// State of one point under a trial displacement: a pure function of its committed state.
 pub(crate) struct Trial<const D: usize, H> {
     /// `ΔF`.
@@ -55,20 +72,18 @@ pub(crate) struct Trial<const D: usize, H> {
 /// Kinematics and law of point `p`; `du` and `gradients` run over the nodes of its group.
 #[inline(always)]
 pub(crate) fn trial<const D: usize, M: Material>(
-    law: &M,
-    points: &Points<D, M>,
+    committed: Committed<'_, D, M>,
     p: usize,
     du: &[Vector<D>],
     gradients: &[Vector<D>],
 ) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    trial_of(law, points, p, gradient(du, gradients))
+    trial_of(committed, p, gradient(du, gradients))
 }
 
 /// As [`trial`], of a displacement gradient.
 #[inline(always)]
 pub(crate) fn trial_of<const D: usize, M: Material>(
-    law: &M,
-    points: &Points<D, M>,
+    committed: Committed<'_, D, M>,
     p: usize,
     h: Block<D>,
 ) -> Result<Trial<D, M::History>, InadmissiblePoint> {
@@ -78,7 +93,8 @@ pub(crate) fn trial_of<const D: usize, M: Material>(
     if !(determinant > 0.0 && determinant.is_finite()) {
         return Err(InadmissiblePoint::inverted(p, determinant));
     }
-    let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &points.history[p])
+    let Committed { law, points, history } = committed;
+    let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &history[p])
         .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
     Ok(Trial { step, inverse, determinant, response })
 }

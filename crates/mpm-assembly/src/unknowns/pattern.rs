@@ -6,8 +6,8 @@
 
 use super::numbering::node_equation;
 use super::{Constraints, Couplings, UnknownId, Unknowns};
+use mpm_basis::parallel::each;
 use mpm_linear::Symmetry;
-use rayon::prelude::*;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
@@ -53,28 +53,25 @@ impl<const D: usize> SparsityPattern<D> {
         pattern.unknowns.clone_from(unknowns);
         let n_places = unknowns.n_places();
         let incidence: Vec<Incidence> = couplings.iter().map(|it| Incidence::of(n_places, *it)).collect();
-        let chunks: Vec<(Vec<usize>, Vec<u32>)> = (0..n_places.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_places);
-                let mut end = Vec::with_capacity(nodes.len());
-                let mut neighbour: Vec<u32> = Vec::new();
-                let mut found: Vec<u32> = Vec::new();
-                let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
-                for node in nodes {
-                    found.clear();
-                    for (couplings, incidence) in couplings.iter().zip(&incidence) {
-                        for &(set, position) in incidence.at(node) {
-                            found.extend_from_slice(&couplings.set(set as usize)[position as usize + 1..]);
-                        }
+        let chunks: Vec<(Vec<usize>, Vec<u32>)> = each(n_places.div_ceil(CHUNK), &|chunk| {
+            let nodes = chunk * CHUNK..((chunk + 1) * CHUNK).min(n_places);
+            let mut end = Vec::with_capacity(nodes.len());
+            let mut neighbour: Vec<u32> = Vec::new();
+            let mut found: Vec<u32> = Vec::new();
+            let mut found_by = FoundBy { first: nodes.start, node: Vec::new() };
+            for node in nodes {
+                found.clear();
+                for (couplings, incidence) in couplings.iter().zip(&incidence) {
+                    for &(set, position) in incidence.at(node) {
+                        found.extend_from_slice(&couplings.set(set as usize)[position as usize + 1..]);
                     }
-                    found_by.once(&mut found, node);
-                    neighbour.extend_from_slice(&found);
-                    end.push(neighbour.len());
                 }
-                (end, neighbour)
-            })
-            .collect();
+                found_by.once(&mut found, node);
+                neighbour.extend_from_slice(&found);
+                end.push(neighbour.len());
+            }
+            (end, neighbour)
+        });
 
         let Self { neighbour_start, neighbour, column_start, row, .. } = &mut pattern;
         neighbour_start.clear();

@@ -18,7 +18,7 @@ use crate::error::SceneError;
 use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
     PathMeasureInput, PredictorInput, Scene, SceneIn, SolverInput, StabilisationInput, StepControlInput,
-    ToleranceInput,
+    ToleranceInput, UnheldMotionInput,
 };
 use crate::limits::memory_left;
 pub use drive::{DrivenPath, drive};
@@ -34,7 +34,7 @@ use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{
     Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, StepFailure,
-    Support, Tolerance,
+    Support, Tolerance, UnheldMotion,
 };
 use supports::supports;
 
@@ -117,6 +117,10 @@ fn model<const D: usize, B: FillBody<D>>(
     model.energies = scene.output.energies;
     model.probes = probes;
     model.condition_history = scene.output.condition;
+    model.unheld_motion = match scene.unheld_motion {
+        UnheldMotionInput::Refuse => UnheldMotion::Refuse,
+        UnheldMotionInput::Zero => UnheldMotion::Zero,
+    };
     model.solver = SolverChoice::from(match scene.solver {
         SolverInput::Auto => Choice::Auto,
         SolverInput::Direct => Choice::Direct,
@@ -158,6 +162,11 @@ fn refuse_jumps_along_a_path<const D: usize>(model: &Model<D>) -> Result<(), Sce
 }
 
 fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
+    if input.residual.0 >= 1.0 {
+        let reason =
+            format!("is {}, expected less than 1: no force would have to be balanced", input.residual.0);
+        return Err(SceneError::new("tolerance.residual", reason));
+    }
     let keep_factor_below = input.keep_factor_below.map(|part| part.0);
     if let Some(part) = keep_factor_below.filter(|part| *part >= 1.0) {
         return Err(SceneError::new("tolerance.keep_factor_below", format!("is {part}, expected less than 1")));

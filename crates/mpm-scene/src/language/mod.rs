@@ -41,6 +41,6 @@ pub use quantity::{LayerInput, PointField, Quantity};
 pub use read::ReadError;
 pub use run::{
     CheckpointInput, FieldInput, OutputInput, PathMeasureInput, PredictorInput, ScheduleInput, SolverInput,
-    StepControlInput, ToleranceInput,
+    StepControlInput, ToleranceInput, UnheldMotionInput,
 };
 pub use scene::{Scene, SceneIn};

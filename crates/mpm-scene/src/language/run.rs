@@ -113,11 +113,23 @@ pub enum SolverInput {
     Iterative,
 }
 
+/// What is done about a rigid motion (of a body, of a part of it, or of bodies together) that neither supports nor any
+/// stiffness hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum UnheldMotionInput {
+    /// The run ends with a message that names what moves, and how.
+    #[default]
+    Refuse,
+    /// It is kept at zero, as for a block on rollers that is pressed from above: the volume mean of the material does
+    /// not move along it. Loads with a part in the motion are refused.
+    Zero,
+}
+
 /// When a load step counts as solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ToleranceInput {
-    /// Out-of-balance force over external plus reaction force `[-]`.
+    /// Out-of-balance force over external plus reaction force, in all and body by body; below 1 `[-]`.
     pub residual: Positive,
     /// Newton iterations per load step before it is cut.
     pub iterations: Count,

@@ -7,7 +7,7 @@ use super::material::MaterialInput;
 use super::mesh::{MeshInput, MotionInput};
 use super::number;
 use super::read::{ReadError, read};
-use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput};
+use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput, UnheldMotionInput};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -60,6 +60,9 @@ pub struct SceneIn<const D: usize, B> {
     /// When a load step counts as solved.
     #[serde(default)]
     pub tolerance: ToleranceInput,
+    /// What is done about rigid motions that nothing holds.
+    #[serde(default)]
+    pub unheld_motion: UnheldMotionInput,
     /// How linear systems are solved.
     #[serde(default)]
     pub solver: SolverInput,

@@ -181,9 +181,11 @@ impl<const D: usize> Newton<'_, '_, D> {
         let Self { problem, solver, iterate, .. } = self;
         let mut lifted = (!lift.is_empty()).then(|| UnknownVector::zeros(problem.unknowns()));
         solver.evaluate(problem, iterate, Wanted::ForceAndTangent, lifted.as_mut())?;
-        let is_balanced = || problem.is_rounding(iterate) || problem.residual(iterate) < self.goal;
-        if lift.is_empty() && is_balanced() {
-            return Ok(Verdict::Balanced);
+        if lift.is_empty() {
+            iterate.effort.residual = problem.residual(iterate);
+            if problem.is_balanced(iterate, self.goal) {
+                return Ok(Verdict::Balanced);
+            }
         }
         if let Some(lifted) = lifted {
             iterate.out_of_balance.subtract(&lifted);
@@ -256,7 +258,8 @@ impl<const D: usize> Newton<'_, '_, D> {
             self.tangent = Tangent::Kept;
         }
         iterate.effort.residuals.push(residual);
-        if residual < *goal || problem.is_rounding(iterate) {
+        iterate.effort.residual = residual;
+        if problem.is_balanced(iterate, *goal) {
             return Verdict::Balanced;
         }
         if self.patience == Patience::UntilSlow && !converges_well(iterate) {

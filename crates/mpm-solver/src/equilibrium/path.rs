@@ -204,8 +204,9 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             let now = self.problem.under(&trial.loading);
             let residual = now.residual(&iterate);
             iterate.effort.residuals.push(residual);
+            iterate.effort.residual = residual;
             let is_as_long = (gauge.length - aim).abs() <= LENGTH_TOLERANCE * aim;
-            if is_as_long && now.is_balanced(&iterate) {
+            if is_as_long && now.is_balanced(&iterate, now.tolerance.residual) {
                 return Ok((iterate, at, gauge.length));
             }
         }

@@ -1,5 +1,6 @@
 //! The equations of a load step: out-of-balance force and tangent of a trial displacement.
 
+use super::round_off::{RoundOff, norm};
 use crate::connection::Connected;
 use crate::error::StepFailure;
 use crate::model::{NamedBody, NamedContribution, Tolerance};
@@ -10,9 +11,6 @@ use mpm_assembly::{
 };
 use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
 use mpm_linear::Method;
-
-/// Residual of a contribution's own unknowns, over its own scale, that rounding alone can cause.
-const OWN_ROUND_OFF: f64 = 1e-14;
 
 /// Everything that stays fixed while one load step is balanced.
 #[derive(Clone, Copy)]
@@ -30,8 +28,8 @@ pub(crate) struct Problem<'a, const D: usize> {
     pub end: LoadFraction,
     /// `f_ext` of every active node `[F]`.
     pub external: &'a [Vector<D>],
-    /// Out-of-balance force that rounding alone can cause `[F]`.
-    pub round_off: f64,
+    /// What rounding can cause.
+    pub round_off: &'a RoundOff,
     pub tolerance: Tolerance,
 }
 
@@ -46,6 +44,8 @@ pub(crate) struct Iterate<const D: usize> {
     pub out_of_balance: UnknownVector<D>,
     /// Whether the forces have not been evaluated since the iteration began at rest.
     pub is_first: bool,
+    /// `|f_int|` of every body, where there are several `[F]`.
+    pub body_forces: Vec<f64>,
     /// Smallest `det ΔF` of any point.
     pub smallest_determinant: f64,
     pub effort: Effort,
@@ -67,6 +67,8 @@ pub(crate) struct Equilibrium<const D: usize> {
 pub(crate) struct Effort {
     /// Relative out-of-balance force after each linear solution.
     pub residuals: Vec<f64>,
+    /// That of the last iterate, also where nothing was solved.
+    pub residual: f64,
     /// The method of the last linear solution.
     pub method: Method,
     /// Whether a tangent was seen not to be positive definite.
@@ -94,6 +96,7 @@ impl<const D: usize> Iterate<D> {
     pub(crate) fn at_rest(unknowns: &Unknowns<D>, method: Method) -> Self {
         let effort = Effort {
             residuals: Vec::new(),
+            residual: 0.0,
             method,
             is_unstable: false,
             linear_iterations: 0,
@@ -110,6 +113,7 @@ impl<const D: usize> Iterate<D> {
             reaction: UnknownVector::zeros(unknowns),
             out_of_balance: UnknownVector::zeros(unknowns),
             is_first: true,
+            body_forces: Vec::new(),
             smallest_determinant: f64::INFINITY,
             effort,
         }
@@ -186,7 +190,18 @@ impl<const D: usize> Problem<'_, D> {
             let mut sums = SystemSums { force, tangent, smallest_determinant };
             let trial = self.trial(&iterate.increment, is_first);
             for (index, contribution) in self.contributions.iter().enumerate() {
+                // A body's own force is the difference that it makes.
+                let own = self.round_off.bodies.get(index);
+                for &v in own.iter().flat_map(|body| &body.nodes) {
+                    iterate.out_of_balance.nodes[v as usize] = sums.force.nodes[v as usize];
+                }
                 contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
+                if let Some(body) = own {
+                    let before = &iterate.out_of_balance.nodes;
+                    let force = body.nodes.iter().map(|&v| sums.force.nodes[v as usize] - before[v as usize]);
+                    iterate.body_forces.resize(self.round_off.bodies.len(), 0.0);
+                    iterate.body_forces[index] = norm(force);
+                }
             }
             iterate.smallest_determinant = sums.smallest_determinant;
             if wanted == Wanted::ForceAndTangent {
@@ -238,50 +253,6 @@ impl<const D: usize> Problem<'_, D> {
         }
         Ok(rate)
     }
-
-    /// `|f_oob| / (|f_ext| + |f_reaction| + Σ scale)` with the [scales](Contribution::scale) of contributions; or the
-    /// largest residual of a contribution's own unknowns over its own scale, if that is larger.
-    pub(crate) fn residual(&self, iterate: &Iterate<D>) -> f64 {
-        let mut supported = 0.0;
-        for (v, force) in iterate.reaction.nodes.iter().enumerate() {
-            for i in (0..D).filter(|&i| self.constraints.is_prescribed(v, i)) {
-                supported += force[i] * force[i];
-            }
-        }
-        let trial = self.trial(&iterate.increment, false);
-        let of_contributions: f64 = self.contributions.iter().map(|it| it.scale(&trial)).sum();
-        let scale = norm(self.external) + f64::sqrt(supported) + of_contributions;
-        let force = norm(&iterate.out_of_balance.nodes);
-        let relative = if force == 0.0 { 0.0 } else { force / scale };
-        // Written so that a residual that is not a number is kept.
-        self.own_residuals(iterate).fold(relative, |worst, own| if own <= worst { worst } else { own })
-    }
-
-    /// Residuals of contributions' own unknowns over their own scales.
-    fn own_residuals<'a>(&'a self, iterate: &'a Iterate<D>) -> impl Iterator<Item = f64> + 'a {
-        let trial = self.trial(&iterate.increment, false);
-        let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
-        with_own.map(move |(named, own)| {
-            let residual = &iterate.out_of_balance.own[own.clone()];
-            let residual = residual.iter().map(|it| it * it).sum::<f64>().sqrt();
-            if residual == 0.0 { 0.0 } else { residual / named.contribution.own_scale(&trial) }
-        })
-    }
-
-    /// Whether what is out of balance is no more than rounding.
-    pub(crate) fn is_rounding(&self, iterate: &Iterate<D>) -> bool {
-        norm(&iterate.out_of_balance.nodes) <= self.round_off
-            && self.own_residuals(iterate).all(|residual| residual <= OWN_ROUND_OFF)
-    }
-
-    /// Whether what is out of balance is small against the forces, or no more than rounding.
-    pub(crate) fn is_balanced(&self, iterate: &Iterate<D>) -> bool {
-        self.is_rounding(iterate) || self.residual(iterate) < self.tolerance.residual
-    }
-}
-
-fn norm<const D: usize>(field: &[Vector<D>]) -> f64 {
-    field.iter().map(|x| x.norm_squared()).sum::<f64>().sqrt()
 }
 
 /// Sum of the scalar products, node by node.

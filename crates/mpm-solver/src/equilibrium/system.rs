@@ -16,11 +16,14 @@ use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{SparsityPattern, UnknownVector};
-use mpm_grid::Vector;
+use mpm_grid::{NodeKind, Vector};
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
 const LEFT_BESIDE_BORDER: f64 = 1e-9;
+
+/// Entries of a tangent below this, or above its reciprocal, are scaled.
+const SMALL: f64 = 1e-100;
 
 /// What solves the systems of a run; it is kept from step to step.
 pub(crate) struct Solver<const D: usize> {
@@ -28,6 +31,8 @@ pub(crate) struct Solver<const D: usize> {
     /// Entries of the tangent that was summed last.
     values: Vec<f64>,
     rhs: Vec<f64>,
+    /// Power of two by which `values` and right-hand sides are multiplied: see [`scale`].
+    scale: f64,
     /// The weakest pivot of the last factorisation, if it had pivots.
     pub weakest_pivot: Option<Pivot>,
     cancellation: Cancellation,
@@ -36,7 +41,15 @@ pub(crate) struct Solver<const D: usize> {
 
 impl<const D: usize> Solver<D> {
     pub(crate) fn new(linear: Box<dyn LinearSolver>, cancellation: Cancellation, timings: Timings) -> Self {
-        Self { linear, values: Vec::new(), rhs: Vec::new(), weakest_pivot: None, cancellation, timings }
+        Self {
+            linear,
+            values: Vec::new(),
+            rhs: Vec::new(),
+            scale: 1.0,
+            weakest_pivot: None,
+            cancellation,
+            timings,
+        }
     }
 
     /// Prepares the linear solver for tangents of this pattern.
@@ -120,6 +133,10 @@ impl<const D: usize> Solver<D> {
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
         self.check_cancellation()?;
+        self.scale = scale(&self.values);
+        if self.scale != 1.0 {
+            self.values.iter_mut().for_each(|value| *value *= self.scale);
+        }
         let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values };
         let factored = self
             .timings
@@ -151,8 +168,11 @@ impl<const D: usize> Solver<D> {
         solution: &mut UnknownVector<D>,
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
-        let Self { linear, values, rhs, timings, .. } = self;
+        let Self { linear, values, rhs, scale, timings, .. } = self;
         force.write_equations(rhs);
+        if *scale != 1.0 {
+            rhs.iter_mut().for_each(|force| *force *= *scale);
+        }
         let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values };
         let solved = timings
             .time(Phase::Solve, || linear.solve(matrix, rhs, accuracy))
@@ -237,8 +257,20 @@ impl<const D: usize> BorderedSolution<D> {
     }
 }
 
+/// Power of two that brings the largest entry near 1, if squares of entries could overflow or vanish; else 1.
+///
+/// Solutions of a system and its bits stay what they are under a power of two.
+fn scale(values: &[f64]) -> f64 {
+    let largest = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    if largest == 0.0 || !largest.is_finite() || (SMALL..=SMALL.recip()).contains(&largest) {
+        return 1.0;
+    }
+    // The reciprocal of a subnormal number would overflow.
+    (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2()
+}
+
 /// Solution of a small dense system by elimination with partial pivoting; none where a pivot is zero.
-fn solve_dense(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
+pub(crate) fn solve_dense(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
     let n = rhs.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs()))?;
@@ -295,7 +327,8 @@ pub(crate) fn singular<const D: usize>(
         position: problem.connected.active.space().position(problem.mesh, node).iter().copied().collect(),
         component,
         cause,
-        stabilised: problem.contributions.iter().any(|it| it.stabilises()),
+        can_be_stabilised: problem.connected.active.space().kind() == NodeKind::Vertices
+            && !problem.contributions.iter().any(|it| it.stabilises()),
     }
 }
 

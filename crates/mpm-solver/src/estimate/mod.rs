@@ -6,9 +6,12 @@ mod remarks;
 use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, periods};
 use crate::error::{Error, StepFailure};
-use crate::model::{Model, NamedBody};
+use crate::model::{Model, NamedBody, UnheldMotion};
+use crate::remedy::advice;
+use crate::rigid::unheld_at_start;
 use crate::steps::stations;
 use mpm_assembly::{Constraints, views};
+use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
 pub use rehearsal::Seconds;
@@ -53,6 +56,8 @@ pub struct Estimate {
     pub columns_not_stored: Vec<&'static str>,
     /// Where the memory goes.
     pub memory: Memory,
+    /// What will end the run, or may do so, and what the scene can have against it.
+    pub warnings: Vec<String>,
 }
 
 /// Volume of a body, told by its points and by its shape.
@@ -112,15 +117,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let (connected, connect) = connected(model, &mesh)?;
     let Connected { active, assembly_plans, pattern, .. } = &connected;
 
-    let mut constraints = Constraints::<D>::none(active.len());
-    for support in &model.supports {
-        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
-            for component in (0..D).filter(|&i| support.components[i].is_some()) {
-                constraints.prescribe(number, component, 0.0);
-            }
-        }
-    }
-
+    let constraints = supported(model, active);
     let (lattice, lines) = (active.lattice_indices(), lines(model));
     let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(model) };
     let prediction = predict(pattern.for_solver(), places);
@@ -183,7 +180,39 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         },
         is_iterative,
         prediction,
+        warnings: warnings(model, &mesh, &connected, &constraints),
     })
+}
+
+/// The components of active nodes that supports prescribe.
+fn supported<const D: usize>(model: &Model<D>, active: &ActiveNodes<D>) -> Constraints<D> {
+    let mut constraints = Constraints::none(active.len());
+    for support in &model.supports {
+        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
+            for component in (0..D).filter(|&i| support.components[i].is_some()) {
+                constraints.prescribe(number, component, 0.0);
+            }
+        }
+    }
+    constraints
+}
+
+/// What will end the run, or may do so.
+fn warnings<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    connected: &Connected<D>,
+    constraints: &Constraints<D>,
+) -> Vec<String> {
+    let unheld = unheld_at_start(model, mesh, connected, constraints);
+    let unheld = (!unheld.is_empty()).then(|| {
+        let kept = match model.unheld_motion {
+            UnheldMotion::Refuse => "the run will end in its first load step",
+            UnheldMotion::Zero => "which is kept at zero if no load acts along it",
+        };
+        format!("nothing holds {}: {kept}", unheld.join("; nor "))
+    });
+    unheld.into_iter().chain(advice(model)).collect()
 }
 
 /// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold

@@ -48,9 +48,11 @@ const ENTRY_SHARE: f64 = 100.0;
 /// A part that is quicker is done again, as often as there is time: the first one meets cold memory `[s]`.
 const QUICK: f64 = 0.02;
 
-/// What the program takes to begin and to end, and each load step besides its parts, its row in the results included
-/// `[s]`.
-const BESIDE: (f64, f64) = (0.03, 6e-4);
+/// What the program takes to begin and to end `[s]`.
+const PROGRAM: f64 = 0.03;
+
+/// What a load step takes besides its parts, its row in the results included: least and most `[s]`.
+const BESIDE: [f64; 2] = [6e-5, 6e-4];
 
 /// Seconds of processors that the parts of a run take on this machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,17 +76,21 @@ pub struct Seconds {
 impl Seconds {
     /// Of a load step, without the record `[s]`.
     pub fn per_step(&self) -> f64 {
-        let iteration = self.pass + HARDER * self.solve;
-        self.connect + self.analyse + ITERATIONS * iteration + PASSES_BESIDE * self.pass
+        self.connect + self.analyse + self.per_connected_step()
+    }
+
+    /// The same where no point has left its nodes, so that the connectivity of the step before is kept.
+    fn per_connected_step(&self) -> f64 {
+        ITERATIONS * (self.pass + HARDER * self.solve) + PASSES_BESIDE * self.pass
     }
 
     /// Least and most of the run, with `fields` columns of the points (their positions are one) recorded every so many
     /// steps. More is taken where load steps are halved `[s]`.
     pub fn range(&self, fields: usize, every: u32) -> [f64; 2] {
         let records = 1.0 + self.steps / f64::from(every.max(1));
-        let steps = self.steps * (BESIDE.1 + self.per_step());
-        let total = BESIDE.0 + steps + records * fields as f64 * self.look;
-        RANGE.map(|part| part * total)
+        let beside = PROGRAM + records * fields as f64 * self.look;
+        let total = |per_step: f64| beside + self.steps * per_step;
+        [RANGE[0] * total(BESIDE[0] + self.per_connected_step()), RANGE[1] * total(BESIDE[1] + self.per_step())]
     }
 }
 

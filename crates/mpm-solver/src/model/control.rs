@@ -87,3 +87,13 @@ pub struct DomainLimit {
     /// Points of all bodies at most.
     pub most_points: usize,
 }
+
+/// What is done about a rigid motion that neither supports nor any stiffness hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UnheldMotion {
+    /// No load step is made: any amount of the motion would be as good an equilibrium as any other.
+    #[default]
+    Refuse,
+    /// The motion is kept at zero where no load has a part in it: the volume mean of the material does not move along it.
+    Zero,
+}

@@ -5,7 +5,7 @@ mod loads;
 mod solver;
 mod supports;
 
-pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance};
+pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance, UnheldMotion};
 pub use loads::{BodyForce, Loads, PointLoad, Share};
 pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Prescribed, Support, Turn, across};
@@ -37,6 +37,8 @@ pub struct Model<const D: usize> {
     pub path: Option<PathControl>,
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
+    /// What is done about rigid motions that nothing holds.
+    pub unheld_motion: UnheldMotion,
     /// How linear systems are solved.
     pub solver: SolverChoice,
     /// What is done about domains that have outgrown their cells, if anything.
@@ -73,6 +75,7 @@ impl<const D: usize> Model<D> {
             schedule: Schedule::equal(1),
             path: None,
             tolerance: Tolerance::default(),
+            unheld_motion: UnheldMotion::default(),
             solver: SolverChoice::default(),
             domain_limit: None,
             contributions: Vec::new(),

@@ -2,9 +2,10 @@
 
 use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible};
 use crate::error::StepFailure;
+use crate::loading::StepLoading;
 use crate::model::NamedBody;
 use mpm_assembly::{Constraints, PassInput, Sums, views};
-use mpm_grid::Vector;
+use mpm_grid::{LoadFraction, Vector};
 
 /// What a load step dissipates and what is done on it from outside `[F L]` (in the plane: per unit thickness).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,16 +19,18 @@ pub(crate) struct StepEnergy {
 }
 
 impl StepEnergy {
-    /// Of a load step in equilibrium whose points are not committed yet; `before` is the external force at its
-    /// start `[F]`.
+    /// Of a load step from one load fraction to another, in equilibrium, whose points are not committed yet.
     ///
     /// The work is that of forces that change linearly through the step: exact to second order in it. Forces that
     /// the change of the mesh has let go of between two steps do no work.
-    pub(crate) fn of<const D: usize>(
+    pub(crate) fn of_step<const D: usize>(
         problem: &Problem<'_, D>,
-        before: &[Vector<D>],
+        loading: &StepLoading<'_, D>,
+        [start, end]: [LoadFraction; 2],
         equilibrium: &Equilibrium<D>,
     ) -> Result<Self, StepFailure> {
+        let (before, after) = (loading.external_force(start), loading.external_force(end));
+        let problem = &Problem { external: &after, end, ..*problem };
         let increment = &equilibrium.increment.nodes;
         let rest = vec![Vector::zeros(); increment.len()];
         let free = Constraints::none(increment.len());

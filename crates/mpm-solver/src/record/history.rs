@@ -271,7 +271,7 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
     vec![
         Entry::Real(vec![end.get()]),
         Entry::Count(vec![effort.residuals.len() as u64]),
-        Entry::Real(vec![effort.residuals.last().copied().unwrap_or(0.0)]),
+        Entry::Real(vec![effort.residual]),
         Entry::Count(vec![*equations as u64]),
         Entry::Count(vec![result.connected.active.len() as u64]),
         Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),

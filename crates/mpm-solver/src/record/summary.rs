@@ -92,7 +92,7 @@ impl Totals {
         self.indefinite_steps += u64::from(effort.is_unstable);
         let smallest = self.smallest_determinant.unwrap_or(f64::INFINITY);
         self.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
-        self.residual = self.residual.max(effort.residuals.last().copied().unwrap_or(0.0));
+        self.residual = self.residual.max(effort.residual);
         self.backward_error = self.backward_error.max(effort.backward_error);
         self.refinements += u64::from(effort.refinements);
         self.pivot_spread = self.pivot_spread.max(effort.pivot_spread);

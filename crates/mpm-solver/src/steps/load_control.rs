@@ -122,7 +122,7 @@ impl<const D: usize> LoadSteps<D> {
             return Ok(());
         }
         let (from, to, level) = (plan.start.get(), plan.end.get(), self.level);
-        Err(Error::Step { step: self.taken + 1, from, to, level, reason })
+        Err(Error::Step { step: self.taken + 1, from, to, level, reason, remedy: None })
     }
 
     /// Halves the next step; `false` where it may not be halved again.

@@ -179,7 +179,8 @@ impl<const D: usize> PathSteps<D> {
                 let (from, to, level) = (plan.start.get(), step.end, self.level);
                 let no_length = matches!(reason, StepFailure::Path(PathFailure::NoLength));
                 if !self.cut(step.aim, no_length) {
-                    return Err(Error::Step { step: self.taken as usize + 1, from, to, level, reason });
+                    let step = self.taken as usize + 1;
+                    return Err(Error::Step { step, from, to, level, reason, remedy: None });
                 }
             }
         }

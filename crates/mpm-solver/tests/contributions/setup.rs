@@ -1,28 +1,40 @@
 //! A square, and the history of its run.
 
 use mpm_assembly::MaterialBody;
-use mpm_basis::{Basis, Smpm};
+use mpm_basis::{Basis, Seed, Smpm};
 use mpm_grid::{Axis, Layout, Mesh, Region, Vector};
 use mpm_material::{Elasticity, Hencky};
 use mpm_solver::observe::{Entry, LoadStep, Observer, ObserverError, RunStart};
 use mpm_solver::{Model, PredictorKind, Prescribed, Schedule};
 use std::collections::BTreeMap;
 
-/// The unit square of `cells` × `cells` cells with 4 points each, held at its base.
-pub fn square(cells: u32) -> Model<2> {
+fn layout(cells: u32) -> Layout<2> {
     let axis = Axis::uniform(0.0, 1.0, cells).unwrap();
-    let layout = Layout::on_axes([axis.clone(), axis]).unwrap();
-    let mesh = Mesh::at_rest(&layout);
+    Layout::on_axes([axis.clone(), axis]).unwrap()
+}
+
+pub fn law() -> Hencky {
+    Hencky(Elasticity::from_young_poisson(1000.0, 0.3).unwrap())
+}
+
+/// Four points in each cell of the unit square that has material.
+pub fn seeds(cells: u32, has_material: impl Fn(u32, u32) -> bool) -> Vec<Seed<2, ()>> {
+    let mesh = Mesh::at_rest(&layout(cells));
     let mut seeds = Vec::new();
-    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+    let all = (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j)));
+    for (i, j) in all.filter(|&(i, j)| has_material(i, j)) {
         for (a, b) in [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)] {
             let from = Vector::<2>::new(a, b);
             Smpm.seed(&mesh.piece([i, j], &from, &from.add_scalar(1.0)), &mut |seed| seeds.push(seed));
         }
     }
-    let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3).unwrap());
-    let mut model = Model::new(layout);
-    model.add_body("square", Box::new(MaterialBody::new(Smpm, law, seeds)));
+    seeds
+}
+
+/// The unit square of `cells` × `cells` cells with 4 points each, held at its base.
+pub fn square(cells: u32) -> Model<2> {
+    let mut model = Model::new(layout(cells));
+    model.add_body("square", Box::new(MaterialBody::new(Smpm, law(), seeds(cells, |_, _| true))));
     let base = Region::<2>::Plane { axis: 1, at: 0.0 };
     model.add_support("base", &base, [Some(Prescribed::Held), Some(Prescribed::Held)]);
     model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(1) };

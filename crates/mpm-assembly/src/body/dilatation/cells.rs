@@ -1,8 +1,8 @@
 //! Cells over which volume changes are averaged, and their quadrature.
 
+use mpm_basis::parallel::each_point;
 use mpm_basis::{ActiveNodes, Cells, Connectivity, UnconnectedPoint};
 use mpm_grid::{CellId, Mesh, NodeKind, Place, Vector};
-use rayon::prelude::*;
 
 /// How far outside the mesh a point may stand, as parts of domains may `[cells]`.
 const BEYOND: f64 = 0.5;
@@ -54,13 +54,13 @@ impl<const D: usize> Dilatation<D> {
         active: &ActiveNodes<D>,
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(active.space().kind(), NodeKind::Vertices, "cells have their nodes at their corners");
-        let locate = |(point, x): (usize, &Vector<D>)| {
+        let locate = |point: usize| {
+            let x = &positions[point];
             let place =
                 mesh.locate(x, BEYOND).map_err(|reason| UnconnectedPoint { point, position: *x, reason })?;
             Ok(mesh.lattice().cell(place.cell).index() as u32)
         };
-        let located: Vec<Result<u32, UnconnectedPoint<D>>> =
-            positions.par_iter().enumerate().map(locate).collect();
+        let located: Vec<Result<u32, UnconnectedPoint<D>>> = each_point(positions.len(), &locate);
         let cell: Vec<u32> = located.into_iter().collect::<Result<_, _>>()?;
 
         let corners = |cell: u32| -> Option<Vec<u32>> {

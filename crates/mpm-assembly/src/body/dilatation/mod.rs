@@ -47,21 +47,19 @@ use moduli::{Moduli, moduli};
 use crate::body::kinematics::{
     block, determinant, determinant_excess, gradient, inverse_and_determinant, trial_excess,
 };
-use crate::body::points::Points;
 use crate::body::scatter::{FORCE, LOWER, block_position, n_blocks};
-use crate::body::trial::{InadmissiblePoint, dissipated};
+use crate::body::trial::{Committed, InadmissiblePoint, dissipated};
+use mpm_basis::parallel::each;
 use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, Response, respond};
-use rayon::prelude::*;
 
 /// Cells per task; fixed, so that nothing depends on the number of threads.
 const CELLS: usize = 256;
 
 /// A body under mean dilatation in a trial displacement.
 pub(crate) struct Dilated<'a, const D: usize, M: Material> {
-    pub law: &'a M,
-    pub points: &'a Points<D, M>,
+    pub committed: Committed<'a, D, M>,
     pub connectivity: &'a Connectivity<D>,
     pub dilatation: &'a Dilatation<D>,
     /// `Δu_v` of every active node `[L]`.
@@ -173,8 +171,8 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                 let excess = determinant_excess(&h);
                 let mut share = 0.0;
                 if quadrature.is_none() {
-                    let weight = self.points.reference_volume[point]
-                        * determinant(&self.points.deformation_gradient[point]);
+                    let weight = self.committed.points.reference_volume[point]
+                        * determinant(&self.committed.points.deformation_gradient[point]);
                     volume += weight;
                     change += weight * excess;
                     share = weight * determinant_of_step;
@@ -228,8 +226,8 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         change: &Change,
     ) -> Result<Response<M::History>, InadmissiblePoint> {
         let p = point.point;
-        let trial = trial_excess(&point.dilated(change.excess), &self.points.elastic_excess[p]);
-        let response = respond(self.law, &trial, &self.points.history[p]);
+        let trial = trial_excess(&point.dilated(change.excess), &self.committed.points.elastic_excess[p]);
+        let response = respond(self.committed.law, &trial, &self.committed.history[p]);
         response.map_err(|reason| InadmissiblePoint::no_return(p, reason))
     }
 
@@ -250,7 +248,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
         for part in self.parts(cell) {
             for point in &s.points[at..at + part.points.len()] {
                 let response = self.respond(point, &change)?;
-                let tau = block::<D>(&response.kirchhoff) * self.points.reference_volume[point.point];
+                let tau = block::<D>(&response.kirchhoff) * self.committed.points.reference_volume[point.point];
                 pressure += push(&tau, &part, &s.g[point.at..], force);
                 if TANGENT != FORCE {
                     s.responses.push(response);
@@ -291,7 +289,7 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
             for _ in part.points {
                 let (point, response) = (&s.points[k], &s.responses[k]);
                 k += 1;
-                let volume = self.points.reference_volume[point.point];
+                let volume = self.committed.points.reference_volume[point.point];
                 let Moduli { a, by_volume, of_pressure }: Moduli<D> =
                     moduli::<D, _, TANGENT>(response, volume, pressure * point.share);
                 let kappa = by_volume.trace() / (D * D) as f64;
@@ -373,9 +371,8 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
     /// `ΔF̄ - I` of every point.
     pub(crate) fn steps(&self) -> Result<Vec<Block<D>>, InadmissiblePoint> {
         let cells = self.dilatation.cells.len();
-        let chunks: Vec<Result<Vec<(usize, Block<D>)>, InadmissiblePoint>> = (0..cells.div_ceil(CELLS))
-            .into_par_iter()
-            .map(|chunk| {
+        let chunks: Vec<Result<Vec<(usize, Block<D>)>, InadmissiblePoint>> =
+            each(cells.div_ceil(CELLS), &|chunk| {
                 let mut s = Scratch::default();
                 let mut steps = Vec::new();
                 for cell in chunk * CELLS..((chunk + 1) * CELLS).min(cells) {
@@ -383,9 +380,8 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                     steps.extend(s.points.iter().map(|it| (it.point, it.dilated(change.excess))));
                 }
                 Ok(steps)
-            })
-            .collect();
-        let mut steps = vec![Block::zeros(); self.points.len()];
+            });
+        let mut steps = vec![Block::zeros(); self.committed.points.len()];
         for chunk in chunks {
             for (point, step) in chunk? {
                 steps[point] = step;
@@ -412,9 +408,10 @@ impl<const D: usize, M: Material> Dilated<'_, D, M> {
                         continue;
                     }
                     let p = point.point;
-                    let volume = self.points.reference_volume[p];
-                    let trial = trial_excess(&point.dilated(change.excess), &self.points.elastic_excess[p]);
-                    energy += volume * dissipated(self.law, &trial, &response);
+                    let volume = self.committed.points.reference_volume[p];
+                    let trial =
+                        trial_excess(&point.dilated(change.excess), &self.committed.points.elastic_excess[p]);
+                    energy += volume * dissipated(self.committed.law, &trial, &response);
                     let tau = &response.kirchhoff;
                     let deviator = block::<D>(tau) - Block::identity() * (tau.trace() / 3.0);
                     pressure += push(&(deviator * volume), &part, &s.g[point.at..], &mut force);

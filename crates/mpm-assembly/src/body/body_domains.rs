@@ -1,0 +1,144 @@
+//! The basis of a body and the domains of its points, behind an interface that does not name the basis.
+
+use crate::body::advance::{AdvanceError, Converged, PreparedDomains};
+use crate::body::domain_control::{self, Controlled, TooManyPoints};
+use crate::body::stored::ForeignPoints;
+use mpm_basis::parallel::each_point;
+use mpm_basis::{Basis, Connectivity, Domain, DomainControl, DomainReport, Stencils, UnconnectedPoint};
+use mpm_grid::{Block, Mesh, NodeKind, Vector};
+
+/// What is compiled for each basis. `position` are those of the points `[L]`.
+pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
+    fn basis(&self) -> &'static str;
+
+    fn node_kind(&self) -> NodeKind;
+
+    /// Bytes of a domain; none for standard MPM.
+    fn domain_bytes(&self) -> usize;
+
+    fn stencils(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
+    /// Works out positions and domains after a load step, see [`PreparedDomains::advance`].
+    fn advance(
+        &mut self,
+        position: &[Vector<D>],
+        deformation_gradient: &[Block<D>],
+        connectivity: &Connectivity<D>,
+        step: Converged<'_, D>,
+    ) -> Result<(), AdvanceError>;
+
+    /// Makes what was worked out the present positions and domains.
+    fn commit(&mut self, position: &mut Vec<Vector<D>>);
+
+    /// As [`Body::control`](crate::Body::control); where points were split, with the positions of all points.
+    fn control(
+        &mut self,
+        position: &[Vector<D>],
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints>;
+
+    fn diagnose(&self, position: &[Vector<D>], mesh: &Mesh<D>) -> Vec<DomainReport>;
+
+    /// Corners of the domain of a point that stands at `x`.
+    fn outline(&self, point: usize, x: &Vector<D>) -> Vec<Vector<D>>;
+
+    /// Numbers of a stored domain.
+    fn domain_numbers(&self) -> usize;
+
+    /// Appends the numbers of all domains.
+    fn store_domains(&self, to: &mut Vec<f64>);
+
+    /// Makes the stored domains of `n` points the present ones; on an error nothing has changed.
+    fn restore_domains(&mut self, values: &[f64], n: usize) -> Result<(), ForeignPoints>;
+}
+
+/// A basis and the domain of every point; zero bytes for standard MPM.
+pub(crate) struct DomainsOf<const D: usize, B: Basis<D>> {
+    basis: B,
+    domains: Vec<B::Domain>,
+    /// Of the next step, kept for its memory.
+    prepared: PreparedDomains<D, B::Domain>,
+}
+
+impl<const D: usize, B: Basis<D>> DomainsOf<D, B> {
+    pub(crate) fn new(basis: B, domains: Vec<B::Domain>) -> Self {
+        Self { basis, domains, prepared: PreparedDomains::default() }
+    }
+}
+
+impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
+    fn basis(&self) -> &'static str {
+        self.basis.name()
+    }
+
+    fn node_kind(&self) -> NodeKind {
+        self.basis.node_kind()
+    }
+
+    fn domain_bytes(&self) -> usize {
+        size_of::<B::Domain>()
+    }
+
+    fn stencils(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        Stencils::of(&self.basis, mesh, position, &self.domains)
+    }
+
+    fn advance(
+        &mut self,
+        position: &[Vector<D>],
+        deformation_gradient: &[Block<D>],
+        connectivity: &Connectivity<D>,
+        step: Converged<'_, D>,
+    ) -> Result<(), AdvanceError> {
+        let columns = (position, &self.domains[..]);
+        self.prepared.advance(&self.basis, columns, deformation_gradient, connectivity, step)
+    }
+
+    fn commit(&mut self, position: &mut Vec<Vector<D>>) {
+        self.prepared.swap(position, &mut self.domains);
+    }
+
+    fn control(
+        &mut self,
+        position: &[Vector<D>],
+        mesh: &Mesh<D>,
+        control: DomainControl,
+        most: usize,
+    ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints> {
+        domain_control::control(&self.basis, position, &mut self.domains, mesh, control, most)
+    }
+
+    fn diagnose(&self, position: &[Vector<D>], mesh: &Mesh<D>) -> Vec<DomainReport> {
+        each_point(position.len(), &|p| {
+            let report = self.basis.diagnose(mesh, &position[p], &self.domains[p]);
+            report.unwrap_or_else(|_| DomainReport {
+                corners_outside: self.outline(p, &position[p]).len(),
+                ..DomainReport::default()
+            })
+        })
+    }
+
+    fn outline(&self, point: usize, x: &Vector<D>) -> Vec<Vector<D>> {
+        self.domains[point].outline(x)
+    }
+
+    fn domain_numbers(&self) -> usize {
+        B::Domain::NUMBERS
+    }
+
+    fn store_domains(&self, to: &mut Vec<f64>) {
+        self.domains.iter().for_each(|domain| domain.store(to));
+    }
+
+    fn restore_domains(&mut self, values: &[f64], n: usize) -> Result<(), ForeignPoints> {
+        let width = B::Domain::NUMBERS;
+        let restore = |p: usize| {
+            B::Domain::restore(&values[p * width..(p + 1) * width])
+                .map_err(|reason| ForeignPoints { column: "domain", reason: format!("point {p}: {reason}") })
+        };
+        self.domains = (0..n).map(restore).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,37 @@
+//! Work in parallel, compiled once for what it gives and not for each closure that does it.
+//!
+//! A law or a basis has closures of its own. Each of them would bring its own copy of the machinery that hands work to
+//! threads, several times as much code as the work itself.
+
+use rayon::prelude::*;
+
+/// Points whose work takes about as long as waking a thread, some 50 µs.
+const FEW_POINTS: usize = 512;
+
+/// Does both, at the same time if a thread is free.
+pub fn both<A: Send, B: Send>(low: impl FnOnce() -> A + Send, high: impl FnOnce() -> B + Send) -> (A, B) {
+    let (mut low, mut high) = (Some(low), Some(high));
+    let (mut of_low, mut of_high) = (None, None);
+    join(&mut || of_low = low.take().map(|work| work()), &mut || of_high = high.take().map(|work| work()));
+    (of_low.expect("the work was done"), of_high.expect("the work was done"))
+}
+
+fn join(low: &mut (dyn FnMut() + Send), high: &mut (dyn FnMut() + Send)) {
+    rayon::join(low, high);
+}
+
+/// What `work` gives for the tasks 0 to `n` - 1, in order.
+pub fn each<R: Send>(n: usize, work: &(dyn Fn(usize) -> R + Sync)) -> Vec<R> {
+    if n < 2 {
+        return (0..n).map(work).collect();
+    }
+    (0..n).into_par_iter().map(work).collect()
+}
+
+/// The same of points, each of which is little work: a few of them are not worth waking a thread.
+pub fn each_point<R: Send>(n: usize, work: &(dyn Fn(usize) -> R + Sync)) -> Vec<R> {
+    if n < FEW_POINTS {
+        return (0..n).map(work).collect();
+    }
+    (0..n).into_par_iter().map(work).collect()
+}

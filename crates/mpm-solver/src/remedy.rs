@@ -1,0 +1,57 @@
+//! What a scene can have against failures of load steps.
+
+use crate::connection::Connected;
+use crate::error::{Error, Remedy};
+use crate::model::Model;
+use mpm_grid::{MeshMotion, NodeKind};
+
+/// Stiffness of the node that bodies reach least, over the median, from which on no node is barely reached: at the
+/// corner of a body that fills its cells it is an eighth.
+const FULL: f64 = 0.1;
+
+/// Whether the model could have ghost stabilisation and does not.
+fn can_be_stabilised<const D: usize>(model: &Model<D>) -> bool {
+    model.nodes.kind() == NodeKind::Vertices
+        && !model.contributions.iter().any(|named| named.contribution.stabilises())
+}
+
+/// The error with the remedy that the model can have, where the nodes of the step that failed show the cause.
+pub(crate) fn with_remedy<const D: usize>(
+    error: Error,
+    model: &Model<D>,
+    connected: Option<&Connected<D>>,
+) -> Error {
+    match (error, connected) {
+        (Error::Step { step, from, to, level, reason, remedy: None }, Some(connected))
+            if reason.may_need_stabilisation() && can_be_stabilised(model) =>
+        {
+            let part = least_reached(model, connected);
+            let remedy = (part < FULL).then_some(Remedy::Stabilisation { part });
+            Error::Step { step, from, to, level, reason, remedy }
+        }
+        (error, _) => error,
+    }
+}
+
+/// Stiffness of the node that bodies reach least, over the median of all nodes.
+fn least_reached<const D: usize>(model: &Model<D>, connected: &Connected<D>) -> f64 {
+    let mut stiffness = vec![0.0; connected.active.len()];
+    for (named, plan) in model.bodies.iter().zip(&connected.assembly_plans) {
+        named.body.stiffness_force(plan.connectivity(), &mut stiffness);
+    }
+    stiffness.sort_by(f64::total_cmp);
+    match stiffness.get(stiffness.len() / 2) {
+        Some(median) => stiffness[0] / median,
+        None => 1.0,
+    }
+}
+
+/// What can be said of a model before it runs.
+pub(crate) fn advice<const D: usize>(model: &Model<D>) -> Option<String> {
+    // A mesh that moves with the material keeps the cells filled.
+    (can_be_stabilised(model) && model.motion == MeshMotion::Fixed).then(|| {
+        "the mesh is fixed, so that bodies which move far come to barely reach some nodes, which makes steps fail: \
+         the remedy is `stabilisation: Ghost()`"
+            .into()
+    })
+}

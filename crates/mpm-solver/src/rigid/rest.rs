@@ -1,0 +1,161 @@
+//! Rigid motions that nothing holds are refused, or kept at zero.
+//!
+//! A motion is kept at zero by *pins*: as many components of nodes as there are motions, held in such places that they
+//! hold these motions and nothing else. If no load has a part in the motions the pins carry no force, so that any
+//! translation may be added afterwards: the one that leaves the material's mean place where it is.
+
+use super::{FreeMotions, Unheld};
+use crate::connection::Connected;
+use crate::equilibrium::problem::{Equilibrium, Problem};
+use crate::equilibrium::system::solve_dense;
+use crate::error::StepFailure;
+use crate::model::{Model, UnheldMotion};
+use mpm_assembly::Constraints;
+use mpm_grid::Vector;
+
+/// Part of the loads' work that may remain in a motion although the loads cancel.
+const NO_WORK: f64 = 1e-9;
+
+/// Part of the largest force on a node that a pin may carry: what unbalanced forces leave.
+const NO_FORCE: f64 = 1e-6;
+
+/// Motions that are kept at zero in a load step; mostly none.
+#[derive(Default)]
+pub(crate) struct AtRest<const D: usize> {
+    unheld: Unheld<D>,
+    pins: Vec<(usize, usize)>,
+}
+
+/// The rigid motions that nothing holds in this load step, where the model allows them.
+///
+/// Motions that are refused are looked for only where the connectivity is new: what held a part before still does.
+///
+/// # Errors
+/// There are some, and they are refused, or the loads have a part in them.
+pub(crate) fn unheld<const D: usize>(
+    model: &Model<D>,
+    problem: &Problem<'_, D>,
+) -> Result<AtRest<D>, StepFailure> {
+    let Problem { mesh, connected, constraints, external, .. } = *problem;
+    if connected.is_analysed.get() && model.unheld_motion == UnheldMotion::Refuse {
+        return Ok(AtRest::default());
+    }
+    let free = FreeMotions::of(model, mesh, connected, constraints);
+    if free.is_empty() {
+        return Ok(AtRest::default());
+    }
+    let Some(unheld) = free.unheld(model, connected, constraints, problem.end) else {
+        return Ok(AtRest::default());
+    };
+    if model.unheld_motion == UnheldMotion::Refuse {
+        return Err(StepFailure::Unheld { motion: unheld.clauses.join("; nor ") });
+    }
+    let has_work = |field: &Vec<Vector<D>>| {
+        let (mut work, mut size) = (0.0, 0.0);
+        for (force, u) in external.iter().zip(field) {
+            work += force.dot(u);
+            size += force.abs().dot(&u.abs());
+        }
+        work.abs() > NO_WORK * size
+    };
+    if unheld.fields.iter().any(has_work) {
+        return Err(loaded(&unheld));
+    }
+    let pins = pins(&unheld.fields);
+    Ok(AtRest { unheld, pins })
+}
+
+fn loaded<const D: usize>(unheld: &Unheld<D>) -> StepFailure {
+    StepFailure::UnheldLoaded { motion: unheld.clauses.join("; nor ") }
+}
+
+/// As many components of nodes as there are fields, of which no combination of fields leaves all at zero: elimination
+/// with the largest entry as the next pivot.
+fn pins<const D: usize>(fields: &[Vec<Vector<D>>]) -> Vec<(usize, usize)> {
+    let mut left: Vec<Vec<Vector<D>>> = fields.to_vec();
+    let mut pins = Vec::new();
+    while let Some(field) = left.pop() {
+        let (mut node, mut component) = (0, 0);
+        for (v, u) in field.iter().enumerate() {
+            for i in 0..D {
+                if u[i].abs() > field[node][component].abs() {
+                    (node, component) = (v, i);
+                }
+            }
+        }
+        let pivot = field[node][component];
+        for other in &mut left {
+            let factor = other[node][component] / pivot;
+            other.iter_mut().zip(&field).for_each(|(other, u)| *other -= u * factor);
+        }
+        pins.push((node, component));
+    }
+    pins
+}
+
+impl<const D: usize> AtRest<D> {
+    /// Active nodes and components that are held.
+    pub(crate) fn pins(&self) -> &[(usize, usize)] {
+        &self.pins
+    }
+
+    /// The constraints with the pins.
+    pub(crate) fn constraints(&self, supports: &Constraints<D>) -> Constraints<D> {
+        let mut constraints = supports.clone();
+        self.pins.iter().for_each(|&(node, component)| constraints.prescribe(node, component, 0.0));
+        constraints
+    }
+
+    /// Takes the translations out of an equilibrium that the pins have let in.
+    ///
+    /// # Errors
+    /// The pins carry force.
+    pub(crate) fn settle(
+        &self,
+        model: &Model<D>,
+        problem: &Problem<'_, D>,
+        equilibrium: &mut Equilibrium<D>,
+    ) -> Result<(), StepFailure> {
+        if self.pins.is_empty() {
+            return Ok(());
+        }
+        let reaction = &equilibrium.reaction.nodes;
+        let forces = reaction.iter().chain(problem.external);
+        let largest = forces.map(|force| force.amax()).fold(0.0, f64::max);
+        let most = problem.round_off.all.max(NO_FORCE * largest);
+        if self.pins.iter().any(|&(node, component)| reaction[node][component].abs() > most) {
+            return Err(loaded(&self.unheld));
+        }
+        let fields = &self.unheld.fields[self.unheld.fields.len() - self.unheld.translations..];
+        let volumes = volumes(model, problem.connected);
+        let moved = |field: &Vec<Vector<D>>, other: &[Vector<D>]| {
+            let products = field.iter().zip(other).map(|(u, other)| u.dot(other));
+            volumes.iter().zip(products).map(|(volume, product)| volume * product).sum::<f64>()
+        };
+        let increment = &mut equilibrium.increment.nodes;
+        let rows =
+            fields.iter().map(|field| fields.iter().map(|other| moved(field, other)).collect()).collect();
+        let means = fields.iter().map(|field| moved(field, increment)).collect();
+        for (field, amount) in fields.iter().zip(solve_dense(rows, means).unwrap_or_default()) {
+            increment.iter_mut().zip(field).for_each(|(u, field)| *u -= field * amount);
+        }
+        Ok(())
+    }
+}
+
+/// Volume at rest of the material that moves with each node, `Σ_p V⁰_p S_vp` `[L^D]`.
+fn volumes<const D: usize>(model: &Model<D>, connected: &Connected<D>) -> Vec<f64> {
+    let mut volumes = vec![0.0; connected.active.len()];
+    for (named, plan) in model.bodies.iter().zip(&connected.assembly_plans) {
+        let connectivity = plan.connectivity();
+        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+            for k in 0..group.points {
+                let volume = named.body.point(group.first_point + k).reference_volume;
+                for (&node, value) in group.nodes.iter().zip(group.point(k).0) {
+                    volumes[node as usize] += volume * value;
+                }
+            }
+        }
+    }
+    volumes
+}
