@@ -279,7 +279,6 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("geometry/src/grid.rs", "{count:.3e} pieces of the body", "depends on the machine"),
     ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
-    ("rehearsal.rs", "plastic state", "name of a column"),
     ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
     ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
     ("solver/src/remedy.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
@@ -291,12 +290,9 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
     ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),
     // No scene is known that ends so.
+    ("body/start.rs", "material point", "the compiler says it with position and depth"),
     ("body/trial.rs", "has no stress", "the solver says it with body, position and reason"),
-    (
-        "error.rs",
-        "body `{body}`: the law of material point",
-        "of laws that programs make, in `own_material.rs`",
-    ),
+    ("error.rs", "body `{body}`: the law of material point", "of laws of programs, in `own_material.rs`"),
     ("basis/src/basis.rs", "its domain inverted", "Newton finds no equilibrium before"),
     ("basis/src/basis.rs", "its domain left the mesh", "the load step after finds the point outside"),
     ("error.rs", "the linear system could not be solved", "singular tangents are told of their node"),
