@@ -176,7 +176,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
                 // Entries are permuted into the order of elimination before they are eliminated.
                 factor_entries * real + entries * (real + size_of::<usize>())
             },
-            work: VECTORS * n * real + 2 * 3 * real * n_points,
+            work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, model.schedule.steps),
             program: PROGRAM,
         },
         is_iterative,
@@ -214,6 +214,15 @@ fn warnings<const D: usize>(
         format!("nothing holds {}: {kept}", unheld.join("; nor "))
     });
     unheld.into_iter().chain(advice(model)).collect()
+}
+
+/// Bytes of load steps that are recorded and not yet written, and of their copies on the way to the file.
+fn kept_records(n_points: usize, steps: u32) -> usize {
+    /// Numbers of a point that are recorded in most scenes: position and a tensor.
+    const NUMBERS: usize = 10;
+    const MOST: usize = 8 << 20;
+    let all = n_points.saturating_mul(2 * NUMBERS * size_of::<f64>()).saturating_mul(1 + steps as usize);
+    all.min(MOST)
 }
 
 /// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
