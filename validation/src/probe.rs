@@ -3,8 +3,9 @@
 use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
-    AssemblyPlan, BodyAtStart, ConnectedBody, Constraints, Contribution, Converged, Couplings, Linked,
-    PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial, UnknownVector, Unknowns,
+    AssemblyPlan, BodyAtStart, BodyConnectivity, ConnectedBody, Constraints, Contribution, Converged,
+    Couplings, PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial, UnknownVector,
+    Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
@@ -137,7 +138,7 @@ fn connect<const D: usize>(
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
     let dilatation = body.dilatation(&connectivity, mesh, &active)?;
-    let linked = Linked { connectivity, dilatation };
+    let linked = BodyConnectivity { connectivity, dilatation };
     let bodies = [BodyAtStart { name: &named.name, body, connectivity: &linked.connectivity }];
     let (from, to) = (LoadFraction::START, LoadFraction::END);
     let step = StepStart { mesh, active: &active, bodies: &bodies, from, to, is_retry: false };

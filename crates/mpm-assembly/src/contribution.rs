@@ -322,7 +322,7 @@ pub struct ConnectedBody<'a, const D: usize> {
 /// The life of a body's points is that of [`Body`]; in a load step it is a contribution like any other.
 impl<const D: usize> Contribution<D> for ConnectedBody<'_, D> {
     fn couplings(&self) -> &dyn Couplings {
-        self.plan.linked()
+        self.plan.body_connectivity()
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -22,8 +22,8 @@ mod ghost;
 mod unknowns;
 
 pub use body::{
-    AdvanceError, AssemblyPlan, Body, BodyLoads, COLUMNS, Controlled, Converged, Dilatation, ForeignPoints,
-    InadmissiblePoint, InadmissibleState, Linked, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
+    AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
+    ForeignPoints, InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
     PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
     TooManyPoints, determinant, finish_tangent, views,
 };

@@ -3,8 +3,8 @@
 mod setup;
 
 use mpm_assembly::{
-    AssemblyPlan, Constraints, Converged, GhostFaces, InadmissibleState, Linked, MeanDilatation, PassInput,
-    SparsityPattern, Sums, TangentSums, views,
+    AssemblyPlan, BodyConnectivity, Constraints, Converged, GhostFaces, InadmissibleState, MeanDilatation,
+    PassInput, SparsityPattern, Sums, TangentSums, views,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2Hexahedron, Cpdi2q, Cpdi2t, Gimp, Smpm};
 use mpm_grid::{Block, NodeSpace, Vector};
@@ -265,7 +265,7 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
         body.occupied_cells(&connectivity, mesh.lattice(), &active, &mut cells);
         let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
         let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
-        let linked = Linked { connectivity, dilatation };
+        let linked = BodyConnectivity { connectivity, dilatation };
         let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&linked, &faces]);
         let (plan, slots) = (AssemblyPlan::new(linked, &pattern), faces.slots(&pattern));
         let setup = Setup { body, active, pattern, plan, mesh };

@@ -5,8 +5,8 @@ use crate::model::{Model, NamedBody, NamedContribution};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
-    AssemblyPlan, Begun, BodyAtStart, ConnectedBody, Contribution, Couplings, Linked, SparsityPattern,
-    StepStart, Unknowns,
+    AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, Couplings,
+    SparsityPattern, StepStart, Unknowns,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
@@ -139,14 +139,14 @@ pub(crate) fn connect<const D: usize>(
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let stencils = stencils(model, mesh)?;
     let active = ActiveNodes::of(&model.nodes, &stencils);
-    let linked: Vec<Linked<D>> = stencils
+    let linked: Vec<BodyConnectivity<D>> = stencils
         .into_iter()
         .zip(&model.bodies)
         .map(|(stencils, named)| {
             let connectivity = Connectivity::of(stencils, &active);
             let dilatation =
                 named.body.dilatation(&connectivity, mesh, &active).map_err(|it| outside(named, &it))?;
-            Ok(Linked { connectivity, dilatation })
+            Ok(BodyConnectivity { connectivity, dilatation })
         })
         .collect::<Result<_, _>>()?;
     let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
@@ -189,7 +189,7 @@ fn begin_again<const D: usize>(
         return Ok((former, Kept::All));
     }
     let Connected { active, assembly_plans, pattern, .. } = former;
-    let linked = assembly_plans.into_iter().map(AssemblyPlan::into_linked).collect();
+    let linked = assembly_plans.into_iter().map(AssemblyPlan::into_body_connectivity).collect();
     Ok((couple(model, active, linked, (unknowns, own), Some(pattern)), Kept::Memory))
 }
 
@@ -197,7 +197,7 @@ fn begin_again<const D: usize>(
 fn couple<const D: usize>(
     model: &mut Model<D>,
     active: ActiveNodes<D>,
-    linked: Vec<Linked<D>>,
+    linked: Vec<BodyConnectivity<D>>,
     (unknowns, own): (Unknowns<D>, Vec<Range<usize>>),
     former: Option<SparsityPattern<D>>,
 ) -> Connected<D> {

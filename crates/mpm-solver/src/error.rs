@@ -181,8 +181,9 @@ pub enum StepFailure {
     },
     /// The tangent is singular.
     #[error(
-        "the tangent is singular at node {node} at {position:?}, component {component} ({cause}): \
+        "the tangent is singular at node {node} at {position:?}, along {} ({cause}): \
         material there is not held, or barely reaches the node's cells{}",
+        ["x", "y", "z"][*component],
         if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
     )]
     Singular {

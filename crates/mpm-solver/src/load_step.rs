@@ -6,8 +6,7 @@
 //! 3. *advance*: carry the points with these displacements,
 //! 4. *replace the mesh*: the next load step takes the mesh of its own load fraction.
 //!
-//! `run.rs` calls [`load_step`] in a loop and commits what it has prepared. Until then the points are those of the last
-//! converged step, so that a step that fails can be tried again in another way.
+//! `run.rs` calls [`load_step`] in a loop and commits what it prepared; a step that fails leaves the points as they were.
 
 use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods, position};
 use crate::equilibrium::problem::Problem;
@@ -98,7 +97,6 @@ fn balance<const D: usize>(
     };
     let analysis = solver.analyse(&connected.pattern, &hints)?;
     connected.is_analysed.set(true);
-
     let (mut end, span) = (plan.end, plan.end.get() - plan.start.get());
     let mut equilibrium = match &mut plan.kind {
         StepKind::Load(predictor) => {
@@ -131,12 +129,13 @@ fn advance<const D: usize>(
 ) -> Result<(), StepFailure> {
     let increment = &balanced.equilibrium.increment;
     if !model.contributions.is_empty() {
-        let constraints =
-            &StepLoading { model, mesh, connected, start, pins: &[] }.constraints(balanced.end)?;
-        let pattern = &connected.pattern;
+        let loading = StepLoading { model, mesh, connected, start, pins: &[] };
+        let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
         let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
         model.contributions.iter_mut().for_each(|named| named.contribution.prepare(&trial));
     }
+    let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
+    timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();
     timings.time(Phase::Advance, || {
         let converged = Converged { mesh, active: &connected.active, increment: &increment.nodes };
         for (named, assembly_plan) in model.bodies.iter_mut().zip(&connected.assembly_plans) {
@@ -147,8 +146,5 @@ fn advance<const D: usize>(
             })?;
         }
         Ok(())
-    })?;
-    let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
-    timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();
-    Ok(())
+    })
 }

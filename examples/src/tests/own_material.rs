@@ -2,8 +2,8 @@
 
 use super::*;
 use mpm_assembly::{
-    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, SparsityPattern, Sums,
-    TangentSums,
+    AssemblyPlan, Body, BodyConnectivity, Constraints, MaterialBody, MeanDilatation, PassInput,
+    SparsityPattern, Sums, TangentSums,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
 use mpm_grid::{Axis, CellId, Layout, Mesh, NodeSpace, Vector};
@@ -49,7 +49,7 @@ fn body_error<const D: usize>(mean: Option<MeanDilatation>) -> Result<f64, Box<d
     let stencils = body.stencils(&mesh)?;
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
-    let linked = Linked { dilatation: body.dilatation(&connectivity, &mesh, &active)?, connectivity };
+    let linked = BodyConnectivity { dilatation: body.dilatation(&connectivity, &mesh, &active)?, connectivity };
     let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&linked]);
     let plan = AssemblyPlan::new(linked, &pattern);
     let constraints = Constraints::none(active.len());

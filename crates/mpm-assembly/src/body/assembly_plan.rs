@@ -1,7 +1,7 @@
 //! Connectivity of a body in a load step, with what makes sums over it quick.
 
+use super::body_connectivity::BodyConnectivity;
 use super::dilatation::Dilatation;
-use super::linked::Linked;
 use crate::body::strips::Strips;
 use crate::unknowns::{Couplings, SparsityPattern};
 use mpm_basis::Connectivity;
@@ -16,7 +16,7 @@ const TASKS: usize = 32;
 /// Connectivity of a body in a load step, with what makes sums over it quick.
 #[derive(Debug)]
 pub struct AssemblyPlan<const D: usize> {
-    linked: Linked<D>,
+    body: BodyConnectivity<D>,
     pub(crate) sums: Summation<D>,
 }
 
@@ -32,60 +32,60 @@ pub(crate) struct Summation<const D: usize> {
 }
 
 impl<const D: usize> AssemblyPlan<D> {
-    /// Prepares sums over `linked` points into `pattern`.
-    pub fn new(linked: impl Into<Linked<D>>, pattern: &SparsityPattern<D>) -> Self {
-        let linked = linked.into();
-        let strips = Strips::of(&linked);
-        let slots = pattern.slots(&linked);
-        let mut slot_start = Vec::with_capacity(linked.n_sets());
+    /// Prepares sums over the points of `body` into `pattern`.
+    pub fn new(body: impl Into<BodyConnectivity<D>>, pattern: &SparsityPattern<D>) -> Self {
+        let body = body.into();
+        let strips = Strips::of(&body);
+        let slots = pattern.slots(&body);
+        let mut slot_start = Vec::with_capacity(body.n_sets());
         let (mut at, mut most_nodes) = (0, 0);
-        for set in 0..linked.n_sets() {
-            let n = linked.set(set).len();
+        for set in 0..body.n_sets() {
+            let n = body.set(set).len();
             slot_start.push(at);
             at += pattern.n_slots(n);
             most_nodes = most_nodes.max(n);
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
         let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
-        Self { linked, sums: Summation { strips, slots, slot_start, scratch } }
+        Self { body, sums: Summation { strips, slots, slot_start, scratch } }
     }
 
-    /// Whether the same points have the same nodes in `linked`, and nothing else couples them.
-    pub fn is_connected_as(&self, linked: &Linked<D>) -> bool {
-        let is_plain = self.linked.dilatation.is_none() && linked.dilatation.is_none();
-        is_plain && self.linked.connectivity.is_connected_as(&linked.connectivity)
+    /// Whether the same points have the same nodes in `body`, and nothing else couples them.
+    pub fn is_connected_as(&self, body: &BodyConnectivity<D>) -> bool {
+        let is_plain = self.body.dilatation.is_none() && body.dilatation.is_none();
+        is_plain && self.body.connectivity.is_connected_as(&body.connectivity)
     }
 
     /// Sums over `connectivity`, which connect the same points and nodes as the present ones, into the same
     /// pattern.
     pub fn relinked(self, connectivity: Connectivity<D>) -> Self {
-        debug_assert!(connectivity.is_connected_as(&self.linked.connectivity), "the same points and nodes");
-        Self { linked: connectivity.into(), ..self }
+        debug_assert!(connectivity.is_connected_as(&self.body.connectivity), "the same points and nodes");
+        Self { body: connectivity.into(), ..self }
     }
 
     /// The points and their nodes.
-    pub fn linked(&self) -> &Linked<D> {
-        &self.linked
+    pub fn body_connectivity(&self) -> &BodyConnectivity<D> {
+        &self.body
     }
 
     /// The points and their nodes, without what depends on the pattern.
-    pub fn into_linked(self) -> Linked<D> {
-        self.linked
+    pub fn into_body_connectivity(self) -> BodyConnectivity<D> {
+        self.body
     }
 
     /// Groups of points and their influences.
     pub fn connectivity(&self) -> &Connectivity<D> {
-        &self.linked.connectivity
+        &self.body.connectivity
     }
 
     /// Cells over which volume changes are averaged, where they are.
     pub fn dilatation(&self) -> Option<&Dilatation<D>> {
-        self.linked.dilatation.as_ref()
+        self.body.dilatation.as_ref()
     }
 
     /// Bytes of all that is kept.
     pub fn bytes(&self) -> usize {
-        self.linked.connectivity.bytes()
+        self.body.connectivity.bytes()
             + size_of_val(&self.sums.slots[..])
             + size_of_val(&self.sums.slot_start[..])
     }

@@ -6,6 +6,7 @@
 
 mod advance;
 mod assembly_plan;
+mod body_connectivity;
 mod body_domains;
 mod body_law;
 mod dilatation;
@@ -13,7 +14,6 @@ mod dissipation;
 mod domain_control;
 mod interface;
 mod kinematics;
-mod linked;
 mod material_body;
 mod occupied;
 mod pass;
@@ -27,11 +27,11 @@ mod trial;
 
 pub use advance::{AdvanceError, Converged};
 pub use assembly_plan::AssemblyPlan;
+pub use body_connectivity::BodyConnectivity;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
 pub use interface::{Body, BodyLoads, PointForce, views};
 pub use kinematics::determinant;
-pub use linked::Linked;
 pub use material_body::MaterialBody;
 pub use occupied::OccupiedCell;
 pub use point_view::PointView;

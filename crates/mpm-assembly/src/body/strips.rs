@@ -5,7 +5,7 @@
 //! never reaches the nodes of the next but one: all even strips can be summed at once, then all odd
 //! ones. Which strip a set is in depends on connectivity alone.
 
-use super::linked::Linked;
+use super::body_connectivity::BodyConnectivity;
 use crate::unknowns::Couplings;
 use std::ops::Range;
 
@@ -31,12 +31,12 @@ pub(crate) struct Strip {
 }
 
 impl Strips {
-    pub(crate) fn of<const D: usize>(linked: &Linked<D>) -> Self {
-        let lowest = |set: usize| linked.set(set).first().copied().unwrap_or(0);
-        let sorted = (1..linked.n_sets()).all(|set| lowest(set - 1) <= lowest(set));
+    pub(crate) fn of<const D: usize>(body: &BodyConnectivity<D>) -> Self {
+        let lowest = |set: usize| body.set(set).first().copied().unwrap_or(0);
+        let sorted = (1..body.n_sets()).all(|set| lowest(set - 1) <= lowest(set));
         let mut order: Vec<u32> = Vec::new();
         if !sorted {
-            order.extend((0..linked.n_sets()).map(|set| set as u32));
+            order.extend((0..body.n_sets()).map(|set| set as u32));
             order.sort_by_key(|&set| lowest(set as usize));
         }
         let mut result = Self { order, phases: [Vec::new(), Vec::new()] };
@@ -45,9 +45,9 @@ impl Strips {
         let (mut points, mut count) = (0, 0);
         // Ends of the nodes of the strip before the open one, and of the open one.
         let (mut reach_before, mut reach) = (0, 0);
-        for position in 0..linked.n_sets() {
+        for position in 0..body.n_sets() {
             let set = result.set(position);
-            let nodes = linked.set(set);
+            let nodes = body.set(set);
             let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
             let (low, end) = (low as usize, high as usize + 1);
             let mut strip = match open.take() {
@@ -65,7 +65,7 @@ impl Strips {
             strip.sets.end = position + 1;
             strip.nodes.end = strip.nodes.end.max(end);
             reach = strip.nodes.end.max(reach);
-            points += linked.n_points(set);
+            points += body.n_points(set);
             open = Some(strip);
         }
         if let Some(strip) = open {

@@ -1,8 +1,8 @@
 //! A body on a grid, and its sums.
 
 use mpm_assembly::{
-    AssemblyPlan, Body, Constraints, Linked, MaterialBody, MeanDilatation, PassInput, SparsityPattern, Sums,
-    TangentSums, finish_tangent,
+    AssemblyPlan, Body, BodyConnectivity, Constraints, MaterialBody, MeanDilatation, PassInput,
+    SparsityPattern, Sums, TangentSums, finish_tangent,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity};
 use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
@@ -65,7 +65,7 @@ pub fn connect_as<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>, symmetr
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
     let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
-    let linked = Linked { connectivity, dilatation };
+    let linked = BodyConnectivity { connectivity, dilatation };
     let pattern = SparsityPattern::of(active.len(), symmetry, &[&linked]);
     let plan = AssemblyPlan::new(linked, &pattern);
     Setup { body, active, pattern, plan, mesh }

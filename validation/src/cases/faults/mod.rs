@@ -2,6 +2,7 @@
 
 mod driven;
 mod files;
+mod held;
 mod said_and_run;
 
 use crate::scenes::{Run, run_compiled};
@@ -47,10 +48,14 @@ impl Answer {
     }
 }
 
+fn kinds() -> impl Iterator<Item = &'static Kind> {
+    [said_and_run::KINDS, files::KINDS, driven::KINDS, held::KINDS].into_iter().flatten()
+}
+
 fn faults(_: Extent) -> Result<Findings, Broken> {
     let mut table = Table::new("What each input is answered with.", &["kind", "scene", "answer"]);
     let mut findings = Findings::default();
-    for Kind { input, scene, answer } in said_and_run::KINDS.iter().chain(files::KINDS).chain(driven::KINDS) {
+    for Kind { input, scene, answer } in kinds() {
         // What stops one of them must not hide the others.
         let Answer { said, error, tolerance } =
             answer(scene).unwrap_or_else(|error| Answer::new(error.to_string(), f64::NAN, 0.0));

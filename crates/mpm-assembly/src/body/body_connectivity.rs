@@ -6,20 +6,20 @@ use mpm_basis::Connectivity;
 
 /// A body's connectivity, with the cells that couple its points where it has mean dilatation.
 #[derive(Clone, Debug)]
-pub struct Linked<const D: usize> {
+pub struct BodyConnectivity<const D: usize> {
     /// Groups of points and their influences.
     pub connectivity: Connectivity<D>,
     /// Cells over which volume changes are averaged, where they are.
     pub dilatation: Option<Dilatation<D>>,
 }
 
-impl<const D: usize> From<Connectivity<D>> for Linked<D> {
+impl<const D: usize> From<Connectivity<D>> for BodyConnectivity<D> {
     fn from(connectivity: Connectivity<D>) -> Self {
         Self { connectivity, dilatation: None }
     }
 }
 
-impl<const D: usize> Linked<D> {
+impl<const D: usize> BodyConnectivity<D> {
     /// Number of points behind a set.
     pub(crate) fn n_points(&self, set: usize) -> usize {
         match &self.dilatation {
@@ -33,7 +33,7 @@ impl<const D: usize> Linked<D> {
 }
 
 /// Node sets of points, or cells where these couple their points.
-impl<const D: usize> Couplings for Linked<D> {
+impl<const D: usize> Couplings for BodyConnectivity<D> {
     #[inline]
     fn n_sets(&self) -> usize {
         self.dilatation.as_ref().map_or_else(|| self.connectivity.n_node_sets(), |it| it.cells().len())
