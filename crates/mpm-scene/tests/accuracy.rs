@@ -108,7 +108,7 @@ fn a_tangent_without_a_pivot_names_the_node_and_the_remedy() {
     );
     let scene = scene.unwrap();
     let error = compile(&scene).unwrap().run(&mut ()).unwrap_err().to_string();
-    for part in ["the tangent is singular at node", "component", "barely reaches", "`stabilisation: Ghost()`"] {
+    for part in ["the tangent is singular at node", "along x", "barely reaches", "`stabilisation: Ghost()`"] {
         assert!(error.contains(part), "{error}");
     }
 }

@@ -58,7 +58,7 @@ fn a_wrong_guess_costs_no_answer() {
         bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (3, 1.5)), points_per_cell: 2)],
         supports: [
             (name: "left", region: Plane(axis: X, at: 0), fix: [X, Y]),
-            (name: "right", region: Plane(axis: X, at: 3), displace: [(axis: X, by: 0.6, ramp: [(0, 0), (0.5, 1), (1, 0)])]),
+            (name: "right", region: Plane(axis: X, at: 3), displace: [(axis: X, by: 0.45, ramp: [(0, 0), (0.5, 1), (1, 0)])]),
         ],
         schedule: (steps: 10),
     )"#;

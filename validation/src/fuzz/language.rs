@@ -111,6 +111,61 @@ pub(super) const SMALL: &[&str] = &[
     loads: [BodyForce(acceleration: (0, 0.2, -1))],
     schedule: (steps: 2), output: (fields: [CornersOutside, FallenBack], domain_history: true),
 )"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: Smpm, unheld_motion: Refuse,
+    materials: {
+        "sand": MohrCoulomb(young: 1e3, poisson: 0.3, cohesion: 5, friction: 30, dilation: 10, tensile_strength: 1, density: 1),
+        "loam": DruckerPrager(young: Layers([(top: 2, value: 1e3, gradient: 10), (top: 1, value: 2e3)]), poisson: 0.3,
+            cone: Matched(at: Compression, cohesion: 20, friction: 30, dilation: 0), tension: 2, fluid_bulk: 1e3, density: 1),
+    },
+    bodies: [
+        (name: "a", material: "sand", shape: Box(from: (0, 0), to: (1, 2)), points_per_cell: 2,
+            initial: Geostatic(surface: 2, unit_weight: 1, k0: 0.5)),
+        (name: "b", material: "loam", shape: Box(from: (1, 0), to: (2, 2)), points_per_cell: 2,
+            initial: Stress(xx: -1, yy: -1, zz: -1, xy: 0)),
+    ],
+    supports: [
+        (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
+        (name: "left", region: Plane(axis: X, at: 0), fix: [X]), (name: "right", region: Plane(axis: X, at: 2), fix: [X]),
+    ],
+    loads: [BodyForce(acceleration: (0, -1), ramp: [(0, 1)])],
+    schedule: (steps: 2), output: (fields: [CauchyStress, Young]),
+)"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 3, cells: 3), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: Cpdi1,
+    materials: {
+        "clay": CamClay(critical_ratio: 1, compression: 0.1, swelling: 0.02, shear: 100, shear_ratio: 10, reference_pressure: 10, preconsolidation: 60, density: 1),
+        "mud": Tresca(young: Random(mean: 1e3, variation: 0.2, correlation_length: 1, vertical_correlation_length: 0.5, seed: 3), poisson: 0.3,
+            undrained_strength: Linear(at: 2, value: 10, gradient: 2), softening: Remoulding(remoulded: 0.5, shear_95: 5)),
+        "silt": VonMises(young: 1e3, poisson: 0.3, undrained_strength: 10, softening: Linear(modulus: -1, residual: 4)),
+    },
+    bodies: [
+        (name: "a", material: "clay", shape: Box(from: (0, 0), to: (1, 2)), points_per_cell: 2,
+            initial: Geostatic(surface: 2, unit_weight: 1, k0: 0.7, surcharge: 20, over_consolidation: 1.5)),
+        (name: "b", material: "mud", shape: Box(from: (1, 0), to: (2, 2)), points_per_cell: 2),
+        (name: "c", material: "silt", shape: Box(from: (2, 0), to: (3, 2)), points_per_cell: 2),
+    ],
+    supports: [(name: "all", region: Everywhere, fix: [X]), (name: "base", region: Plane(axis: Y, at: 0), fix: [Y])],
+    loads: [Traction(body: "a", axis: Y, at: 2, resultant: (0, -20), ramp: [(0, 1)])],
+    schedule: (steps: 2),
+)"#,
+    r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 1, cells: 1), Uniform(from: 0, to: 1, cells: 1), Uniform(from: 0, to: 2, cells: 2)]),
+    basis: Smpm,
+    materials: {
+        "rubber": NeoHooke(young: 1e3, poisson: 0.3),
+        "sand": DruckerPrager(young: 1e3, poisson: 0.3, cone: Slopes(slope: 1, flow_slope: 0.5, strength: 10)),
+    },
+    bodies: [
+        (name: "a", material: "rubber", shape: Box(from: (0, 0, 0), to: (1, 1, 0.5)), points_per_cell: 2),
+        (name: "b", material: "sand", shape: Box(from: (0, 0, 0.5), to: (1, 1, 1)), points_per_cell: 2,
+            initial: Stress(xx: -1, yy: -1, zz: -1, xy: 0.1, yz: 0, zx: 0)),
+    ],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
+    schedule: (steps: 1),
+)"#,
 ];
 
 /// Words of the language that none of the scenes says.
@@ -119,11 +174,17 @@ pub(super) const WORDS: &[&str] = &[
     "Backslash",
     "Body",
     "Current",
+    "Extension",
+    "IsochoricPlaneStrain",
     "None",
     "Outline",
     "SingleCornerNodes",
     "Slash",
     "SmallestCornerWeight",
+    "Table",
+    "Zero",
+    "column",
+    "moment_axis",
     "scale",
     "shift",
 ];
