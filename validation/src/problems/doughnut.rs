@@ -20,5 +20,8 @@ pub fn ring(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
 
 /// Torque of every load step `[F L]`.
 pub fn torque(history: &History) -> Vec<f64> {
-    history.series("reaction_moment/inner", 0)[1..].to_vec()
+    // In space a moment has three components; the ring turns about z.
+    let column = history.columns().iter().find(|column| column.name == "reaction_moment/inner");
+    let about_z = column.map_or(0, |column| column.width - 1);
+    history.series("reaction_moment/inner", about_z)[1..].to_vec()
 }
