@@ -43,14 +43,15 @@ pub trait Contribution<const D: usize>: Send + Sync {
         let _ = pattern;
     }
 
-    /// Adds its force, and its tangent where that is wanted, under a trial.
+    /// Adds its internal force, and its tangent where that is wanted, under a trial. A spring adds `+k u` and `+k`; a
+    /// force from outside is subtracted.
     ///
     /// # Errors
     /// The trial is not admissible, for example because a point is inverted.
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible>;
 
-    /// Its share in the size of the forces with which an out-of-balance force is compared `[F]`: nothing, if the
-    /// supports and the external force carry it all.
+    /// Its share in the size of the forces with which an out-of-balance force is compared `[F]`, a Euclidean norm over
+    /// unknowns: nothing, if the supports and the external force carry it all.
     fn scale(&self, trial: &Trial<'_, D>) -> f64 {
         let _ = trial;
         0.0
@@ -104,7 +105,8 @@ pub trait Contribution<const D: usize>: Send + Sync {
         if saved.is_empty() { Ok(()) } else { Err(format!("has {} numbers, expected none", saved.len())) }
     }
 
-    /// What the history of the run tells of it after the last committed step: always the same columns.
+    /// What the history of the run tells of it after the last committed step: always the same columns, whose names no
+    /// other contribution of the model has.
     fn history(&self) -> Vec<Recorded> {
         Vec::new()
     }
@@ -277,7 +279,10 @@ impl<const D: usize> SystemSums<'_, D> {
     }
 
     /// Adds the force on some unknowns, and where a tangent is wanted its derivative `stiffness` with respect to them:
-    /// a dense matrix, column by column. The unknowns are of places that the contribution couples.
+    /// a dense matrix, column by column. Prescribed components are left out of the tangent here.
+    ///
+    /// # Panics
+    /// If a tangent is wanted and the unknowns are of places that no contribution couples.
     pub fn add(&mut self, trial: &Trial<'_, D>, unknowns: &[UnknownId], force: &[f64], stiffness: &[f64]) {
         let numbering = trial.pattern.unknowns();
         for (&unknown, &force) in unknowns.iter().zip(force) {

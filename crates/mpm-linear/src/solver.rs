@@ -25,12 +25,13 @@ pub trait LinearSolver: Send {
     /// Takes the matrix of the next solutions. Its pattern is the one last analysed.
     ///
     /// # Errors
-    /// If the matrix is singular, is not finite, or cannot be solved by this solver.
+    /// If the matrix is singular, is not finite, or cannot be solved by this solver. The load step is then cut, so that
+    /// a solver that cannot take a kind of matrix at all had better hand it on to a [`crate::Factorization`].
     fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular>;
 
     /// Replaces the right-hand side b by x with K x = b, where K is the `matrix` last factorised. (A solver
     /// needs no copy of it for checking solutions, because it is given once more.) An iterative solver may
-    /// leave `|b − K x| ≤ tolerance · |b|`.
+    /// leave `|b − K x| ≤ tolerance · |b|`, in Euclidean norms.
     ///
     /// # Errors
     /// If no accurate solution was found or b is not finite; `rhs` is unchanged then.

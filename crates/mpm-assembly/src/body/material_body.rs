@@ -58,7 +58,7 @@ impl<const D: usize> MaterialBody<D> {
         }
     }
 
-    /// The same, with the mass `density · V⁰` `[M]` in every point, which body forces need.
+    /// The same, with the mass `density · V⁰` `[M]` in every point. A run with body forces panics without it.
     pub fn with_density(mut self, density: f64) -> Self {
         self.points.mass = self.points.reference_volume.iter().map(|volume| density * volume).collect();
         self

@@ -21,7 +21,8 @@ pub trait BodyForce<const D: usize>: fmt::Debug + Send + Sync {
 /// Forces on the bodies.
 #[derive(Clone, Debug, Default)]
 pub struct Loads<const D: usize> {
-    /// Body forces: force per mass at full load `[L/T²]` and its ramp.
+    /// Body forces: force per mass at full load `[L/T²]` and its ramp. Bodies need masses, see
+    /// [`mpm_assembly::MaterialBody::with_density`].
     pub body_forces: Vec<(Vector<D>, Ramp)>,
     /// Forces on single points.
     pub point_loads: Vec<PointLoad<D>>,

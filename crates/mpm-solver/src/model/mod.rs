@@ -124,7 +124,8 @@ impl<const D: usize> Model<D> {
         self.bodies.push(NamedBody { name: name.into(), body, shape_volume: None, density: None });
     }
 
-    /// Puts a contribution to force and tangent behind the others. Its name is that of its state in checkpoints.
+    /// Puts a contribution to force and tangent behind the others. Its name is that of its state in checkpoints; no two
+    /// have the same.
     pub fn add_contribution(&mut self, name: impl Into<String>, contribution: Box<dyn Contribution<D>>) {
         self.contributions.push(NamedContribution { name: name.into(), contribution });
     }
