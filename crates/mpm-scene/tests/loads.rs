@@ -64,3 +64,22 @@ fn loads_follow_their_ramps() {
         assert!((seen[step][1] - 6.0 * factor).abs() < 1e-6, "{}", seen[step][1]);
     }
 }
+
+#[test]
+fn a_force_as_far_as_numbers_go_is_refused() {
+    for (points, x) in [("", "-1e308"), ("points: 2, ", "-1e308"), ("points: 2, ", "1.7e308")] {
+        let scene = format!(
+            r#"PlaneStrain(
+                mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
+                basis: Smpm,
+                materials: {{ "a": Hencky(young: 1, poisson: 0) }},
+                bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 2)],
+                supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
+                loads: [PointForce(body: "b", near: ({x}, 1), {points}force: (1, 0))],
+                schedule: (steps: 1),
+            )"#
+        );
+        let refused = compile(&Scene::from_ron(&scene).unwrap()).err().expect("it hits nothing").to_string();
+        assert!(refused.contains("loads[0].near: the nearest material point"), "{refused}");
+    }
+}

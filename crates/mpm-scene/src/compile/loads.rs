@@ -142,7 +142,7 @@ fn check_hit<const D: usize>(
     nearest: usize,
 ) -> Result<(), String> {
     let point = body.point(nearest);
-    let distance = (point.position - at).norm();
+    let distance = length(&(point.position - at));
     let around = start.locate(&point.position, 0.5).map(|place| {
         let corners = [-1.0, 1.0].map(Vector::repeat);
         let cell = start.piece(place.cell, &corners[0], &corners[1]);
@@ -176,6 +176,12 @@ fn equal_shares<const D: usize>(mut points: Vec<usize>, arm: Vector<D>) -> Vec<S
     points.into_iter().map(|point| Share { point, part, arm }).collect()
 }
 
+/// Length of a vector, whose square may overflow `[L]`.
+fn length<const D: usize>(x: &Vector<D>) -> f64 {
+    let largest = x.amax();
+    if largest > 0.0 { largest * (x / largest).norm() } else { 0.0 }
+}
+
 /// The `count` points nearest to `x`, nearest first, and those that are as near as the last of them.
 fn nearest<const D: usize>(body: &dyn Body<D>, x: &Vector<D>, count: usize) -> Result<Vec<usize>, String> {
     if count > body.n_points() {
@@ -183,7 +189,7 @@ fn nearest<const D: usize>(body: &dyn Body<D>, x: &Vector<D>, count: usize) -> R
     }
     // Distances that differ by rounding alone count as equal.
     let mut distances: Vec<(f64, usize)> =
-        (0..body.n_points()).map(|p| ((body.point(p).position - x).norm(), p)).collect();
+        (0..body.n_points()).map(|p| (length(&((body.point(p).position - x) * 0.25)), p)).collect();
     let scale = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
     for (distance, _) in &mut distances {
         *distance = (*distance / scale.max(f64::MIN_POSITIVE) * 1e9).round();
