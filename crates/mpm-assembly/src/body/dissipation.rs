@@ -14,8 +14,9 @@ use mpm_material::Material;
 /// D = Σ_p V⁰_p τ'_p : (ε_p,tr - ε_p,e)        ∂D/∂Δu_v = Σ_p V⁰_p s_p g_vp,   s = τ - ⅓ tr(τ) I,
 /// ```
 ///
-/// both sums over the points that yield; τ' is the stress without that of pore fluid, which stores all of its work; the gradient is added to `gradient` `[F]`. `ε_tr - ε_e` is the
-/// step's plastic strain (backward Euler in logarithmic strain). The gradient is exact where flow is
+/// both sums over the points that yield; the gradient is added to `gradient_sum` `[F]`. τ' is the stress without that
+/// of pore fluid, which stores all of its work. `ε_tr - ε_e` is the step's plastic strain (backward Euler in
+/// logarithmic strain). The gradient is exact where flow is
 /// isochoric and associated and the yield stress stays: then `s` is constant along its own direction.
 /// For other laws it is an approximation (Verhoosel, Remmers & Gutiérrez 2009 control a step by the
 /// energy itself, whose gradient only decides how fast the iterations arrive).
