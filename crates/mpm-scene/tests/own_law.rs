@@ -12,7 +12,7 @@ const SCENE: &str = r#"PlaneStrain(
     materials: { "a": LAW },
     bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (1.5, 1)), points_per_cell: 2)],
     supports: [(name: "left", region: Plane(axis: X, at: 0), fix: [X]), (name: "base", region: Plane(axis: Y, at: 0), fix: [Y])],
-    loads: [BodyForce(acceleration: (60, -20))],
+    loads: [BodyForce(acceleration: (16, -5))],
     schedule: (steps: 3),
 )"#;
 
@@ -43,13 +43,13 @@ fn end(mut model: Model<2>) -> (Vec<f64>, Vec<f64>) {
 fn a_law_that_is_set_answers_as_one_of_the_scene() {
     let elasticity = Elasticity::from_young_poisson(1000.0, 0.3).unwrap();
     let elastic = "Hencky(young: 1000, poisson: 0.3, density: 1)";
-    let plastic = "VonMises(young: 1000, poisson: 0.3, yield_radius: 20, density: 1)";
+    let plastic = "VonMises(young: 1000, poisson: 0.3, yield_radius: 15, density: 1)";
     let mut from_elastic = model(elastic);
-    from_elastic.bodies[0].body.set_law(LawOfBody::new(VonMises::new(elasticity, 20.0).unwrap()), &[]).unwrap();
+    from_elastic.bodies[0].body.set_law(LawOfBody::new(VonMises::new(elasticity, 15.0).unwrap()), &[]).unwrap();
     assert!(from_elastic.bodies[0].body.can_yield());
     assert_eq!(end(from_elastic), end(model(plastic)));
     let mut from_plastic = model(plastic);
     from_plastic.bodies[0].body.set_law(LawOfBody::new(Hencky(elasticity)), &[]).unwrap();
     assert_eq!(end(from_plastic), end(model(elastic)));
-    assert_ne!(end(model(elastic)), end(model(plastic)));
+    assert!(end(model(elastic)) != end(model(plastic)), "it yields");
 }
