@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpm_io::ResultsWriter;
 use mpm_solver::State;
 use mpm_solver::observe::{
-    Cancellation, Entry, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
+    Cancellation, Entry, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
 
 /// Parts of the load fraction that the progress bar tells apart.
@@ -95,7 +95,7 @@ impl Observer for Watch {
         Ok(())
     }
 
-    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
         self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
         self.bar.set_position((so_far.fraction * PARTS) as u64);
         self.bar.reset_eta();
@@ -149,6 +149,10 @@ impl Observer for Watch {
         self.tell(&report::step(&row));
         self.rows.push(row);
         Ok(())
+    }
+
+    fn last(&mut self, fraction: f64, fields: &dyn Fields) -> Result<(), ObserverError> {
+        self.writer.last(fraction, fields)
     }
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {

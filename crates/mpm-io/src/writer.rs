@@ -10,7 +10,8 @@ use hdf5::plist::file_create::FileSpaceStrategy;
 use hdf5::types::VarLenUnicode;
 use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
-    Column, ColumnKind, Counted, Entry, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
+    Column, ColumnKind, Counted, Entry, Fields, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart,
+    Timing,
 };
 
 use crate::earlier::Earlier;
@@ -86,7 +87,8 @@ struct Run {
     cloud: PointCloud,
     xdmf: Xdmf,
     pending: Pending,
-    unrecorded: Option<Snapshot>,
+    /// Whether the points of the last load step are not recorded: any step can turn out to be the last.
+    lacks_last: bool,
 }
 
 impl ResultsWriter {
@@ -250,13 +252,9 @@ impl ResultsWriter {
     fn append(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
         let run = self.run.as_mut().expect("a run starts before its first load step");
         run.push(step.index, step.row, step.residuals);
-        let snapshot = Snapshot::of(step.fraction, step.fields, &self.options.fields);
-        if run.counted.is_recorded(self.options.every, step.index, step.fraction) {
-            run.unrecorded = None;
-            run.pending.record(snapshot);
-        } else {
-            // Any step can turn out to be the last: a run may fail at the next.
-            run.unrecorded = Some(snapshot);
+        run.lacks_last = !run.counted.is_recorded(self.options.every, step.index, step.fraction);
+        if !run.lacks_last {
+            run.pending.record(Snapshot::of(step.fraction, step.fields, &self.options.fields));
         }
         // The initial state at once, so that the file can be looked at.
         if run.pending.is_due(self.options.keep_back) || step.index == 0 {
@@ -343,7 +341,7 @@ impl Run {
             cloud: PointCloud::create(file, fields, start.points, *compression, *precision)?,
             xdmf: Xdmf::beside(path, fields, *precision),
             pending: Pending::new(&start.columns),
-            unrecorded: None,
+            lacks_last: false,
         })
     }
 
@@ -391,7 +389,7 @@ impl Observer for ResultsWriter {
         Ok(())
     }
 
-    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
         self.start(run)?;
         match self.earlier.take() {
             Some((earlier, path)) => {
@@ -405,11 +403,8 @@ impl Observer for ResultsWriter {
                 begun.map_err(|error| self.give_up("the number of the first row", &error))?;
             }
         }
-        if !run.counted.is_recorded(self.options.every, so_far.rows - 1, so_far.fraction) {
-            // As after every load step that can turn out to be the last.
-            let snapshot = Snapshot::of(so_far.fraction, so_far.fields, &self.options.fields);
-            self.run.as_mut().expect("it was started").unrecorded = Some(snapshot);
-        }
+        let lacks_last = !run.counted.is_recorded(self.options.every, so_far.rows - 1, so_far.fraction);
+        self.run.as_mut().expect("it was started").lacks_last = lacks_last;
         Ok(())
     }
 
@@ -419,13 +414,18 @@ impl Observer for ResultsWriter {
         Ok(self.write_xdmf(&item, self.options.keep_back)?)
     }
 
+    fn last(&mut self, fraction: f64, fields: &dyn Fields) -> Result<(), ObserverError> {
+        if let Some(run) = self.run.as_mut().filter(|run| run.lacks_last) {
+            run.pending.record(Snapshot::of(fraction, fields, &self.options.fields));
+        }
+        Ok(())
+    }
+
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
         if self.file.is_none() {
             return Ok(()); // given up; the error has been reported
         }
-        if let Some(run) = &mut self.run {
-            let last = run.unrecorded.take();
-            last.into_iter().for_each(|last| run.pending.record(last));
+        if self.run.is_some() {
             self.commit().map_err(|error| self.give_up("the last load steps", &error))?;
             self.write_xdmf("the last load steps", Duration::ZERO)?;
         }

@@ -29,7 +29,7 @@ impl Observer for Seen {
         Ok(())
     }
 
-    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
         self.first = so_far.rows;
         assert!(so_far.fields.n_points() > 0);
         self.start(run)

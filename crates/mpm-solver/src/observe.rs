@@ -212,13 +212,11 @@ pub enum Outcome {
 pub type ObserverError = Box<dyn Error + Send + Sync>;
 
 /// What a run that goes on from a [`State`] has behind it.
-pub struct Resumed<'a> {
+pub struct Resumed {
     /// Rows of the history that were shown: the initial state and the load steps.
     pub rows: usize,
     /// Load fraction reached.
     pub fraction: f64,
-    /// The material points there.
-    pub fields: &'a dyn Fields,
 }
 
 /// When a run offers its state.
@@ -245,7 +243,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// Whatever keeps the observer from going on; the run does not start.
-    fn resume(&mut self, run: &RunStart, _so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+    fn resume(&mut self, run: &RunStart, _so_far: &Resumed) -> Result<(), ObserverError> {
         self.start(run)
     }
 
@@ -268,6 +266,15 @@ pub trait Observer {
     /// # Errors
     /// Whatever keeps the observer from working; the run stops and keeps what was recorded.
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError>;
+
+    /// Called once before [`Self::finish`], also of a run that failed, with the load fraction and the points of the last
+    /// load step that was shown: who does not keep those of every step can keep them here.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from working.
+    fn last(&mut self, _fraction: f64, _fields: &dyn Fields) -> Result<(), ObserverError> {
+        Ok(())
+    }
 
     /// Called once at the end, also of a run that failed.
     ///

@@ -57,7 +57,7 @@ pub fn resume<const D: usize>(
     if let Some(saved) = &state.linear_solver {
         solver.restore(saved.clone()).map_err(|it| StateError::new("linear_solver", it))?;
     }
-    record.show_resumed(model, steps.at(), observer)?;
+    record.show_resumed(steps.at(), observer)?;
     RunState { record, steps, tools: Tools { solver, former: None } }.finish(model, observer)
 }
 
@@ -85,6 +85,7 @@ impl<const D: usize> RunState<D> {
             }
             outcome => outcome,
         };
+        let outcome = outcome.and(self.record.show_last(model, observer));
         let said = match &outcome {
             Ok(()) => Outcome::Completed,
             Err(error) => Outcome::Failed(error.to_string()),

@@ -367,7 +367,7 @@ impl Observer for OneStepOf {
         self.0.start(run)
     }
 
-    fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
+    fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
         self.0.resume(run, so_far)
     }
 

@@ -118,17 +118,24 @@ impl Record {
     }
 
     /// Tells the observer what the run has behind it.
-    pub(crate) fn show_resumed<const D: usize>(
-        &mut self,
+    pub(crate) fn show_resumed(&mut self, at: LoadFraction, observer: &mut dyn Observer) -> Result<(), Error> {
+        self.at = at;
+        let resumed = Resumed { rows: self.rows, fraction: at.get() };
+        observer.resume(&self.start(), &resumed).map_err(Error::Observer)
+    }
+
+    /// Shows the points of the last row again, before the end.
+    pub(crate) fn show_last<const D: usize>(
+        &self,
         model: &Model<D>,
-        at: LoadFraction,
         observer: &mut dyn Observer,
     ) -> Result<(), Error> {
-        self.at = at;
-        let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
+        if self.rows == 0 {
+            return Ok(());
+        }
+        let mesh = mesh_after(model, self.at, &Mesh::at_rest(&model.layout));
         let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
-        let resumed = Resumed { rows: self.rows, fraction: at.get(), fields: &fields };
-        observer.resume(&self.start(), &resumed).map_err(Error::Observer)
+        observer.last(self.at.get(), &fields).map_err(Error::Observer)
     }
 
     /// Load fraction of the last row.
