@@ -14,6 +14,7 @@ mod domain_control;
 mod equilibrium;
 mod error;
 mod estimate;
+mod extension;
 mod load_step;
 mod loading;
 mod model;
@@ -23,6 +24,7 @@ mod predictor;
 mod progress;
 mod record;
 mod remedy;
+mod release;
 mod rigid;
 mod run;
 mod skipped;
@@ -31,11 +33,12 @@ mod steps;
 mod timing;
 
 pub use error::{Error, PathFailure, Remedy, StepFailure};
-pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
+pub use extension::{Kept, extended};
+pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, estimate};
 pub use model::{
-    BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure, PointLoad,
-    PredictorKind, Prescribed, Probe, Schedule, Share, SolverChoice, SolverFactory, Support, Tolerance, Turn,
-    UnheldMotion, across,
+    Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,
+    PointLoad, PredictorKind, Prescribed, Probe, Release, Share, SolverChoice, SolverFactory, Stage, Support,
+    Tolerance, Turn, UnheldMotion, across,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};
