@@ -329,7 +329,7 @@ impl Run {
         let timings = file.create_group("timings")?;
         let Options { fields, compression, precision, .. } = options;
         Ok(Self {
-            counted: start.counted,
+            counted: start.counted.clone(),
             columns: start.columns.clone(),
             history: start.columns.iter().map(create_column).collect::<hdf5::Result<_>>()?,
             rows,
