@@ -142,7 +142,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
 
 /// A stage: its steps, and the supports that begin with it or end in it.
 fn told_of(stage: &StageSteps) -> String {
-    let mut told = format!("`{}`, {} load steps", stage.name, count(stage.steps));
+    let mut told = format!("`{}`, load steps: {}", stage.name, count(stage.steps));
     for (what, supports) in [("begin", &stage.begun), ("end", &stage.ended)] {
         if !supports.is_empty() {
             let names: Vec<String> = supports.iter().map(|name| format!("`{name}`")).collect();

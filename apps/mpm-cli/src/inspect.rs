@@ -238,7 +238,8 @@ fn stages(results: &Results, scene: Option<&Scene>) -> Result<Vec<(String, usize
     let numbers = rows.map(|row| column.row(row)[0] as usize);
     for number in numbers.filter(|number| (1..=most).contains(number)) {
         while stages.len() < number {
-            let name = names.get(stages.len()).map_or_else(|| (stages.len() + 1).to_string(), |it| it.name.clone());
+            let name =
+                names.get(stages.len()).map_or_else(|| (stages.len() + 1).to_string(), |it| it.name.clone());
             stages.push((name, 0));
         }
         stages[number - 1].1 += 1;

@@ -176,8 +176,8 @@ fn with_stages(
         return Ok((after, state));
     }
     let state = added.extend(state, &before.compiled, &after.compiled);
-    let state = state
-        .map_err(|error| Complaint::input(format!("checkpoint {}: {error}", checkpoint.display())))?;
+    let state =
+        state.map_err(|error| Complaint::input(format!("checkpoint {}: {error}", checkpoint.display())))?;
     let names: Vec<String> = added.names.iter().map(|name| format!("`{name}`")).collect();
     after.notes.push(format!("stages that the scene of the checkpoint has not: {}", names.join(", ")));
     Ok((after, state))

@@ -24,7 +24,11 @@ impl LoadFraction {
 
     /// The fraction `value` of a stage; an error outside [0, 1] and for NaN.
     pub fn in_stage(stage: u32, value: f64) -> Result<Self, RampError> {
-        if (0.0..=1.0).contains(&value) { Ok(Self { stage, value }) } else { Err(RampError::Fraction { value }) }
+        if (0.0..=1.0).contains(&value) {
+            Ok(Self { stage, value })
+        } else {
+            Err(RampError::Fraction { value })
+        }
     }
 
     /// The start of a stage.
@@ -177,9 +181,7 @@ impl Ramp {
 
     /// The ramp through the knots of several stages, which increase. In each it goes on from where the stage before has
     /// left it, in the first from 0, unless the stage has a knot at fraction 0.
-    pub fn of_stages(
-        stages: impl IntoIterator<Item = (u32, Vec<(f64, f64)>)>,
-    ) -> Result<Self, RampError> {
+    pub fn of_stages(stages: impl IntoIterator<Item = (u32, Vec<(f64, f64)>)>) -> Result<Self, RampError> {
         let mut ramp = Self { pieces: Vec::new() };
         for (stage, mut knots) in stages {
             if let Some(last) = ramp.pieces.last().filter(|last| last.stage >= stage) {

@@ -81,7 +81,9 @@ fn added<const D: usize, B: Clone + PartialEq>(
             end_before(&mut support.active, is_old);
             let from = support.active.from.clone().unwrap_or(first.clone());
             let displaced = support.displace.iter_mut().map(|it| &mut it.ramp);
-            displaced.chain(support.turn.as_mut().map(|it| &mut it.ramp)).for_each(|it| name(it, &from, is_old));
+            displaced
+                .chain(support.turn.as_mut().map(|it| &mut it.ramp))
+                .for_each(|it| name(it, &from, is_old));
         }
         for load in &mut scene.loads {
             let (ramp, active) = parts(load);
@@ -93,7 +95,8 @@ fn added<const D: usize, B: Clone + PartialEq>(
     compare(&was, &is)?;
     let splits = matches!(after.domains.control, Some(ControlInput::Split { .. }));
     if splits && kept.point_loads.contains(&false) {
-        let reason = "points are split by `domains.control`: which of them a load that is added acts on is not known";
+        let reason =
+            "points are split by `domains.control`: which of them a load that is added acts on is not known";
         return Err(SceneError::new("loads", reason));
     }
     let names = new[old.len()..].iter().map(|stage| stage.name.clone()).collect();
@@ -101,10 +104,7 @@ fn added<const D: usize, B: Clone + PartialEq>(
 }
 
 /// Refuses scenes that differ.
-fn compare<const D: usize, B: PartialEq>(
-    was: &SceneIn<D, B>,
-    is: &SceneIn<D, B>,
-) -> Result<(), SceneError> {
+fn compare<const D: usize, B: PartialEq>(was: &SceneIn<D, B>, is: &SceneIn<D, B>) -> Result<(), SceneError> {
     let listed = |name: &str, same: Vec<bool>, lengths: [usize; 2]| {
         let k = same.iter().position(|same| !same);
         k.or((lengths[0] != lengths[1]).then(|| lengths[0].min(lengths[1]))).map(|k| format!("{name}[{k}]"))
@@ -156,9 +156,8 @@ fn parts<const D: usize>(load: &mut LoadInput<D>) -> (&mut RampInput, &mut Activ
 
 /// When the loads act that points carry.
 fn point_loads<const D: usize>(loads: &[LoadInput<D>]) -> impl Iterator<Item = &ActiveInput> {
-    let on_points = |load: &&LoadInput<D>| {
-        matches!(load, LoadInput::PointForce { .. } | LoadInput::Traction { .. })
-    };
+    let on_points =
+        |load: &&LoadInput<D>| matches!(load, LoadInput::PointForce { .. } | LoadInput::Traction { .. });
     loads.iter().filter(on_points).map(active)
 }
 

@@ -273,13 +273,19 @@ fn first_stages() -> String {
         (r#", "press more": [(1, 1)], "pull": [(0.5, 0.9), (1, 0.4)]"#, ""),
         (r#", active: (until: "press more")"#, ""),
         (r#"from: "press", until: "pull""#, r#"from: "press""#),
-        (r#"        (name: "press more", steps: 3, predictor: Rest),
+        (
+            r#"        (name: "press more", steps: 3, predictor: Rest),
         (name: "pull", steps: 3, reset_displacements: true),
-"#, ""),
-        (r#"        (name: "side", region: Plane(axis: X, at: 0), displace: [(axis: X, by: 0.05)], active: (from: "press more")),
+"#,
+            "",
+        ),
+        (
+            r#"        (name: "side", region: Plane(axis: X, at: 0), displace: [(axis: X, by: 0.05)], active: (from: "press more")),
         (name: "again", region: Plane(axis: X, at: 2), fix: [X],
             active: (from: "press more", until: "pull", release: AtOnce)),
-"#, ""),
+"#,
+            "",
+        ),
     ] {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);
@@ -319,9 +325,13 @@ fn what_is_changed_besides_stages_is_refused_with_its_place() {
         ("young: 1e3", "young: 2e3", "materials"),
         ("acceleration: (0, -1)", "acceleration: (0, -2)", "loads[0]"),
         (r#"at: 0), fix: [Y]"#, r#"at: 0), fix: [X, Y]"#, "supports[0]"),
-        (r#"fix: [X], active: (until: "press more")),
-        (name: "top""#, r#"fix: [X], active: (until: "press")),
-        (name: "top""#, "supports[1]"),
+        (
+            r#"fix: [X], active: (until: "press more")),
+        (name: "top""#,
+            r#"fix: [X], active: (until: "press")),
+        (name: "top""#,
+            "supports[1]",
+        ),
         (r#""press": [(1, 0.5)]"#, r#""press": [(1, 0.6)]"#, "motion"),
         (r#"basis: Cpdi1"#, r#"basis: Cpdi1, unheld_motion: Zero"#, "unheld_motion"),
         (r#"points: Near(1, 1.5)"#, r#"points: All"#, "probes"),

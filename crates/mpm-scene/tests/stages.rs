@@ -109,7 +109,11 @@ fn two_stages_with_half_the_load_each_are_one_with_all_of_it() {
         r#"predictor: Rest, stages: [(name: "first", steps: 1), (name: "second", steps: 1)]"#,
     ));
     let size = largest(whole.last().to_vec());
-    assert!(apart(whole.last(), halves.last()) < SAME * size, "{:e}", apart(whole.last(), halves.last()) / size);
+    assert!(
+        apart(whole.last(), halves.last()) < SAME * size,
+        "{:e}",
+        apart(whole.last(), halves.last()) / size
+    );
     // By the names of stages.
     let ramp = r#"BodyForce(acceleration: (0, -1), ramp: {"first": [(1, 0.5)], "second": [(1, 1)]})"#;
     let stages = r#"predictor: Rest, stages: [(name: "first", steps: 1), (name: "second", steps: 1)]"#;
@@ -124,13 +128,21 @@ fn a_support_that_ends_lets_go_over_its_stage_or_at_once() {
         let prop = format!(
             r#"(name: "prop", region: Box(from: (4, 0), to: (4, 1)), fix: [Y], active: (until: "removed", release: {release}))"#
         );
-        run(&beam(&prop, WEIGHT, &format!(r#"stages: [(name: "held", steps: 1), (name: "removed", steps: {steps})]"#)))
+        run(&beam(
+            &prop,
+            WEIGHT,
+            &format!(r#"stages: [(name: "held", steps: 1), (name: "removed", steps: {steps})]"#),
+        ))
     };
     let size = largest(free.last().to_vec());
     let (gradual, at_once) = (prop("Linear", 4), prop("AtOnce", 2));
     for seen in [&gradual, &at_once] {
         assert!(largest(seen.displacements[1].to_vec()) < 0.3 * size, "the prop holds");
-        assert!(apart(free.last(), seen.last()) < SIMILAR * size, "{:e}", apart(free.last(), seen.last()) / size);
+        assert!(
+            apart(free.last(), seen.last()) < SIMILAR * size,
+            "{:e}",
+            apart(free.last(), seen.last()) / size
+        );
     }
     // At once: all of it in the first load step. Over the stage: a quarter in each of four.
     assert!(apart(&at_once.displacements[2], free.last()) < SIMILAR * size);
@@ -170,11 +182,8 @@ fn a_support_that_begins_takes_hold_where_the_body_is() {
 
 #[test]
 fn one_support_takes_over_from_another() {
-    let free = run(&beam(
-        r#"(name: "prop", region: Box(from: (4, 0), to: (4, 1)), fix: [Y])"#,
-        WEIGHT,
-        "steps: 1",
-    ));
+    let free =
+        run(&beam(r#"(name: "prop", region: Box(from: (4, 0), to: (4, 1)), fix: [Y])"#, WEIGHT, "steps: 1"));
     let seen = run(&beam(
         r#"(name: "prop", region: Box(from: (4, 0), to: (4, 1)), fix: [Y], active: (until: "second")),
            (name: "jack", region: Box(from: (4, 0), to: (4, 1)), fix: [Y], active: (from: "second"))"#,
@@ -205,10 +214,12 @@ fn a_load_that_ends_leaves_the_body_as_it_was() {
 fn displacements_count_from_their_reset() {
     let stages = r#"stages: [(name: "a", steps: 1), (name: "b", steps: 2, reset_displacements: true)]"#;
     let more = r#"BodyForce(acceleration: (0, -1)), BodyForce(acceleration: (0, -2), active: (from: "b"))"#;
-    let probe = r#"output: (fields: [Displacement]), probes: [(name: "tip", body: "beam", points: Near(4, 0.5))]"#;
+    let probe =
+        r#"output: (fields: [Displacement]), probes: [(name: "tip", body: "beam", points: Near(4, 0.5))]"#;
     let text = beam(r#"(name: "tip", region: Box(from: (4, 0), to: (4, 1)), fix: [X])"#, more, stages)
         .replace("output: (fields: [Displacement])", probe);
-    let (reset, through) = (run(&text), run(&text.replace("reset_displacements: true", "reset_displacements: false")));
+    let (reset, through) =
+        (run(&text), run(&text.replace("reset_displacements: true", "reset_displacements: false")));
     // Nothing else changes.
     assert_eq!(reset.positions, through.positions);
     assert_eq!(reset.column("reaction/clamp", 1), through.column("reaction/clamp", 1));
@@ -287,12 +298,47 @@ fn the_load_fraction_follows_the_path_in_one_of_the_stages() {
     let text = beam(
         "",
         r#"BodyForce(acceleration: (0, -1)), PointForce(body: "beam", near: (4, 0.5), force: (0, -1), active: (from: "path"))"#,
-        &format!(r#"stages: [(name: "weight", steps: 1), (name: "path", steps: 40, {control}), (name: "after", steps: 1)]"#),
+        &format!(
+            r#"stages: [(name: "weight", steps: 1), (name: "path", steps: 40, {control}), (name: "after", steps: 1)]"#
+        ),
     );
     let seen = run(&text);
     let expected = run(&text.replace(&format!(", {control}"), "").replace("steps: 40", "steps: 4"));
     let size = largest(expected.last().to_vec());
     assert!(apart(expected.last(), seen.last()) < SIMILAR * size);
     let fractions = seen.column("load_fraction", 0);
-    assert!(fractions.windows(2).all(|pair| pair[0] < pair[1]) && fractions.last() == Some(&3.0), "{fractions:?}");
+    assert!(
+        fractions.windows(2).all(|pair| pair[0] < pair[1]) && fractions.last() == Some(&3.0),
+        "{fractions:?}"
+    );
+}
+
+/// The shipped scene: clay that is at rest, then carries a footing, then is let go.
+#[test]
+fn a_footing_comes_and_goes() {
+    let path = format!("{}/../../scenes/footing_stages.ron", env!("CARGO_MANIFEST_DIR"));
+    let seen = run(&std::fs::read_to_string(path).unwrap());
+    assert_eq!(seen.rows.len(), 16);
+    assert!(largest(seen.displacements[1].to_vec()) < 1e-12 * 5.0);
+    let (force, moved) = (seen.column("reaction/footing", 1), seen.column("displacement/footing", 1));
+    assert_eq!(force[1], 0.0);
+    // (2 + π) s_u at the surface is the least of a strength that grows with depth; half the footing is 1 wide.
+    let least = (2.0 + std::f64::consts::PI) * 10.0;
+    assert!((least..1.5 * least).contains(&-force[11]), "{force:?}");
+    assert!((moved[11] + 0.05).abs() < 1e-12, "{moved:?}");
+    assert!(force[12..].iter().all(|force| *force == 0.0));
+    // What the base carries is the weight in the end; the surface has come up, but not all the way.
+    let base = seen.column("reaction/base", 1);
+    assert!((base[15] - 450.0).abs() < 1e-6 && base[11] > 450.0 + 0.9 * least, "{base:?}");
+    let surface = |row: usize| {
+        let under = |x: &[f64]| x[0] < 1.0 && x[1] > 4.7;
+        let points = seen.positions[1].chunks(3).zip(seen.displacements[row].chunks(3));
+        let under: Vec<f64> = points.filter(|(x, _)| under(x)).map(|(_, u)| u[1]).collect();
+        under.iter().sum::<f64>() / under.len() as f64
+    };
+    assert!(
+        surface(11) < -0.02 && surface(15) > surface(11) && surface(15) < 0.5 * surface(11),
+        "{}",
+        surface(15)
+    );
 }

@@ -67,8 +67,13 @@ pub enum Error {
         /// The gap at the start `[cells]`.
         start: f64,
     },
+    /// The model has no stage.
+    #[error("a model needs a stage with load steps at least")]
+    NoStages,
     /// A stage begins with a support that would move nodes without material.
-    #[error("stage `{stage}` cannot begin: support `{support}` drives nodes, but none of them carries material")]
+    #[error(
+        "stage `{stage}` cannot begin: support `{support}` drives nodes, but none of them carries material"
+    )]
     EmptySupport {
         /// Name of the stage.
         stage: String,

@@ -23,8 +23,8 @@ pub mod observe;
 mod predictor;
 mod progress;
 mod record;
-mod remedy;
 mod release;
+mod remedy;
 mod rigid;
 mod run;
 mod skipped;
@@ -33,8 +33,8 @@ mod steps;
 mod timing;
 
 pub use error::{Error, PathFailure, Remedy, StepFailure};
-pub use extension::{Kept, extended};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, estimate};
+pub use extension::{Kept, extended};
 pub use model::{
     Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,
     PointLoad, PredictorKind, Prescribed, Probe, Release, Share, SolverChoice, SolverFactory, Stage, Support,

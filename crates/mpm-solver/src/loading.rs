@@ -4,7 +4,6 @@ use crate::connection::Connected;
 use crate::equilibrium::round_off::{BodyScale, RoundOff, norm_of};
 use crate::error::{PathFailure, StepFailure};
 use crate::model::{Model, Prescribed};
-use crate::release::Carried;
 use mpm_assembly::{BodyLoads, Constraints};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 
@@ -23,6 +22,16 @@ pub(crate) struct StepLoading<'a, const D: usize> {
     pub pins: &'a [(usize, usize)],
     /// What supports that have ended carry at the start of the step.
     pub carried: &'a [Carried],
+}
+
+/// A component of the force that a support carries which has ended, see `release.rs`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carried {
+    /// Number of the active node.
+    pub node: usize,
+    pub component: usize,
+    /// At the start of the load step `[F]`.
+    pub force: f64,
 }
 
 /// Loading at a load fraction t and its derivative.

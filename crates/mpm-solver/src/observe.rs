@@ -309,7 +309,10 @@ mod tests {
         assert_eq!(Counted::Rows.number(7, 0.25), Some(7));
         let staged = Counted::EqualSteps(vec![2, 3]);
         let at = |fraction| staged.number(7, fraction);
-        assert_eq!([at(0.5), at(1.0), at(1.0 + 1.0 / 3.0), at(1.5), at(2.0)], [Some(1), Some(2), Some(3), None, Some(5)]);
+        assert_eq!(
+            [at(0.5), at(1.0), at(1.0 + 1.0 / 3.0), at(1.5), at(2.0)],
+            [Some(1), Some(2), Some(3), None, Some(5)]
+        );
         assert_eq!(at(2.5), None);
     }
 }

@@ -6,18 +6,8 @@
 use crate::connection::contributions;
 use crate::equilibrium::problem::refuse;
 use crate::error::StepFailure;
-use crate::loading::StepLoading;
+use crate::loading::{Carried, StepLoading};
 use mpm_assembly::{Constraints, SystemSums, Trial, UnknownVector};
-
-/// A component of the force that a support carries.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Carried {
-    /// Number of the active node.
-    pub node: usize,
-    pub component: usize,
-    /// At the start of the load step `[F]`.
-    pub force: f64,
-}
 
 /// What the supports carry that end in the stage of a load step, at the start of that step; nothing on components that
 /// another support holds now.
@@ -35,7 +25,8 @@ pub(crate) fn carried<const D: usize>(
     }
     let increment = UnknownVector::zeros(connected.unknowns());
     let mut force = increment.clone();
-    let trial = Trial { pattern: &connected.pattern, constraints, increment: &increment, end: start, is_first: false };
+    let trial =
+        Trial { pattern: &connected.pattern, constraints, increment: &increment, end: start, is_first: false };
     let mut sums = SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
     let bodies = connected.bodies(&model.bodies);
     for (index, contribution) in contributions(&bodies, &model.contributions).into_iter().enumerate() {

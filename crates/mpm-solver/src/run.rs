@@ -29,6 +29,7 @@ use mpm_grid::LoadFraction;
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
     model.check_nodes()?;
+    check_stages(model)?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let solver = Solver::new(model.linear_solver(), observer.cancellation(), Timings::new());
@@ -48,6 +49,7 @@ pub fn resume<const D: usize>(
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
     model.check_nodes()?;
+    check_stages(model)?;
     let mut record = Record::new(model);
     state.restore(model)?;
     record.restore(&state.progress).map_err(wrong)?;
@@ -67,6 +69,11 @@ fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(
     let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| StateError::new("the mesh", it))?;
     stencils(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
     Ok(())
+}
+
+/// Refuses a model without any load steps.
+fn check_stages<const D: usize>(model: &Model<D>) -> Result<(), Error> {
+    if model.stages.is_empty() { Err(Error::NoStages) } else { Ok(()) }
 }
 
 /// Refuses a stage with which a support begins that would move nodes none of which carries material.
@@ -106,9 +113,7 @@ impl<const D: usize> RunState<D> {
                 | Error::StepLimit { .. }
                 | Error::EmptySupport { .. }
                 | Error::Cancelled { .. }),
-            ) => {
-                self.offer(Moment::End, model, observer).and(Err(error))
-            }
+            ) => self.offer(Moment::End, model, observer).and(Err(error)),
             outcome => outcome,
         };
         let said = match &outcome {
@@ -167,11 +172,9 @@ impl<const D: usize> RunState<D> {
             if let Some(plan) = self.steps.next()? {
                 return Ok(Some(plan));
             }
-            if !self.steps.begin_stage(model, self.record.rows() - 1) {
-                return Ok(None);
-            }
-            let number = self.steps.at().stage();
+            let Some(number) = self.steps.next_stage(model) else { return Ok(None) };
             check_begun(model, number)?;
+            self.steps.begin_stage(model, number, self.record.rows() - 1);
             if model.stages[number as usize].resets_displacements {
                 model.reset_displacements();
             }

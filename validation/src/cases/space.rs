@@ -8,8 +8,8 @@ use crate::scenes::{Run, load, run};
 use crate::variants::{PlaneScene, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_scene::language::{
-    ActiveInput, AxisInput, Coordinates, Count, Direction, Finite, LoadInput, MeshInput, Positive,
-    RegionInput, Scene, SceneIn, ShapeInput, SolidBasis, StabilisationInput, SupportInput,
+    ActiveInput, AxisInput, Coordinates, Count, Direction, Finite, LoadInput, MeshInput, Positive, RegionInput,
+    Scene, SceneIn, ShapeInput, SolidBasis, StabilisationInput, SupportInput,
 };
 use mpm_solver::observe::Field;
 

@@ -1,7 +1,7 @@
 //! The mesh and how it moves.
 
-use crate::error::SceneError;
 use super::stages::Stages;
+use crate::error::SceneError;
 use crate::language::{AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};

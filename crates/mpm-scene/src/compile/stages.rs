@@ -213,9 +213,8 @@ pub(super) fn refuse_jumps_along_a_path<const D: usize>(model: &Model<D>) -> Res
 /// Displacements count from the positions that points have at a reset: what needs those at rest is refused.
 pub(super) fn refuse_resets<const D: usize>(model: &Model<D>, splits: bool) -> Result<(), SceneError> {
     let Some(k) = model.stages.iter().position(|stage| stage.resets_displacements) else { return Ok(()) };
-    let refuse = |reason: &str| {
-        Err(SceneError::new(format!("schedule.stages[{k}].reset_displacements"), reason))
-    };
+    let refuse =
+        |reason: &str| Err(SceneError::new(format!("schedule.stages[{k}].reset_displacements"), reason));
     if splits {
         return refuse("points are split by `domains.control`, and their parts have no place at a reset");
     }

@@ -1,8 +1,8 @@
 //! How load steps are solved, and what is recorded.
 
 use super::number::{Count, Positive};
-use mpm_solver::observe::Field;
 use mpm_solver::Tolerance;
+use mpm_solver::observe::Field;
 use schemars::JsonSchema;
 use serde::de::{EnumAccess, VariantAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};

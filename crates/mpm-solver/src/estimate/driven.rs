@@ -24,10 +24,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
 }
 
 /// Load fractions of the stages in which a support acts.
-fn fractions<const D: usize>(
-    model: &Model<D>,
-    support: &Support<D>,
-) -> impl Iterator<Item = LoadFraction> {
+fn fractions<const D: usize>(model: &Model<D>, support: &Support<D>) -> impl Iterator<Item = LoadFraction> {
     let stages = (0..model.stages.len() as u32).filter(|&stage| support.acts_in(stage)).collect::<Vec<_>>();
     let parts = |stage| {
         let part = move |k| LoadFraction::in_stage(stage, f64::from(k) / f64::from(PARTS)).ok();

@@ -160,7 +160,13 @@ impl<const D: usize> Model<D> {
         components: [Option<Prescribed>; D],
     ) {
         let nodes = region.nodes(&self.nodes, &self.layout);
-        self.supports.push(Support { name: name.into(), nodes, components, moment_about: None, active: Active::default() });
+        self.supports.push(Support {
+            name: name.into(),
+            nodes,
+            components,
+            moment_about: None,
+            active: Active::default(),
+        });
     }
 }
 

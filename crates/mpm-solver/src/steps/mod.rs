@@ -96,15 +96,16 @@ impl<const D: usize> Steps<D> {
         }
     }
 
-    /// Begins the next stage, after so many load steps in all; `false` where there is none.
-    pub(crate) fn begin_stage(&mut self, model: &Model<D>, taken: usize) -> bool {
+    /// Number of the stage after the present one, if there is one.
+    pub(crate) fn next_stage(&self, model: &Model<D>) -> Option<u32> {
         let stage = self.before.stage + 1;
-        if stage as usize >= model.stages.len() {
-            return false;
-        }
+        ((stage as usize) < model.stages.len()).then_some(stage)
+    }
+
+    /// Begins a stage, after so many load steps in all.
+    pub(crate) fn begin_stage(&mut self, model: &Model<D>, stage: u32, taken: usize) {
         self.before = Before { stage, taken, cuts: self.cuts() };
         self.walk = Walk::new(model, self.before);
-        true
     }
 
     /// A step has been taken.
