@@ -108,6 +108,7 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
         within: None,
         resultant: Coordinates([0.0, -100e3]),
         ramp: Default::default(),
+        active: ActiveInput::default(),
     }];
     let scenes = [Scene::Solid(walled(free.clone(), 1.0)), Scene::PlaneStrain(flat), Scene::Solid(free)];
     let runs = sweep(&scenes, run)?;
