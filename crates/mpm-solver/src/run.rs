@@ -28,8 +28,7 @@ use mpm_grid::LoadFraction;
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    model.check_nodes()?;
-    check_stages(model)?;
+    model.check()?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let solver = Solver::new(model.linear_solver(), observer.cancellation(), Timings::new());
@@ -48,8 +47,7 @@ pub fn resume<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
-    model.check_nodes()?;
-    check_stages(model)?;
+    model.check()?;
     let mut record = Record::new(model);
     state.restore(model)?;
     record.restore(&state.progress).map_err(wrong)?;
@@ -69,11 +67,6 @@ fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(
     let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| StateError::new("the mesh", it))?;
     stencils(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
     Ok(())
-}
-
-/// Refuses a model without any load steps.
-fn check_stages<const D: usize>(model: &Model<D>) -> Result<(), Error> {
-    if model.stages.is_empty() { Err(Error::NoStages) } else { Ok(()) }
 }
 
 /// Refuses a stage with which a support begins that would move nodes none of which carries material.

@@ -28,7 +28,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "of scenes to go on with that differ in what no comparison of scenes shows",
     ),
     ("steps/mod.rs", "", "of checkpoints"),
-    ("error.rs", "a model needs a stage", "the compiler makes one at least"),
+    ("solver/src/check.rs", "", "of models that programs make, in `contributions/refusals.rs` of `mpm-solver`"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
     ("compile/mod.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
     ("compile/shapes.rs", "expected a ring mesh", "asked of ring meshes only"),
