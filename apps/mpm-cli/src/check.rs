@@ -107,9 +107,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     let per_point = 1e9 * seconds.pass / it.points as f64;
     line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", seconds.pass));
     line("load steps", count(it.steps));
-    for stage in it.stages.iter().filter(|stage| !stage.name.is_empty()) {
-        line("stage", told_of(stage));
-    }
+    it.stages.iter().filter(|it| !it.name.is_empty()).for_each(|stage| line("stage", told_of(stage)));
     let told = if seconds.is_tried { "tried" } else { "counted" };
     let [least, most] = range(it, scene);
     line(

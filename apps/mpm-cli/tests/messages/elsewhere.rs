@@ -30,7 +30,11 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("steps/mod.rs", "", "of checkpoints"),
     ("solver/src/check.rs", "", "of models that programs make, in `contributions/refusals.rs` of `mpm-solver`"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
-    ("compile/mod.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
+    (
+        "compile/stages.rs",
+        "expected at most {} halvings",
+        "refused as it is read; of scenes that programs make",
+    ),
     ("compile/shapes.rs", "expected a ring mesh", "asked of ring meshes only"),
     ("pieces.rs", "a box can only be filled", "the compiler says so before"),
     ("fill.rs", "a body of parts can only", "the compiler says so before"),
