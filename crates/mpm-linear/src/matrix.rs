@@ -104,14 +104,17 @@ pub struct Matrix<'a> {
 }
 
 impl Matrix<'_> {
-    /// The column of the first entry that is not a finite number.
-    pub(crate) fn first_not_finite(&self) -> Option<usize> {
+    /// The column of the first entry that is not a finite number; none where all of them are finite.
+    pub fn first_not_finite(&self) -> Option<usize> {
         let entry = self.values.iter().position(|value| !value.is_finite())?;
         Some(self.pattern.column_start.partition_point(|&start| start <= entry) - 1)
     }
 
-    /// The diagonal entry of an equation.
-    pub(crate) fn diagonal(&self, equation: usize) -> f64 {
+    /// The diagonal entry of an equation, in units of K.
+    ///
+    /// # Panics
+    /// If there is no such equation.
+    pub fn diagonal(&self, equation: usize) -> f64 {
         let (start, end) = (self.pattern.column_start[equation], self.pattern.column_start[equation + 1]);
         let before = match self.pattern.symmetry {
             Symmetry::Symmetric => 0,

@@ -178,7 +178,8 @@ impl<const D: usize> PathSteps<D> {
             reason => {
                 let (from, to, level) = (plan.start.get(), step.end, self.level);
                 let no_length = matches!(reason, StepFailure::Path(PathFailure::NoLength));
-                if !self.cut(step.aim, no_length) {
+                let is_hopeless = matches!(reason, StepFailure::Unsuitable(_));
+                if is_hopeless || !self.cut(step.aim, no_length) {
                     let step = self.taken as usize + 1;
                     return Err(Error::Step { step, from, to, level, reason, remedy: None });
                 }
