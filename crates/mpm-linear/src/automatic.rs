@@ -181,7 +181,9 @@ impl LinearSolver for Automatic {
         // helps with the next one orders its equations anew.
         self.iterative = None;
         self.direct = Factorization::new();
-        let multigrid = hierarchy(pattern, places).expect("the pattern can be iterated");
+        let Some(multigrid) = hierarchy(pattern, places) else {
+            return self.direct.analyse(pattern, hints);
+        };
         let LatticePlaces { index, lines, periods } = places;
         let (index, lines, block) = (index.to_vec(), lines.clone(), pattern.block);
         let method = method(pattern);

@@ -78,6 +78,23 @@ impl<'a> Pattern<'a> {
         self.block * self.blocks == self.n_equations()
     }
 
+    /// Whether every equation belongs to a node, and all equations of a node couple with all of its neighbours'.
+    pub(crate) fn has_whole_blocks(&self) -> bool {
+        let block = self.block;
+        let is_whole = |rows: &[usize]| {
+            rows[0].is_multiple_of(block) && rows.windows(2).all(|pair| pair[1] == pair[0] + 1)
+        };
+        self.has_blocks_only()
+            && (0..self.blocks).all(|node| {
+                let first = self.rows_of(node * block);
+                // Columns of a symmetric matrix begin at the diagonal.
+                let lacking = |j: usize| if self.is_symmetric() { j } else { 0 };
+                first.len().is_multiple_of(block)
+                    && first.chunks_exact(block).all(is_whole)
+                    && (1..block).all(|j| self.rows_of(node * block + j) == &first[lacking(j)..])
+            })
+    }
+
     /// Refuses what the fields cannot mean.
     ///
     /// # Panics

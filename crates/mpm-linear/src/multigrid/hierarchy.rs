@@ -73,12 +73,12 @@ impl<const D: usize> Scratch<D> {
 
 impl<const D: usize> Multigrid<D> {
     /// Coarsens the lattice and finds the structure of all matrices. None where the pattern has not
-    /// `D` equations for each node and no others.
+    /// `D` equations for each node and no others, or some of these do not couple with all of a neighbour's.
     ///
     /// # Panics
     /// If there are not as many places as nodes, or a node stands beyond the lines.
     pub fn analyse(pattern: Pattern<'_>, nodes: LatticePlaces<'_>) -> Option<Self> {
-        if !pattern.has_blocks_only() || pattern.block != D {
+        if pattern.block != D || !pattern.has_whole_blocks() {
             return None;
         }
         let n = nodes.index.len();
