@@ -185,7 +185,8 @@ impl Counted {
 
     /// Whether points are recorded at a row, if they are at every so many; they are at the end of each of several stages.
     pub fn is_recorded(&self, every: usize, row: usize, fraction: f64) -> bool {
-        let ends_stage = matches!(self, Self::EqualSteps(stages) if stages.len() > 1 && fraction.fract() == 0.0);
+        let ends_stage =
+            matches!(self, Self::EqualSteps(stages) if stages.len() > 1 && fraction.fract() == 0.0);
         ends_stage || self.number(row, fraction).is_some_and(|number| number.is_multiple_of(every))
     }
 }
