@@ -66,7 +66,7 @@ fn a_solver_that_declines_a_kind_of_matrix_ends_the_run_at_once_with_its_sentenc
         };
         if path {
             let measure = PathMeasure::ArcLength { most: None };
-            model.path = Some(PathControl { measure, first: 0.1, longest: 0.5, iterations: 5 });
+            model.stages[0].path = Some(PathControl { measure, first: 0.1, longest: 0.5, iterations: 5 });
         }
         model.solver = SolverChoice::custom(Declining::default);
         let failed = run(&mut model, &mut ()).unwrap_err().to_string();
