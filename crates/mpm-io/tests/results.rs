@@ -20,6 +20,7 @@ fn write(path: &Path, options: Options, steps: usize, points: usize, outcome: &O
     for step in 0..=steps {
         fake::load_step(&mut writer, step, points)?;
     }
+    writer.last(0.125 * steps as f64, &fake::Cloud { step: steps, points })?;
     writer.finish(outcome, &fake::timings(steps))
 }
 
