@@ -65,9 +65,12 @@ pub fn apart(file: &Path, read: impl Fn() -> Result<(), Complaint>) -> Result<()
 
 /// Reads results again where a run has changed them meanwhile.
 fn patiently(file: &Path, read: impl Fn() -> Result<(), Complaint>) -> Result<(), Complaint> {
+    let mut was_closed = false;
     for _ in 1..ATTEMPTS {
         match read() {
             Err(_) if is_being_written(file) => std::thread::sleep(PAUSE),
+            // The run may have ended since.
+            Err(_) if !was_closed => was_closed = true,
             done => return done,
         }
     }
