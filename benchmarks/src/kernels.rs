@@ -8,8 +8,8 @@ use mpm_basis::{ActiveNodes, Connectivity, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symmetry};
 use mpm_material::{
-    CamClay, CamClayParameters, DruckerPrager, Elasticity, Hencky, Material, MohrCoulomb, PointParameters, SymmetricTensor, Tresca,
-    UndrainedStrength, VonMises, log_strain, respond,
+    CamClay, CamClayParameters, DruckerPrager, Elasticity, Hencky, Material, MohrCoulomb, PointParameters,
+    SymmetricTensor, Tresca, UndrainedStrength, VonMises, log_strain, respond,
 };
 use mpm_scene::language::{Scene, SolidBasis};
 use mpm_scene::{Compiled, compile};

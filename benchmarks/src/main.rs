@@ -88,7 +88,9 @@ fn main() -> ExitCode {
 fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
     match set {
         None => {
-            println!("sets: error, throughput, growth, solver, space, laws, counts, phases (`--help` says more)");
+            println!(
+                "sets: error, throughput, growth, solver, space, laws, counts, phases (`--help` says more)"
+            );
             let settings = Settings { quick: true, ..settings };
             time_against_error::run(&settings)?.publish(&settings)?;
             throughput::run(&settings)?.publish(&settings)

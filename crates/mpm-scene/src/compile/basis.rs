@@ -1,7 +1,8 @@
 //! Bases and laws: what points of a body are under.
 
 use super::initial::{Beginning, Starts, refused, starts};
-use super::law::{Refusal, Refused, Site, WithLaw, fields_of, with_law};
+use super::law::{Refusal, Refused, Site, WithLaw, with_law};
+use super::parameters::fields_of;
 use super::quantity::Fields;
 use crate::error::SceneError;
 use crate::fill::{Filled, Plan, SeedOf, Seeded, body, seeds};
@@ -14,7 +15,7 @@ use mpm_basis::{
     Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
     Gimp, GimpUpdate, Smpm, TriangleSplit,
 };
-use mpm_material::{PerPoint, PointHistory, PoreFluid, SymmetricTensor, Undrained, Varied};
+use mpm_material::{PerPoint, PointHistory, SymmetricTensor, Varied};
 use mpm_solver::DomainLimit;
 use mpm_solver::NamedBody;
 
@@ -191,18 +192,21 @@ struct Filling<'a, const D: usize, B: Basis<D>> {
 impl<const D: usize, B: Basis<D> + 'static> WithLaw for Filling<'_, D, B> {
     type Answer = Result<Filled<D>, RefusedStart>;
 
-    /// A law with pore fluid is the one for points with parameters of their own, too, so that fewer kinds of bodies are
-    /// compiled.
-    fn with<M: Varied>(self, law: M, fluid: Option<f64>) -> Self::Answer {
-        let Self { basis, seeded, starts, plan } = self;
-        match fluid {
-            Some(bulk) => {
-                let law = Undrained::new(PerPoint::new(law), bulk).expect("a positive bulk modulus");
-                body(basis, law, seeded, &starts.points, plan)
-            }
-            None if starts.has_own => body(basis, PerPoint::new(law), seeded, &starts.points, plan),
-            None => body(basis, law, seeded, &starts.points, plan),
+    fn with<M: Varied>(self, law: M) -> Self::Answer {
+        if self.starts.has_own {
+            return self.with_wrapped(law);
         }
+        let Self { basis, seeded, starts, plan } = self;
+        body(basis, law, seeded, (&starts.points, starts.density.as_ref()), plan)
+    }
+
+    fn with_wrapped<M: Varied>(self, law: M) -> Self::Answer {
+        let Self { basis, seeded, starts, plan } = self;
+        let mut law = PerPoint::new(law);
+        if starts.has_own {
+            law = law.for_points(starts.points.iter().filter_map(|start| start.own.as_ref()));
+        }
+        body(basis, law, seeded, (&starts.points, starts.density.as_ref()), plan)
     }
 }
 
@@ -212,11 +216,12 @@ fn history_bytes(input: &MaterialInput) -> Result<usize, Refused> {
     impl WithLaw for Size {
         type Answer = usize;
 
-        fn with<M: Varied>(self, _law: M, fluid: Option<f64>) -> usize {
-            match fluid {
-                Some(_) => size_of::<PoreFluid<PointHistory>>(),
-                None => size_of::<M::History>(),
-            }
+        fn with<M: Varied>(self, _law: M) -> usize {
+            size_of::<M::History>()
+        }
+
+        fn with_wrapped<M: Varied>(self, _law: M) -> usize {
+            size_of::<PointHistory>()
         }
     }
     if fields_of(input).is_empty() { with_law(input, None, Size) } else { Ok(size_of::<PointHistory>()) }
