@@ -25,6 +25,7 @@
 
 mod cam_clay;
 mod deviator;
+mod differences;
 mod driver;
 mod drucker_prager;
 mod elasticity;
@@ -47,6 +48,7 @@ mod volume_corrected;
 mod von_mises;
 
 pub use cam_clay::{CamClay, CamClayParameters, Preconsolidation};
+pub use differences::{DerivativeError, derivative_error};
 pub use driver::{Control, DrivenPoint, NotDriven, StepControl, invariants};
 pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;

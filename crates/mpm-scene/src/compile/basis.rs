@@ -5,15 +5,15 @@ use super::law::{Refusal, Refused, Site, WithLaw, with_law};
 use super::parameters::fields_of;
 use super::quantity::Fields;
 use crate::error::SceneError;
-use crate::fill::{Filled, Plan, SeedOf, Seeded, body, seeds};
+use crate::fill::{Filled, Plan, body, seeds};
 use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
 };
-use mpm_assembly::RefusedStart;
+use mpm_assembly::{LawOfBody, RefusedStart, ShippedBasis, ShippedLaw};
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
-    Gimp, GimpUpdate, Smpm, TriangleSplit,
+    CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback, Gimp,
+    GimpUpdate, Smpm, TriangleSplit,
 };
 use mpm_material::{PerPoint, PointHistory, SymmetricTensor, Varied};
 use mpm_solver::DomainLimit;
@@ -151,62 +151,64 @@ pub(super) fn domain_limit<const D: usize>(
     })
 }
 
-fn fill_convected<const D: usize, B: Basis<D> + 'static>(
+fn fill_convected<const D: usize, B: ShippedBasis<D>>(
     basis: B,
     domains: &DomainsInput,
     beginning: &Beginning<'_>,
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, Refusal> {
+) -> Result<Filled<D>, Refusal>
+where
+    Fallback<B>: ShippedBasis<D>,
+    LawOfBody<D>: From<ShippedLaw>,
+{
     match domains.fallback_beyond {
         None => fill_with(basis, beginning, plan),
         Some(beyond) => fill_with(Fallback { basis, beyond: beyond.0 }, beginning, plan),
     }
 }
 
-fn fill_with<const D: usize, B: Basis<D> + 'static>(
+fn fill_with<const D: usize, B: ShippedBasis<D>>(
     basis: B,
     beginning: &Beginning<'_>,
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, Refusal> {
+) -> Result<Filled<D>, Refusal>
+where
+    LawOfBody<D>: From<ShippedLaw>,
+{
     let law = beginning.law;
     let seeded = seeds(&basis, plan, history_bytes(law).map_err(Refusal::Law)?)?;
     let positions = seeded.positions();
     let starts = starts(beginning, &positions)?;
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
-    let filled = with_law(law, site, Filling { basis, seeded, starts: &starts, plan }).map_err(Refusal::Law)?;
-    filled.map_err(|RefusedStart { point, reason }| {
-        let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
-        Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
-    })
+    let law = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
+    body(basis, law.into(), seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
+        |RefusedStart { point, reason }| {
+            let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
+            Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
+        },
+    )
 }
 
-/// Makes a body of seeded points.
-struct Filling<'a, const D: usize, B: Basis<D>> {
-    basis: B,
-    seeded: Seeded<SeedOf<D, B>, D>,
-    starts: &'a Starts,
-    plan: &'a Plan<'a, D>,
-}
+/// The law under which points are: wrapped laws are the one for points with parameters of their own, too, so that fewer
+/// kinds of bodies are compiled.
+struct Chosen<'a>(&'a Starts);
 
-impl<const D: usize, B: Basis<D> + 'static> WithLaw for Filling<'_, D, B> {
-    type Answer = Result<Filled<D>, RefusedStart>;
+impl WithLaw for Chosen<'_> {
+    type Answer = ShippedLaw;
 
-    fn with<M: Varied>(self, law: M) -> Self::Answer {
-        if self.starts.has_own {
-            return self.with_wrapped(law);
-        }
-        let Self { basis, seeded, starts, plan } = self;
-        body(basis, law, seeded, (&starts.points, starts.density.as_ref()), plan)
+    fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> ShippedLaw {
+        if self.0.has_own { self.with_wrapped(law) } else { law.into() }
     }
 
-    fn with_wrapped<M: Varied>(self, law: M) -> Self::Answer {
-        let Self { basis, seeded, starts, plan } = self;
-        let mut law = PerPoint::new(law);
+    fn with_wrapped<M: Varied>(self, law: M) -> ShippedLaw {
+        let Self(starts) = self;
+        let law = PerPoint::new(law);
         if starts.has_own {
-            law = law.for_points(starts.points.iter().filter_map(|start| start.own.as_ref()));
+            law.for_points(starts.points.iter().filter_map(|start| start.own.as_ref())).into()
+        } else {
+            law.into()
         }
-        body(basis, law, seeded, (&starts.points, starts.density.as_ref()), plan)
     }
 }
 
@@ -216,7 +218,7 @@ fn history_bytes(input: &MaterialInput) -> Result<usize, Refused> {
     impl WithLaw for Size {
         type Answer = usize;
 
-        fn with<M: Varied>(self, _law: M) -> usize {
+        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M) -> usize {
             size_of::<M::History>()
         }
 

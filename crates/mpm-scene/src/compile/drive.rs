@@ -4,6 +4,7 @@ use super::law::{WithLaw, with_law};
 use super::parameters::fields_of;
 use crate::error::SceneError;
 use crate::language::{DriveInput, PointControlInput, SegmentInput};
+use mpm_assembly::ShippedLaw;
 use mpm_material::{
     Control, DrivenPoint, Material, PerPoint, PointParameters, StepControl, SymmetricTensor, Varied, invariants,
 };
@@ -45,7 +46,7 @@ pub fn drive(input: &DriveInput) -> Result<DrivenPath, SceneError> {
     impl WithLaw for Along<'_> {
         type Answer = Result<DrivenPath, SceneError>;
 
-        fn with<M: Varied>(self, law: M) -> Self::Answer {
+        fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> Self::Answer {
             along(self.0, &law)
         }
 

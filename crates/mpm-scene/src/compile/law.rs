@@ -3,6 +3,7 @@
 use super::quantity::Fields;
 use crate::error::SceneError;
 use crate::language::{ConeInput, ConeMatchInput, MaterialInput, Poisson, Positive, Quantity, SofteningInput};
+use mpm_assembly::ShippedLaw;
 use mpm_material::{
     Apex, CamClay, CamClayParameters, ConeMatch, DruckerPrager, Elasticity, Hencky, Material, MohrCoulomb,
     NeoHooke, ParameterError, Tresca, Undrained, UndrainedStrength, Varied, VolumeCorrected, VonMises,
@@ -14,7 +15,7 @@ pub(super) trait WithLaw {
     type Answer;
 
     /// A law of which only those points have parameters of their own that the scene gives any.
-    fn with<M: Varied>(self, law: M) -> Self::Answer;
+    fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> Self::Answer;
 
     /// A law that is wrapped, by pore fluid or so: to be used through [`mpm_material::PerPoint`], so that fewer kinds of
     /// bodies are compiled.
@@ -151,7 +152,7 @@ pub(super) fn with_law<U: WithLaw>(
 }
 
 /// Hands a law to `user`, whose points close before they bear anything, or whose pores are full, where that is asked for.
-fn wrapped<M: Varied, U: WithLaw>(
+fn wrapped<M: Varied + Into<ShippedLaw>, U: WithLaw>(
     law: M,
     corrects_volume: bool,
     fluid: Option<f64>,

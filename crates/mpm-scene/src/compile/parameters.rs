@@ -5,6 +5,7 @@ use super::quantity::{Fields, check_layers};
 use crate::error::SceneError;
 use crate::fill::Density;
 use crate::language::{ConeInput, MaterialInput, PointField, Quantity};
+use mpm_assembly::ShippedLaw;
 use mpm_material::{OwnParameters, ParameterError, Varied};
 
 /// The parameters of one point.
@@ -103,7 +104,7 @@ pub(super) fn check(input: &MaterialInput, name: &str) -> Result<(), SceneError>
     impl WithLaw for Nothing {
         type Answer = ();
 
-        fn with<M: Varied>(self, _law: M) {}
+        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M) {}
 
         fn with_wrapped<M: Varied>(self, _law: M) {}
     }
@@ -126,12 +127,12 @@ pub(super) fn of_points<const D: usize>(
     impl WithLaw for Own {
         type Answer = (OwnParameters, f64);
 
-        fn with<M: Varied>(self, law: M) -> Self::Answer {
+        fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> Self::Answer {
             (law.own(), law.elasticity().p_wave())
         }
 
         fn with_wrapped<M: Varied>(self, law: M) -> Self::Answer {
-            self.with(law)
+            (law.own(), law.elasticity().p_wave())
         }
     }
     let (mut points, mut stiffest) = (Vec::with_capacity(positions.len()), 0);
