@@ -67,12 +67,22 @@ pub enum Error {
         /// The gap at the start `[cells]`.
         start: f64,
     },
+    /// A stage begins with a support that would move nodes without material.
+    #[error(
+        "stage `{stage}` cannot begin: support `{support}` drives nodes, but none of them carries material"
+    )]
+    EmptySupport {
+        /// Name of the stage.
+        stage: String,
+        /// Name of the support.
+        support: String,
+    },
     /// Path control took all its steps before the load fraction reached 1.
     #[error("the limit of {steps} load steps is reached at load fraction {fraction}")]
     StepLimit {
         /// Load steps taken.
         steps: u32,
-        /// Load fraction reached.
+        /// Load fraction reached; it counts stages.
         fraction: f64,
     },
     /// The run was asked to stop, see [`crate::observe::Cancellation`].
@@ -80,7 +90,7 @@ pub enum Error {
     Cancelled {
         /// Load steps taken.
         steps: usize,
-        /// Load fraction reached.
+        /// Load fraction reached; it counts stages.
         fraction: f64,
     },
     /// A state is not one of this scene.
@@ -230,6 +240,9 @@ pub enum StepFailure {
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]
     Linear(String),
+    /// The linear solver takes no matrices of this kind.
+    #[error("the linear solver does not take this system: {0}")]
+    Unsuitable(&'static str),
     /// The run was asked to stop.
     #[error("interrupted")]
     Cancelled,
@@ -261,13 +274,14 @@ impl StepFailure {
         )
     }
 
-    /// Whether the step failed before its length mattered.
+    /// Whether the step failed for a reason on which its length has no influence.
     pub(crate) fn is_at_start(&self) -> bool {
         match self {
             StepFailure::Outside { .. }
             | StepFailure::Mesh(_)
             | StepFailure::Unheld { .. }
-            | StepFailure::UnheldLoaded { .. } => true,
+            | StepFailure::UnheldLoaded { .. }
+            | StepFailure::Unsuitable(_) => true,
             StepFailure::Refused { is_step_too_long, .. } => !is_step_too_long,
             _ => false,
         }

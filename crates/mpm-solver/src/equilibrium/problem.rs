@@ -73,7 +73,7 @@ pub(crate) struct Effort {
     pub method: Method,
     /// Whether a tangent was seen not to be positive definite.
     pub is_unstable: bool,
-    /// Iterations of conjugate gradients.
+    /// Iterations of conjugate gradients or GMRES.
     pub linear_iterations: u64,
     /// Corrections of which only a part was taken.
     pub shortened: u32,
@@ -83,12 +83,17 @@ pub(crate) struct Effort {
     pub relaxations: u32,
     /// Node at which LLᵀ last met a pivot that was not positive.
     pub unstable_node: Option<NodeId>,
-    /// Largest backward error of a linear solution.
-    pub backward_error: f64,
+    /// Largest backward error of a linear solution, of those whose backward error is known.
+    pub backward_error: Option<f64>,
     /// Steps of iterative refinement of linear solutions, in all.
     pub refinements: u32,
-    /// Largest ratio of the pivots of a factorisation; the condition number is as large or larger. 0: no pivots.
-    pub pivot_spread: f64,
+    /// Largest ratio of the pivots of a factorisation; the condition number is as large or larger. None without pivots.
+    pub pivot_spread: Option<f64>,
+}
+
+/// The larger of two numbers, of which each may be unknown.
+pub(crate) fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.into_iter().chain(b).reduce(f64::max)
 }
 
 impl<const D: usize> Iterate<D> {
@@ -104,9 +109,9 @@ impl<const D: usize> Iterate<D> {
             dropped: 0,
             relaxations: 0,
             unstable_node: None,
-            backward_error: 0.0,
+            backward_error: None,
             refinements: 0,
-            pivot_spread: 0.0,
+            pivot_spread: None,
         };
         Self {
             increment: UnknownVector::zeros(unknowns),
@@ -195,7 +200,7 @@ impl<const D: usize> Problem<'_, D> {
                 for &v in own.iter().flat_map(|body| &body.nodes) {
                     iterate.out_of_balance.nodes[v as usize] = sums.force.nodes[v as usize];
                 }
-                contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
+                contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
                 if let Some(body) = own {
                     let before = &iterate.out_of_balance.nodes;
                     let force = body.nodes.iter().map(|&v| sums.force.nodes[v as usize] - before[v as usize]);
@@ -221,17 +226,6 @@ impl<const D: usize> Problem<'_, D> {
         })
     }
 
-    /// The failure of a trial that is not admissible for the contribution with this index.
-    fn refuse(&self, index: usize, it: Inadmissible) -> StepFailure {
-        match it {
-            Inadmissible::Point(it) => inadmissible(&self.bodies[index], it),
-            Inadmissible::Contribution(reason) => StepFailure::Inadmissible {
-                contribution: self.named[index - self.bodies.len()].name.clone(),
-                reason,
-            },
-        }
-    }
-
     /// `∂f_int/∂t` of contributions that move with the load fraction t, by central differences over `half` on either
     /// side `[F]`; zero without any.
     ///
@@ -240,14 +234,14 @@ impl<const D: usize> Problem<'_, D> {
     pub(crate) fn force_rate(&self, iterate: &Iterate<D>, half: f64) -> Result<UnknownVector<D>, StepFailure> {
         let mut rate = UnknownVector::zeros(self.unknowns());
         let (before, after) =
-            (LoadFraction::clamped(self.end.get() - half), LoadFraction::clamped(self.end.get() + half));
+            (self.end.with_value(self.end.get() - half), self.end.with_value(self.end.get() + half));
         for (index, contribution) in self.contributions.iter().enumerate().filter(|it| it.1.moves_with_load()) {
             for (end, sign) in [(after, 1.0), (before, -1.0)] {
                 let mut force = UnknownVector::zeros(self.unknowns());
                 let trial = Trial { end, ..self.trial(&iterate.increment, false) };
                 let mut sums =
                     SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
-                contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
+                contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
                 rate.add(sign / (after.get() - before.get()), &force);
             }
         }
@@ -258,6 +252,21 @@ impl<const D: usize> Problem<'_, D> {
 /// Sum of the scalar products, node by node.
 pub(crate) fn dot<const D: usize>(a: &[Vector<D>], b: &[Vector<D>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+}
+
+/// The failure of a trial that is not admissible for the contribution with this index: the bodies come first.
+pub(crate) fn refuse<const D: usize>(
+    bodies: &[NamedBody<D>],
+    named: &[NamedContribution<D>],
+    index: usize,
+    it: Inadmissible,
+) -> StepFailure {
+    match it {
+        Inadmissible::Point(it) => inadmissible(&bodies[index], it),
+        Inadmissible::Contribution(reason) => {
+            StepFailure::Inadmissible { contribution: named[index - bodies.len()].name.clone(), reason }
+        }
+    }
 }
 
 /// The failure of a trial under which a point has no admissible state.

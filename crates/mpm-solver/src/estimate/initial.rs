@@ -35,7 +35,8 @@ pub(super) fn of<const D: usize>(
     if size == 0.0 {
         return None;
     }
-    let loading = StepLoading { model, mesh, connected, start: LoadFraction::START, pins: &[] };
+    let start = LoadFraction::START;
+    let loading = StepLoading { model, mesh, connected, start, pins: &[], carried: &[] };
     let external = loading.external_force(LoadFraction::START);
     let mut left = Vec::with_capacity(external.len());
     for (number, (internal, external)) in force.nodes.iter().zip(&external).enumerate() {
