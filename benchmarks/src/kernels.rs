@@ -8,7 +8,8 @@ use mpm_basis::{ActiveNodes, Connectivity, Stencils};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Symmetry};
 use mpm_material::{
-    Elasticity, Hencky, Material, PointParameters, SymmetricTensor, VonMises, log_strain, respond,
+    CamClay, CamClayParameters, DruckerPrager, Elasticity, Hencky, Material, MohrCoulomb, PointParameters,
+    SymmetricTensor, Tresca, UndrainedStrength, VonMises, log_strain, respond,
 };
 use mpm_scene::language::{Scene, SolidBasis};
 use mpm_scene::{Compiled, compile};
@@ -54,6 +55,15 @@ pub fn all() -> Vec<Kernel> {
         Kernel::new("law, Hencky, space", || law(Hencky(elasticity()?), false)),
         Kernel::new("law, von Mises, plane", || law(VonMises::new(elasticity()?, 20.0)?, true)),
         Kernel::new("law, von Mises, space", || law(VonMises::new(elasticity()?, 20.0)?, false)),
+        Kernel::new("law, Tresca, plane", || {
+            law(Tresca::new(elasticity()?, UndrainedStrength::perfect(14.0)?)?, true)
+        }),
+        Kernel::new("law, Mohr-Coulomb, plane", || law(sand()?, true)),
+        Kernel::new("law, Mohr-Coulomb with cut-off, plane", || law(sand()?.with_cut_off(5.0)?, true)),
+        Kernel::new("law, Drucker-Prager, plane", || {
+            law(DruckerPrager::new(elasticity()?, 0.7, 0.2, 20.0)?, true)
+        }),
+        Kernel::new("law, Cam-Clay, plane", || law(clay()?, true)),
         Kernel::new("logarithm of a tensor, plane", || Ok(logarithm(true))),
         Kernel::new("logarithm of a tensor, space", || Ok(logarithm(false))),
     ];
@@ -95,6 +105,23 @@ fn whole(scene: &Scene) -> Result<(), Failure> {
 
 fn elasticity() -> Result<Elasticity, Failure> {
     Ok(Elasticity::from_young_poisson(1e3, 0.3)?)
+}
+
+fn sand() -> Result<MohrCoulomb, Failure> {
+    Ok(MohrCoulomb::new(elasticity()?, 14.0, 20.0, 5.0)?)
+}
+
+/// Soft enough for the strains of [`states`]: κ and λ are ten times those of a clay.
+fn clay() -> Result<CamClay, Failure> {
+    Ok(CamClay::new(CamClayParameters {
+        critical_ratio: 1.0,
+        compression: 1.2,
+        swelling: 0.25,
+        shear: 150.0,
+        shear_ratio: 0.0,
+        reference_pressure: 50.0,
+        preconsolidation: 50.0,
+    })?)
 }
 
 /// Trial states of some ten per cent of strain, the same on every machine.
@@ -152,10 +179,10 @@ pub(crate) struct Connected<const D: usize> {
 
 type Parts<const D: usize> = (ActiveNodes<D>, SparsityPattern<D>, AssemblyPlan<D>);
 
-fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>) -> Parts<D> {
+fn connect<const D: usize>(mesh: &Mesh<D>, stencils: Stencils<D>, symmetry: Symmetry) -> Parts<D> {
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
-    let pattern = SparsityPattern::of(active.len(), Symmetry::Symmetric, &[&connectivity]);
+    let pattern = SparsityPattern::of(active.len(), symmetry, &[&connectivity]);
     let plan = AssemblyPlan::new(connectivity, &pattern);
     (active, pattern, plan)
 }
@@ -166,7 +193,7 @@ impl<const D: usize> Connected<D> {
         let mesh = model.motion.mesh_at(&model.layout, at)?;
         let supports = model.supports;
         let body = model.bodies.into_iter().next().ok_or("the scene has no body")?.body;
-        let (active, pattern, plan) = connect(&mesh, body.stencils(&mesh)?);
+        let (active, pattern, plan) = connect(&mesh, body.stencils(&mesh)?, body.symmetry());
         let mut constraints = Constraints::none(active.len());
         for support in &supports {
             for node in support.nodes.iter().filter_map(|&node| active.number(node)) {
@@ -184,6 +211,13 @@ impl<const D: usize> Connected<D> {
         Ok(Self { body, mesh, active, pattern, plan, constraints, increment, internal, values })
     }
 
+    /// The same with the increment `field` of the nodes' positions `[L]`.
+    pub fn strained(mut self, field: impl Fn(Vector<D>) -> Vector<D>) -> Self {
+        let nodes = self.active.nodes().iter();
+        self.increment = nodes.map(|&node| field(self.mesh.position(node))).collect();
+        self
+    }
+
     fn stencils(&mut self) {
         drop(black_box(self.body.stencils(&self.mesh)));
     }
@@ -191,7 +225,7 @@ impl<const D: usize> Connected<D> {
     /// Connects the points to the mesh anew and forgets it.
     pub fn connect(&mut self) {
         if let Ok(stencils) = self.body.stencils(&self.mesh) {
-            black_box(connect(&self.mesh, stencils));
+            black_box(connect(&self.mesh, stencils, self.body.symmetry()));
         }
     }
 

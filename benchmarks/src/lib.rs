@@ -7,6 +7,7 @@ pub mod blocks;
 pub mod counts;
 pub mod growth;
 pub mod kernels;
+pub mod laws;
 pub mod machine;
 pub mod phases;
 pub mod report;

@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 use mpm_benchmarks::counts::{self, Act};
 use mpm_benchmarks::report::{Settings, print_table};
-use mpm_benchmarks::{Failure, growth, phases, solver, space, throughput, time_against_error};
+use mpm_benchmarks::{Failure, growth, laws, phases, solver, space, throughput, time_against_error};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -37,6 +37,8 @@ enum Set {
     },
     /// Cubes in space up to two million points: seconds per phase, memory, iterations.
     Space,
+    /// The pass over the points under every law, in pairs with von Mises.
+    Laws,
     /// Instructions of a fixed set of kernels by callgrind, against the file of the repository.
     Counts {
         /// Fails where a kernel needs more instructions than the file allows.
@@ -86,7 +88,9 @@ fn main() -> ExitCode {
 fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
     match set {
         None => {
-            println!("sets: error, throughput, growth, solver, space, counts, phases (`--help` says more)");
+            println!(
+                "sets: error, throughput, growth, solver, space, laws, counts, phases (`--help` says more)"
+            );
             let settings = Settings { quick: true, ..settings };
             time_against_error::run(&settings)?.publish(&settings)?;
             throughput::run(&settings)?.publish(&settings)
@@ -106,6 +110,7 @@ fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
         }
         Some(Set::Kernel { name }) => counts::one(&name),
         Some(Set::Block { basis, cells }) => print(&growth::block(&basis, cells)?),
+        Some(Set::Laws) => laws::run(&settings)?.publish(&settings),
         Some(Set::Space) => space::run(&settings)?.publish(&settings),
         Some(Set::Cube { cells, steps, threads }) => print(&space::cube(cells, steps, threads)?),
         Some(Set::Error) => time_against_error::run(&settings)?.publish(&settings),

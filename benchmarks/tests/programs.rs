@@ -101,6 +101,18 @@ fn cubes_in_space() {
 }
 
 #[test]
+fn laws_are_paired_with_von_mises() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let results = quick("laws", folder.path());
+    for row in rows(&results) {
+        let plastic = row["plastic"].as_f64().expect("a number");
+        let yields = row["law"].as_str().is_some_and(|name| name.ends_with("yielding"));
+        assert!(if yields { plastic > 0.5 } else { plastic == 0.0 }, "{row}");
+        assert!(row["seconds"].as_f64() > Some(0.0) && row["ratio"].as_f64() > Some(0.0), "{row}");
+    }
+}
+
+#[test]
 fn a_kernel_that_does_not_exist_is_named() {
     let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["kernel", "no such"]).output();
     let output = output.expect("the program starts");

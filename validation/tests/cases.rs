@@ -49,6 +49,11 @@ fn elastic_doughnut() {
 }
 
 #[test]
+fn doughnut_of_rubber() {
+    passes("doughnut twist, rubber");
+}
+
+#[test]
 fn elastic_doughnut_refined() {
     passes("doughnut twist, error by cause");
 }

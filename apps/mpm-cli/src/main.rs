@@ -85,6 +85,9 @@ enum Command {
         /// Print it as Markdown for people.
         #[arg(long)]
         markdown: bool,
+        /// Print that of the files of `mpm drive` instead.
+        #[arg(long)]
+        drive: bool,
     },
     /// Print a script that completes the program's arguments in a shell.
     Completions {
@@ -120,8 +123,12 @@ fn main() -> ExitCode {
         Command::Validate(arguments) => validate::validate(&arguments),
         Command::Completions { shell } => completions(shell),
         Command::Man { output } => manual(output.as_deref()),
-        Command::Schema { markdown: true } => say(&reference::markdown()),
-        Command::Schema { markdown: false } => say(&reference::json()),
+        Command::Schema { markdown, drive } => say(&match (markdown, drive) {
+            (true, false) => reference::markdown(),
+            (true, true) => reference::markdown_of_drive(),
+            (false, false) => reference::json(),
+            (false, true) => reference::json_of_drive(),
+        }),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -14,6 +14,11 @@ pub fn json() -> String {
     format!("{:#}\n", schema_for!(mpm_scene::Scene).as_value())
 }
 
+/// The JSON schema of a file of `mpm drive`.
+pub fn json_of_drive() -> String {
+    format!("{:#}\n", schema_for!(mpm_scene::language::DriveInput).as_value())
+}
+
 /// Names of all fields of the points, as a scene writes them.
 pub fn field_names() -> Vec<String> {
     let schema = schema_for!(mpm_scene::language::FieldInput);
@@ -29,8 +34,19 @@ pub fn example() -> &'static str {
 /// Introduction and reference of the language of scenes.
 pub fn markdown() -> String {
     let schema = schema_for!(mpm_scene::Scene);
-    let language = Language::new(schema.as_value());
+    let language = Language::new(schema.as_value(), "Scene");
     let mut text = INTRODUCTION.to_string();
+    for group in &language.groups {
+        language.write_type(&mut text, group);
+    }
+    text
+}
+
+/// The same of a file of `mpm drive`.
+pub fn markdown_of_drive() -> String {
+    let schema = schema_for!(mpm_scene::language::DriveInput);
+    let language = Language::new(schema.as_value(), "Drive");
+    let mut text = "# The language of `mpm drive`\n".to_string();
     for group in &language.groups {
         language.write_type(&mut text, group);
     }
@@ -74,13 +90,20 @@ struct Field<'a> {
 }
 
 impl<'a> Language<'a> {
-    fn new(root: &'a Value) -> Self {
-        let types = root["$defs"].as_object().expect("a scene has parts");
+    fn new(root: &'a Value, name: &str) -> Self {
+        let types = root["$defs"].as_object().expect("it has parts");
         let mut language = Self { types, groups: Vec::new() };
         let spaces: Vec<Variant<'_>> = variants(root);
-        let all = spaces.iter().map(|space| space.name.clone()).collect();
-        let whole = Member { name: "Scene".into(), schema: root, spaces: all };
-        language.groups.push(Group { name: "Scene".into(), members: vec![whole] });
+        let all = if spaces.is_empty() {
+            vec![name.into()]
+        } else {
+            spaces.iter().map(|space| space.name.clone()).collect()
+        };
+        let whole = Member { name: name.into(), schema: root, spaces: all };
+        language.groups.push(Group { name: name.into(), members: vec![whole] });
+        if spaces.is_empty() {
+            language.visit(&root["properties"], name);
+        }
         for space in &spaces {
             language.visit(space.content.unwrap_or(&Value::Null), &space.name);
         }

@@ -127,3 +127,17 @@ fn the_schema_is_json() {
     assert_eq!(schema["title"], "Scene");
     assert!(schema["$defs"]["RampInput"].is_object());
 }
+
+#[test]
+fn files_of_drive_have_a_schema() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = mpm(directory.path(), &["schema", "--drive"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(schema["title"], "Drive");
+    assert!(schema["properties"]["path"].is_object() && schema["$defs"]["SegmentInput"].is_object());
+    let output = mpm(directory.path(), &["schema", "--drive", "--markdown"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in ["## Drive", "`path`", "## SegmentInput", "**`Oedometer(…)`**", "## MaterialInput"] {
+        assert!(text.contains(part), "{part} is not in:\n{text}");
+    }
+}

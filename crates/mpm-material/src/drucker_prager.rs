@@ -3,9 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
-use crate::mohr_coulomb::check_angles;
+use crate::mohr_coulomb::{check_angles, check_apex_stiffness};
 use crate::von_mises::YIELD_TOLERANCE;
-use crate::{Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update};
+use crate::{
+    Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
+};
 
 /// Perfect Drucker–Prager plasticity with Hencky elasticity. With p = −⅓ tr τ and q = √(3/2) |dev τ|:
 ///
@@ -26,6 +28,8 @@ pub struct DruckerPrager {
     tension: f64,
     /// q_t = k − η p_t [F/L²], where the cone meets the cut-off; exactly 0 at the apex.
     corner: f64,
+    /// Part of the elastic moduli that the tangent has where the law has none.
+    apex_stiffness: f64,
 }
 
 /// Where the cone meets a Mohr–Coulomb surface of cohesion c and friction φ.
@@ -85,7 +89,17 @@ impl DruckerPrager {
             strength,
             "a positive number where there is no friction",
         )?;
-        Ok(Self { elasticity, friction, dilation, strength, tension: strength / friction, corner: 0.0 })
+        let (tension, corner, apex_stiffness) = (strength / friction, 0.0, 0.0);
+        Ok(Self { elasticity, friction, dilation, strength, tension, corner, apex_stiffness })
+    }
+
+    /// The same law whose tangent has this `part` of the elastic moduli where p and q are both given: at the apex, and in
+    /// the corner of a cut-off. Stresses are unchanged, and Newton's method converges linearly there.
+    ///
+    /// # Errors
+    /// `part` is not in [0, 1].
+    pub fn with_apex_stiffness(self, part: f64) -> Result<Self, ParameterError> {
+        Ok(Self { apex_stiffness: check_apex_stiffness(part)?, ..self })
     }
 
     /// The cone that meets Mohr–Coulomb's surface of cohesion c [F/L²] and friction φ `[degrees]` where
@@ -120,20 +134,21 @@ impl DruckerPrager {
         Ok(Self { tension, corner, ..self })
     }
 
-    /// E, k, and p_t [F/L²].
-    pub(crate) fn values(&self) -> [f64; 3] {
+    /// E, k, and p_t [F/L²], η and η̄.
+    pub(crate) fn values(&self) -> [f64; 5] {
         // Without friction and cut-off p_t is infinite; what is stored is finite.
-        [self.elasticity.young(), self.strength, self.tension.min(f64::MAX)]
+        [self.elasticity.young(), self.strength, self.tension.min(f64::MAX), self.friction, self.dilation]
     }
 
     /// The same law with other values.
     #[inline]
-    pub(crate) fn with_values(&self, &[young, strength, tension]: &[f64; 3]) -> Self {
+    pub(crate) fn with_values(&self, &[young, strength, tension, friction, dilation]: &[f64; 5]) -> Self {
         let elasticity = self.elasticity.with_young(young);
-        let apex = strength / self.friction;
+        let apex = strength / friction;
         let is_cut = tension < apex.min(f64::MAX);
-        let corner = if is_cut { strength - self.friction * tension } else { 0.0 };
-        Self { elasticity, strength, tension: if is_cut { tension } else { apex }, corner, ..*self }
+        let corner = if is_cut { strength - friction * tension } else { 0.0 };
+        let tension = if is_cut { tension } else { apex };
+        Self { elasticity, strength, tension, friction, dilation, corner, ..*self }
     }
 
     /// Slope η of the cone [-].
@@ -162,6 +177,7 @@ impl DruckerPrager {
         let m = three_g + k * eta * eta_flow;
         let overshoot = q - eta * p - self.strength;
         let delta = overshoot / m;
+        let mut added = 0.0;
         let (p, q, a) = if overshoot > 0.0 && p + k * eta_flow * delta >= -self.tension {
             let a = [
                 [-k + k * k * eta * eta_flow / m, three_g * k * eta_flow / m],
@@ -171,12 +187,13 @@ impl DruckerPrager {
         } else if q <= self.corner {
             (-self.tension, q, [[0.0; 2], [0.0, three_g]])
         } else {
-            (-self.tension, self.corner, [[0.0; 2]; 2])
+            added = self.apex_stiffness;
+            (-self.tension, self.corner, [[-added * k, 0.0], [0.0, added * three_g]])
         };
         // β = |e_e|/|e|. On the cut-off q may be 0, and β is 1.
         let beta = if q == trial.1 { 1.0 } else { q / trial.1 };
         let elastic_strain = split.strains(-p / k, beta);
-        let secant = 2.0 / 3.0 * three_g * beta;
+        let secant = 2.0 / 3.0 * three_g * (beta + added);
         let flow = Vector3::repeat((split.volumetric + p / k) / 3.0) + split.strain * (1.0 - beta);
         Update {
             elastic_strain,
@@ -200,6 +217,12 @@ impl Material for DruckerPrager {
 
     fn initial(&self, _point: &PointParameters) -> PlasticStrain {
         PlasticStrain::default()
+    }
+
+    fn apex(&self, _history: &PlasticStrain) -> Option<Apex> {
+        let volumetric = self.tension / self.elasticity.bulk();
+        let has_apex = volumetric.is_finite() && self.corner == 0.0;
+        has_apex.then_some(Apex { volumetric, stiffness: self.apex_stiffness })
     }
 
     #[inline]

@@ -39,10 +39,10 @@ impl Elasticity {
         Self { bulk: self.bulk + bulk, ..*self }
     }
 
-    /// The same bulk modulus with the shear modulus `shear` > 0 [F/L²].
+    /// As [`Self::from_bulk_shear`], of moduli that are known to be positive [F/L²].
     #[inline]
-    pub(crate) fn with_shear(&self, shear: f64) -> Self {
-        Self { shear, ..*self }
+    pub(crate) fn of_moduli(bulk: f64, shear: f64) -> Self {
+        Self { bulk, shear }
     }
 
     /// Bulk modulus K [F/L²].

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::spectral::Spectrum;
+use crate::von_mises::YIELD_TOLERANCE;
 use crate::{Elasticity, FieldInfo, History, PointParameters, PrincipalTangent, SymmetricTensor};
 
 /// An isotropic law in principal logarithmic space, always three-dimensional.
@@ -55,6 +56,12 @@ pub trait Material: Send + Sync {
         0.0
     }
 
+    /// The apex of the yield surface, or the tip of its cut-off; none where mean tension has no bound, or where shear
+    /// stresses are borne beside the largest.
+    fn apex(&self, _history: &Self::History) -> Option<Apex> {
+        None
+    }
+
     /// Answers principal elastic trial strains `trial` [-] with stress, tangent and the elastic
     /// strain that is left. Non-finite strains give non-finite stresses.
     ///
@@ -65,6 +72,15 @@ pub trait Material: Send + Sync {
     /// Elastic constants of the undeformed material. Their P-wave modulus is the size of the tangent's entries,
     /// against which round-off is judged; ghost stiffness is measured in their Young's modulus.
     fn elasticity(&self) -> Elasticity;
+}
+
+/// The state of the largest mean tension, the same in all directions.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Apex {
+    /// Elastic volumetric strain tr ε_e [-].
+    pub volumetric: f64,
+    /// Part of the elastic moduli that the tangent has there.
+    pub stiffness: f64,
 }
 
 /// A return mapping that found no admissible state.
@@ -92,6 +108,14 @@ pub struct Update<H> {
     pub plastic: bool,
     /// What the point remembers from here on.
     pub history: H,
+}
+
+impl Apex {
+    /// Whether an elastic strain has the volume of the apex, up to rounding.
+    pub(crate) fn is_reached(&self, elastic_strain: &Vector3<f64>) -> bool {
+        let rounding = YIELD_TOLERANCE * (self.volumetric.abs() + elastic_strain.amax());
+        elastic_strain.sum() >= self.volumetric - rounding
+    }
 }
 
 impl Update<()> {
@@ -175,6 +199,11 @@ pub fn log_strain(excess: &SymmetricTensor) -> SymmetricTensor {
 /// Elastic energy per reference volume [F/L²] of the excess b_e − I; NaN where b_e is not positive definite.
 pub fn stored_energy<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> f64 {
     law.stored_energy(&log_strains(&Spectrum::of(excess).values), history)
+}
+
+/// Whether a point with the excess b_e − I is at the [apex](Material::apex) of its law, up to rounding.
+pub fn is_at_apex<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> bool {
+    law.apex(history).is_some_and(|apex| apex.is_reached(&log_strains(&Spectrum::of(excess).values)))
 }
 
 /// Elastic excess b_e − I and history of a point that begins under the Kirchhoff stress `stress` [F/L²], which is

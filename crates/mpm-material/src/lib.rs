@@ -20,7 +20,8 @@
 //!
 //! The laws are [`Hencky`] and [`NeoHooke`] (elastic); [`VonMises`] and [`Tresca`] with an [`UndrainedStrength`] that may
 //! soften; [`MohrCoulomb`] and [`DruckerPrager`] with a dilatancy of their own and a tension cut-off; [`CamClay`]; and
-//! [`Undrained`] pore fluid on top of any of them.
+//! [`Undrained`] pore fluid on top of any of them. [`VolumeCorrected`] makes points that have come apart close before they
+//! bear anything, and [`PerPoint`] lets the parameters differ from point to point.
 
 mod cam_clay;
 mod deviator;
@@ -42,6 +43,8 @@ mod tangent;
 mod tensor;
 mod tresca;
 mod undrained;
+mod varied;
+mod volume_corrected;
 mod von_mises;
 
 pub use cam_clay::{CamClay, CamClayParameters, Preconsolidation};
@@ -51,14 +54,17 @@ pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
-pub use law::{Material, NoReturn, Response, Update, log_strain, respond, start_under, stored_energy};
+pub use law::{
+    Apex, Material, NoReturn, Response, Update, is_at_apex, log_strain, respond, start_under, stored_energy,
+};
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hooke::NeoHooke;
 pub use parameters::{Consolidation, MOST_OWN, OwnParameters, ParameterError, PointParameters};
-pub use per_point::{PerPoint, PointHistory, Varied};
+pub use per_point::{MOST_NUMBERS, Numbers, PerPoint, PointHistory, Varied};
 pub use strength::{PlasticShear, UndrainedStrength};
 pub use tangent::PrincipalTangent;
 pub use tensor::SymmetricTensor;
 pub use tresca::Tresca;
 pub use undrained::{PoreFluid, Undrained};
+pub use volume_corrected::{Opened, VolumeCorrected};
 pub use von_mises::{PlasticStrain, VonMises};

@@ -42,9 +42,9 @@ impl ParameterError {
 }
 
 /// Most parameters that a point can have for itself.
-pub const MOST_OWN: usize = 3;
+pub const MOST_OWN: usize = 6;
 
-/// Parameters of one point, in the order of [`crate::Varied::OWN`]; those that the law has not are zero.
+/// Parameters of one point, in the order of [`crate::Varied::own_fields`]; those that the law has not are zero.
 pub type OwnParameters = [f64; MOST_OWN];
 
 /// What a law may know of a point when a body is made.

@@ -2,7 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::{Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update};
+use crate::per_point::{MOST_NUMBERS, Numbers};
+use crate::{
+    Apex, Elasticity, FieldInfo, History, Material, NoReturn, OwnParameters, ParameterError, PointParameters,
+    Update, Varied,
+};
 
 /// A law of effective stress in undrained loading: the pore fluid adds −K_f ln J to the Kirchhoff pressure,
 ///
@@ -116,6 +120,10 @@ impl<M: Material> Material for Undrained<M> {
         own + self.skeleton.fluid_stress(volumetric, &history.skeleton)
     }
 
+    fn apex(&self, history: &Self::History) -> Option<Apex> {
+        self.skeleton.apex(&history.skeleton)
+    }
+
     #[inline]
     fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn> {
         let effective = self.skeleton.update(trial, &history.skeleton)?;
@@ -140,5 +148,42 @@ impl<M: Material> Material for Undrained<M> {
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.skeleton.elasticity().stiffened(self.fluid)
+    }
+}
+
+/// Those of the skeleton, then K_f.
+impl<M: Varied> Varied for Undrained<M> {
+    const N_OWN: usize = M::N_OWN + 1;
+
+    fn own_fields() -> Vec<FieldInfo> {
+        let mut fields = M::own_fields();
+        fields.push(FieldInfo { name: "fluid_bulk", components: 1, unit: "F/L²" });
+        fields
+    }
+
+    fn own(&self) -> OwnParameters {
+        let mut own = self.skeleton.own();
+        own[M::N_OWN] = self.fluid;
+        own
+    }
+
+    fn with_own(&self, own: &OwnParameters) -> Self {
+        Self { skeleton: self.skeleton.with_own(own), fluid: own[M::N_OWN] }
+    }
+
+    fn numbers(history: &Self::History) -> Numbers {
+        let mut numbers = M::numbers(&history.skeleton);
+        numbers[M::History::NUMBERS] = history.inelastic_volume;
+        numbers[M::History::NUMBERS + 1] = history.excess_pressure;
+        numbers
+    }
+
+    fn history(numbers: &Numbers) -> Self::History {
+        const { assert!(Self::History::NUMBERS <= MOST_NUMBERS) };
+        PoreFluid {
+            skeleton: M::history(numbers),
+            inelastic_volume: numbers[M::History::NUMBERS],
+            excess_pressure: numbers[M::History::NUMBERS + 1],
+        }
     }
 }

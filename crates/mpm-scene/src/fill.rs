@@ -17,8 +17,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub shape_mesh: &'a Mesh<D>,
     /// Material points per cell and direction; of no use for points that are given.
     pub points_per_cell: u32,
-    /// Given where a body force acts `[M/L^D]`.
-    pub density: Option<f64>,
+    /// Whether a body force acts.
+    pub needs_mass: bool,
     /// Whether positions at rest must be kept.
     pub keep_reference_positions: bool,
     /// Parts of the boundary that carry tractions.
@@ -35,6 +35,17 @@ pub(crate) struct Filled<const D: usize> {
     pub faces: Vec<Vec<FaceShare<D>>>,
     /// The shape's own volume, where it is known `[L^D]`.
     pub shape_volume: Option<f64>,
+    /// Mass over volume of all points, where it is known `[M/L^D]`.
+    pub density: Option<f64>,
+}
+
+/// Mass per reference volume `[M/L^D]`.
+#[derive(Clone, Debug)]
+pub(crate) enum Density {
+    /// The same everywhere.
+    Even(f64),
+    /// Of every point.
+    OfPoints(Vec<f64>),
 }
 
 /// What a point carries of a face.
@@ -48,7 +59,7 @@ pub(crate) struct FaceShare<const D: usize> {
 }
 
 /// Makes a body of points of one basis and law, which begin as `starts` say; with none of them, at rest and free of
-/// stress.
+/// stress. `density` is given where a body force acts.
 ///
 /// # Errors
 /// The point that its law does not let begin under its stress.
@@ -56,11 +67,19 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     basis: B,
     law: LawOfBody<D>,
     seeded: Seeded<SeedOf<D, B>, D>,
-    starts: &[PointStart],
+    (starts, density): (&[PointStart], Option<&Density>),
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, RefusedStart> {
     let Seeded { seeds, faces, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
+    let mean = density.map(|density| match density {
+        Density::Even(density) => *density,
+        Density::OfPoints(densities) => {
+            let volume: f64 = seeds.iter().map(|seed| seed.volume).sum();
+            let mass: f64 = seeds.iter().zip(densities).map(|(seed, density)| density * seed.volume).sum();
+            mass / volume
+        }
+    });
     let (places, domains): (Vec<_>, Vec<_>) =
         seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
     let body = MaterialBody::of(law, basis.domains_of_body(domains), places);
@@ -68,13 +87,15 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     if !starts.is_empty() {
         body = body.with_starts(starts)?;
     }
-    if let Some(density) = plan.density {
-        body = body.with_density(density);
+    match density.filter(|_| plan.needs_mass) {
+        None => {}
+        Some(Density::Even(density)) => body = body.with_density(*density),
+        Some(Density::OfPoints(densities)) => body = body.with_densities(densities),
     }
     if plan.keep_reference_positions {
         body = body.with_reference_positions();
     }
-    Ok(Filled { body: Box::new(body), faces, shape_volume })
+    Ok(Filled { body: Box::new(body), faces, shape_volume, density: mean })
 }
 
 /// A point of a basis at rest.

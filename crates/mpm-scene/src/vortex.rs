@@ -10,6 +10,12 @@
 //! τ_rr = −G h γ / s,   τ_θθ = +G h γ / s,   τ_rθ = 2 G h / s
 //! ```
 //!
+//! For the neo-Hookean law τ = G (b − I) where J = 1, with b_rr = 1, b_rθ = γ, b_θθ = 1 + γ²:
+//!
+//! ```text
+//! τ_rr = 0,   τ_θθ = G γ²,   τ_rθ = G γ
+//! ```
+//!
 //! Static equilibrium in the turned frame gives the body force per volume
 //! `b_r = −dτ_rr/dR − (τ_rr − τ_θθ)/R`, `b_θ = −dτ_rθ/dR − 2 τ_rθ/R`.
 
@@ -21,6 +27,7 @@ use mpm_solver::BodyForce;
 pub struct Vortex {
     shear: f64,
     angle: Ramp,
+    is_rubber: bool,
 }
 
 /// State of the exact solution on one circle.
@@ -33,9 +40,37 @@ struct Circle {
 }
 
 impl Vortex {
-    /// In a material of shear modulus G `[F/L²]`, turning by `angle` `[rad]` in the middle.
+    /// In a Hencky material of shear modulus G `[F/L²]`, turning by `angle` `[rad]` in the middle.
     pub fn new(shear: f64, angle: Ramp) -> Self {
-        Self { shear, angle }
+        Self { shear, angle, is_rubber: false }
+    }
+
+    /// The same in a neo-Hookean material.
+    pub fn of_rubber(shear: f64, angle: Ramp) -> Self {
+        Self { is_rubber: true, ..Self::new(shear, angle) }
+    }
+
+    /// τ_rr, τ_θθ and τ_rθ over G.
+    fn stresses(&self, gamma: f64) -> [f64; 3] {
+        if self.is_rubber {
+            return [0.0, gamma * gamma, gamma];
+        }
+        let (h, s) = ((0.5 * gamma).asinh(), (1.0 + 0.25 * gamma * gamma).sqrt());
+        [-h * gamma / s, h * gamma / s, 2.0 * h / s]
+    }
+
+    /// b_r and b_θ `[F/L³]`.
+    fn polar_force(&self, circle: Circle, radius: f64) -> [f64; 2] {
+        let Circle { gamma, slope, .. } = circle;
+        if self.is_rubber {
+            return [self.shear * gamma * gamma / radius, -self.shear * (slope + 2.0 * gamma / radius)];
+        }
+        let (h, s) = ((0.5 * gamma).asinh(), (1.0 + 0.25 * gamma * gamma).sqrt());
+        // d(h/s)/dγ with dh/dγ = 1/(2s) and ds/dγ = γ/(4s).
+        let quotient = 0.5 / (s * s) - 0.25 * h * gamma / s.powi(3);
+        let radial = self.shear * (slope * (h / s + gamma * quotient) + 2.0 * h * gamma / (s * radius));
+        let hoop = -2.0 * self.shear * (slope * quotient + 2.0 * h / (s * radius));
+        [radial, hoop]
     }
 
     fn circle(&self, radius: f64, at: LoadFraction) -> Circle {
@@ -64,14 +99,14 @@ impl Vortex {
     pub fn stress<const D: usize>(&self, rest: &Vector<D>, at: LoadFraction) -> [f64; 3] {
         let radius = rest[0].hypot(rest[1]);
         let Circle { gamma, .. } = self.circle(radius, at);
-        let (h, s) = ((0.5 * gamma).asinh(), (1.0 + 0.25 * gamma * gamma).sqrt());
-        let (radial, shear) = (-self.shear * h * gamma / s, 2.0 * self.shear * h / s);
+        let [radial, hoop, shear] = self.stresses(gamma).map(|stress| self.shear * stress);
         let x = self.position(rest, at);
         let (cos, sin) = (x[0] / radius, x[1] / radius);
-        // [e_r e_θ] diag-like [[radial, shear], [shear, -radial]] [e_r e_θ]ᵀ
-        let xx = radial * (cos * cos - sin * sin) - 2.0 * shear * sin * cos;
-        let xy = 2.0 * radial * sin * cos + shear * (cos * cos - sin * sin);
-        [xx, -xx, xy]
+        // [e_r e_θ] [[radial, shear], [shear, hoop]] [e_r e_θ]ᵀ
+        let xx = radial * cos * cos + hoop * sin * sin - 2.0 * shear * sin * cos;
+        let yy = radial * sin * sin + hoop * cos * cos + 2.0 * shear * sin * cos;
+        let xy = (radial - hoop) * sin * cos + shear * (cos * cos - sin * sin);
+        [xx, yy, xy]
     }
 }
 
@@ -82,12 +117,7 @@ impl<const D: usize> BodyForce<D> for Vortex {
 
     fn force(&self, rest: &Vector<D>, at: LoadFraction) -> Vector<D> {
         let radius = rest[0].hypot(rest[1]);
-        let Circle { gamma, slope, .. } = self.circle(radius, at);
-        let (h, s) = ((0.5 * gamma).asinh(), (1.0 + 0.25 * gamma * gamma).sqrt());
-        // d(h/s)/dγ with dh/dγ = 1/(2s) and ds/dγ = γ/(4s).
-        let quotient = 0.5 / (s * s) - 0.25 * h * gamma / s.powi(3);
-        let radial = self.shear * (slope * (h / s + gamma * quotient) + 2.0 * h * gamma / (s * radius));
-        let hoop = -2.0 * self.shear * (slope * quotient + 2.0 * h / (s * radius));
+        let [radial, hoop] = self.polar_force(self.circle(radius, at), radius);
         let x = self.position(rest, at);
         let (cos, sin) = (x[0] / radius, x[1] / radius);
         let mut force = Vector::zeros();
@@ -99,14 +129,21 @@ impl<const D: usize> BodyForce<D> for Vortex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mpm_material::{Elasticity, Hencky, SymmetricTensor, respond};
+    use mpm_material::{Elasticity, Hencky, Material, NeoHooke, SymmetricTensor, respond};
     use nalgebra::{Matrix2, Matrix3};
 
     const E: f64 = 1e3;
     const NU: f64 = 0.3;
 
+    const G: f64 = E / (2.0 * (1.0 + NU));
+
+    fn vortices() -> [Vortex; 2] {
+        [Vortex::new(G, Ramp::linear(1.0)), Vortex::of_rubber(G, Ramp::linear(1.0))]
+    }
+
+    /// Of both laws: the motion is the same.
     fn vortex() -> Vortex {
-        Vortex::new(E / (2.0 * (1.0 + NU)), Ramp::linear(1.0))
+        Vortex::new(G, Ramp::linear(1.0))
     }
 
     /// F of the exact motion by central differences.
@@ -123,19 +160,26 @@ mod tests {
         f
     }
 
+    /// Kirchhoff stress of a law on the exact motion.
+    fn of_law<M: Material<History = ()>>(law: &M, f: &Matrix2<f64>) -> [f64; 3] {
+        let mut excess = Matrix3::zeros();
+        excess.fixed_view_mut::<2, 2>(0, 0).copy_from(&(f * f.transpose() - Matrix2::identity()));
+        let tau = respond(law, &SymmetricTensor::from_matrix(&excess), &()).unwrap().kirchhoff;
+        [tau.xx, tau.yy, tau.xy]
+    }
+
     #[test]
     fn the_stress_is_that_of_the_law_on_the_exact_motion() {
         let at = LoadFraction::new(0.7).unwrap();
-        let law = Hencky(Elasticity::from_young_poisson(E, NU).unwrap());
+        let elasticity = Elasticity::from_young_poisson(E, NU).unwrap();
+        let (hencky, rubber) = (Hencky(elasticity), NeoHooke::new(elasticity).unwrap());
         for rest in [Vector::<2>::new(0.8, 0.1), Vector::<2>::new(-0.5, 0.9), Vector::<2>::new(0.3, -1.15)] {
             let f = gradient(&rest, at);
-            let b = f * f.transpose();
-            let mut excess = Matrix3::zeros();
-            excess.fixed_view_mut::<2, 2>(0, 0).copy_from(&(b - Matrix2::identity()));
-            let tau = respond(&law, &SymmetricTensor::from_matrix(&excess), &()).unwrap().kirchhoff;
-            let [xx, yy, xy] = vortex().stress(&rest, at);
-            for (found, expected) in [(xx, tau.xx), (yy, tau.yy), (xy, tau.xy)] {
-                assert!((found - expected).abs() < 1e-6 * E, "{found} {expected}");
+            let of_laws = [of_law(&hencky, &f), of_law(&rubber, &f)];
+            for (vortex, of_law) in vortices().iter().zip(of_laws) {
+                for (found, expected) in vortex.stress(&rest, at).into_iter().zip(of_law) {
+                    assert!((found - expected).abs() < 1e-6 * E, "{found} {expected}");
+                }
             }
         }
     }
@@ -144,23 +188,25 @@ mod tests {
     fn the_body_force_balances_the_divergence_of_the_stress() {
         // b = -div σ in current coordinates: the exact motion is undone to find the stress at x.
         let at = LoadFraction::new(0.9).unwrap();
-        let stress_at = |x: &Vector<2>| {
-            let radius = x.norm();
-            let Circle { angle, .. } = vortex().circle(radius, at);
-            let (sin, cos) = (-angle).sin_cos();
-            vortex().stress(&Vector::<2>::new(cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]), at)
-        };
-        for rest in [Vector::<2>::new(0.85, 0.2), Vector::<2>::new(-0.6, 0.8), Vector::<2>::new(0.1, -1.2)] {
-            let x = vortex().position(&rest, at);
-            let step = 1e-5;
-            let d = |j: usize, k: usize| {
-                let mut dx = Vector::<2>::zeros();
-                dx[j] = step;
-                (stress_at(&(x + dx))[k] - stress_at(&(x - dx))[k]) / (2.0 * step)
+        for vortex in vortices() {
+            let stress_at = |x: &Vector<2>| {
+                let Circle { angle, .. } = vortex.circle(x.norm(), at);
+                let (sin, cos) = (-angle).sin_cos();
+                vortex.stress(&Vector::<2>::new(cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]), at)
             };
-            let expected = Vector::<2>::new(-(d(0, 0) + d(1, 2)), -(d(0, 2) + d(1, 1)));
-            let found = vortex().force(&rest, at);
-            assert!((found - expected).norm() < 1e-5 * expected.norm(), "{found} {expected}");
+            for rest in [Vector::<2>::new(0.85, 0.2), Vector::<2>::new(-0.6, 0.8), Vector::<2>::new(0.1, -1.2)]
+            {
+                let x = vortex.position(&rest, at);
+                let step = 1e-5;
+                let d = |j: usize, k: usize| {
+                    let mut dx = Vector::<2>::zeros();
+                    dx[j] = step;
+                    (stress_at(&(x + dx))[k] - stress_at(&(x - dx))[k]) / (2.0 * step)
+                };
+                let expected = Vector::<2>::new(-(d(0, 0) + d(1, 2)), -(d(0, 2) + d(1, 1)));
+                let found = vortex.force(&rest, at);
+                assert!((found - expected).norm() < 1e-5 * expected.norm(), "{found} {expected}");
+            }
         }
     }
 }

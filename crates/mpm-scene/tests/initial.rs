@@ -323,6 +323,29 @@ fn what_cannot_begin_is_refused_with_point_and_depth() {
     assert!(said.starts_with(expected), "{said}");
 }
 
+/// What `mpm check` remarks on.
+#[test]
+fn a_stress_that_does_not_balance_is_told_with_its_size() {
+    let remarks = |law: &str, initial: &str| {
+        compile(&Scene::from_ron(&plane("Smpm", law, initial)).unwrap()).unwrap().estimate().unwrap().remarks
+    };
+    for (name, law) in LAWS {
+        assert_eq!(remarks(law, AT_REST), Vec::<String>::new(), "{name}");
+    }
+    let heavy = remarks(LAWS[0].1, "Geostatic(surface: 10, unit_weight: 60, k0: 0.6)");
+    assert_eq!(heavy.len(), 1, "{heavy:?}");
+    let said = "the initial stress does not balance the loads at load fraction 0: 0.";
+    assert!(
+        heavy[0].starts_with(said) && heavy[0].contains(" of its forces are left, most at x = "),
+        "{heavy:?}"
+    );
+    // Nothing begins under stress, so that nothing has to balance.
+    let text = plane("Smpm", LAWS[0].1, AT_REST).replace(&format!(", initial: {AT_REST}"), "");
+    let estimate =
+        compile(&Scene::from_ron(&text.replace(", ramp: [(0, 1)]", "")).unwrap()).unwrap().estimate();
+    assert!(!estimate.unwrap().remarks.iter().any(|remark| remark.contains("initial stress")));
+}
+
 #[test]
 fn a_resumed_run_is_the_same() {
     let text = plane("Gimp", LAWS[3].1, AT_REST)

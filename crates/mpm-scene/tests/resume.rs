@@ -220,6 +220,13 @@ fn on_a_moving_mesh_with_a_vortex() {
 }
 
 #[test]
+fn where_sand_has_come_apart() {
+    goes_on_bit_for_bit("apex", &shipped("laws/apex", &[]));
+    let layered = [("friction: 30", "friction: Layers([(top: 1, value: 30), (top: 0.5, value: 35)])")];
+    goes_on_bit_for_bit("apex with fields", &shipped("laws/apex", &layered));
+}
+
+#[test]
 fn along_the_path() {
     goes_on_bit_for_bit("arch", &shipped("path_arch", &[("force: (0, -250)", "force: (0, -60)")]));
     let turn = [("inner: 90", "inner: 31"), ("first: 0.011111", "first: 0.03226")];

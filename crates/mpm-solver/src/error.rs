@@ -192,9 +192,10 @@ pub enum StepFailure {
     /// The tangent is singular.
     #[error(
         "the tangent is singular at node {node} at {position:?}, along {} ({cause}): \
-        material there is not held, or barely reaches the node's cells{}",
+        material there is not held, or barely reaches the node's cells{}{}",
         ["x", "y", "z"][*component],
-        if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" }
+        if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" },
+        if !*has_apex { "" } else { "; or its points have come apart, and their law can have an `apex_stiffness`" }
     )]
     Singular {
         /// Number of the node in the grid.
@@ -207,6 +208,8 @@ pub enum StepFailure {
         cause: String,
         /// Whether the cells at the edge of the bodies could be stabilised and are not.
         can_be_stabilised: bool,
+        /// Whether a law has an apex, at which points have no stiffness.
+        has_apex: bool,
     },
     /// A rigid motion is held by nothing.
     #[error(

@@ -40,6 +40,7 @@ pub const CASES: &[Case] = &[
     corner_stretch::RECTILINEAR,
     doughnut::ELASTIC,
     doughnut::REFINEMENT,
+    doughnut::RUBBER,
     doughnut::SLIDES,
     doughnut::TURNS,
     doughnut::LIMIT,

@@ -135,9 +135,11 @@ pub(super) const SMALL: &[&str] = &[
     mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 3, cells: 3)]),
     basis: Smpm, unheld_motion: Refuse,
     materials: {
-        "sand": MohrCoulomb(young: 1e3, poisson: 0.3, cohesion: 5, friction: 30, dilation: 10, tensile_strength: 1, density: 1),
+        "sand": MohrCoulomb(young: 1e3, poisson: 0.3, cohesion: 5, friction: Linear(at: 2, value: 30, gradient: 1), dilation: 10,
+            tensile_strength: 1, apex_stiffness: 1e-3, volume_correction: true, density: Layers([(top: 2, value: 1)])),
         "loam": DruckerPrager(young: Layers([(top: 2, value: 1e3, gradient: 10), (top: 1, value: 2e3)]), poisson: 0.3,
-            cone: Matched(at: Compression, cohesion: 20, friction: 30, dilation: 0), tension: 2, fluid_bulk: 1e3, density: 1),
+            cone: Matched(at: Compression, cohesion: 20, friction: 30, dilation: 0), tension: 2, fluid_bulk: Layers([(top: 2, value: 1e3)]), apex_stiffness: 0.01,
+            volume_correction: false, density: 1),
     },
     bodies: [
         (name: "a", material: "sand", shape: Box(from: (0, 0), to: (1, 2)), points_per_cell: 2,

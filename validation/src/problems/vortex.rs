@@ -6,7 +6,7 @@ use crate::scenes::load;
 use crate::variants::{Method, PlaneScene, plane, refined};
 use mpm_grid::{LoadFraction, Ramp, Vector};
 use mpm_scene::Vortex;
-use mpm_scene::language::{LoadInput, MaterialInput, SceneIn};
+use mpm_scene::language::{LoadInput, MaterialInput, Poisson, Positive, Quantity, SceneIn};
 use mpm_solver::observe::Field;
 
 /// The vortex on `24·factor` × `24·factor` cells.
@@ -35,14 +35,16 @@ pub fn exact<B>(scene: &SceneIn<2, B>) -> Result<Vortex, Broken> {
         LoadInput::Vortex { angle, .. } => Some(angle.0),
         _ => None,
     });
-    let shear = scene.materials.values().find_map(|material| match material {
-        MaterialInput::Hencky { young, poisson, .. } => {
-            young.number().map(|young| young / (2.0 * (1.0 + poisson.0)))
-        }
-        _ => None,
-    });
-    let (angle, shear) = angle.zip(shear).ok_or("expected a vortex in a Hencky material")?;
-    Ok(Vortex::new(shear, Ramp::linear(angle.to_radians())))
+    let angle = Ramp::linear(angle.ok_or("expected a vortex")?.to_radians());
+    let material = scene.materials.values().next().ok_or("expected a material")?;
+    let shear = |young: &Quantity<Positive>, poisson: &Poisson| {
+        young.number().map(|young| young / (2.0 * (1.0 + poisson.0))).ok_or("expected a number")
+    };
+    match material {
+        MaterialInput::Hencky { young, poisson, .. } => Ok(Vortex::new(shear(young, poisson)?, angle)),
+        MaterialInput::NeoHooke { young, poisson, .. } => Ok(Vortex::of_rubber(shear(young, poisson)?, angle)),
+        _ => Err("expected a vortex in an elastic material".into()),
+    }
 }
 
 /// The errors of the last row of a run.

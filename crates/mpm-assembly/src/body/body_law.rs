@@ -12,8 +12,8 @@ use crate::body::trial::{Committed, InadmissiblePoint};
 use mpm_grid::Vector;
 use mpm_linear::Symmetry;
 use mpm_material::{
-    Elasticity, FieldInfo, History, Material, PointParameters, SymmetricTensor, respond, start_under,
-    stored_energy,
+    Elasticity, FieldInfo, History, Material, PointParameters, SymmetricTensor, is_at_apex, respond,
+    start_under, stored_energy,
 };
 use nalgebra::Matrix3;
 
@@ -30,6 +30,12 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
 
     /// Appends what is shown of a point's history.
     fn show_history(&self, point: usize, to: &mut Vec<f64>);
+
+    /// Whether the law has an apex at any point.
+    fn has_apex(&self) -> bool;
+
+    /// Points that yield there.
+    fn points_at_apex(&self, points: &Points<D>) -> usize;
 
     /// Bytes of all histories.
     fn history_bytes(&self) -> usize;
@@ -131,6 +137,17 @@ impl<const D: usize, M: Material> BodyLaw<D> for LawOf<M> {
 
     fn show_history(&self, point: usize, to: &mut Vec<f64>) {
         self.law.show(&self.history[point], to);
+    }
+
+    fn has_apex(&self) -> bool {
+        M::PLASTIC && self.history.iter().any(|history| self.law.apex(history).is_some())
+    }
+
+    fn points_at_apex(&self, points: &Points<D>) -> usize {
+        let is_there = |&p: &usize| {
+            points.plastic[p] && is_at_apex(&self.law, &points.elastic_excess[p], &self.history[p])
+        };
+        (0..points.len()).filter(is_there).count()
     }
 
     fn history_bytes(&self) -> usize {

@@ -56,6 +56,10 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Appends the components of all [history fields](Self::history_fields) of one point.
     fn history(&self, point: usize, to: &mut Vec<f64>);
 
+    /// Points that yield at the apex of their law or at the tip of its cut-off, where they have no stiffness; none where
+    /// its law has no apex.
+    fn points_at_apex(&self) -> Option<usize>;
+
     /// Whether its points have domains.
     fn has_domains(&self) -> bool;
 

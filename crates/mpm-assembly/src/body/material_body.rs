@@ -77,6 +77,15 @@ impl<const D: usize> MaterialBody<D> {
         self
     }
 
+    /// The same, with the mass `density · V⁰` `[M]` of densities that differ from point to point, one for each in order.
+    pub fn with_densities(mut self, densities: &[f64]) -> Self {
+        assert_eq!(densities.len(), self.points.len(), "every point has a density");
+        let masses =
+            self.points.reference_volume.iter().zip(densities).map(|(volume, density)| density * volume);
+        self.points.mass = masses.collect();
+        self
+    }
+
     /// The same, with positions at rest, which displacements are reported from.
     pub fn with_reference_positions(mut self) -> Self {
         self.points.reference_position = self.points.position.clone();
@@ -138,6 +147,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
 
     fn history(&self, point: usize, to: &mut Vec<f64>) {
         self.law.show_history(point, to);
+    }
+
+    fn points_at_apex(&self) -> Option<usize> {
+        self.law.has_apex().then(|| self.law.points_at_apex(&self.points))
     }
 
     fn has_masses(&self) -> bool {

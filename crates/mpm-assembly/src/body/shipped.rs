@@ -6,9 +6,7 @@
 use crate::body::body_domains::DomainsOfBody;
 use crate::body::body_law::LawOfBody;
 use mpm_basis::{Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, Smpm};
-use mpm_material::{
-    CamClay, DruckerPrager, Hencky, MohrCoulomb, NeoHooke, PerPoint, Tresca, Undrained, VonMises,
-};
+use mpm_material::{CamClay, DruckerPrager, Hencky, MohrCoulomb, NeoHooke, PerPoint, Tresca, VonMises};
 
 macro_rules! shipped_laws {
     ($($law:ident($type:ty)),* $(,)?) => {
@@ -41,7 +39,7 @@ macro_rules! shipped_laws {
 
 shipped_laws! {
     Hencky(Hencky), NeoHooke(NeoHooke), VonMises(VonMises), Tresca(Tresca), MohrCoulomb(MohrCoulomb),
-    DruckerPrager(DruckerPrager), CamClay(CamClay), PerPoint(PerPoint), Undrained(Undrained<PerPoint>),
+    DruckerPrager(DruckerPrager), CamClay(CamClay), PerPoint(PerPoint),
 }
 
 /// A basis that this crate has compiled.

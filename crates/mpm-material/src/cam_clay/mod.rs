@@ -95,11 +95,25 @@ impl CamClay {
         p + along * along / p
     }
 
-    /// The same law with G₀ = `shear` [F/L²].
-    pub(crate) fn with_shear(&self, shear: f64) -> Self {
-        let skeleton = Skeleton { shear, ..self.skeleton };
-        let elasticity = self.elasticity.with_shear(shear + skeleton.shear_ratio * skeleton.reference_pressure);
-        Self { skeleton, parameters: CamClayParameters { shear, ..self.parameters }, elasticity }
+    /// G₀ [F/L²], M, λ, κ, and g.
+    pub(crate) fn values(&self) -> [f64; 5] {
+        let CamClayParameters { critical_ratio, compression, swelling, shear, shear_ratio, .. } =
+            self.parameters;
+        [shear, critical_ratio, compression, swelling, shear_ratio]
+    }
+
+    /// The same law with other values.
+    #[inline]
+    pub(crate) fn with_values(
+        &self,
+        &[shear, critical_ratio, compression, swelling, shear_ratio]: &[f64; 5],
+    ) -> Self {
+        let skeleton = Skeleton { shear, swelling, shear_ratio, ..self.skeleton };
+        let parameters =
+            CamClayParameters { critical_ratio, compression, swelling, shear, shear_ratio, ..self.parameters };
+        let pressure = skeleton.reference_pressure;
+        let elasticity = Elasticity::of_moduli(pressure / swelling, shear + shear_ratio * pressure);
+        Self { skeleton, parameters, elasticity }
     }
 
     #[inline]

@@ -82,10 +82,11 @@ impl MohrCoulomb {
                 (elastic[i] - elastic[j]) / (trial.strain[i] - trial.strain[j])
             }
         };
-        let secant = trial.secants([part(0, 0, 1), part(1, 1, 2), part(2, 0, 2)]) * two_g;
+        let secants = [part(0, 0, 1), part(1, 1, 2), part(2, 0, 2)];
         let (lambda, p_wave) = (self.elasticity.lame(), self.elasticity.p_wave());
         let along = |axis: [f64; 3]| Matrix3::from_diagonal(&trial.by_axis(&axis));
         let young = self.elasticity.young();
+        let mut added = 0.0;
         let tangent = match place {
             Plane => {
                 let free = trial.by_axis(&[0.0, 1.0, 1.0]);
@@ -94,8 +95,12 @@ impl MohrCoulomb {
             }
             Edge => along([0.0, 0.0, young]),
             Rim => along([0.0, young, 0.0]),
-            Tip | ExtensionCorner | CompressionCorner => Matrix3::zeros(),
+            Tip | ExtensionCorner | CompressionCorner => {
+                added = self.apex_stiffness;
+                self.at_apex()
+            }
         };
+        let secant = trial.secants(secants.map(|part| part + added)) * two_g;
         self.answer(strain, trial.by_axis(&elastic), tangent, secant, history)
     }
 

@@ -6,7 +6,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::ordered::{Loss, Ordered, extremes};
 use crate::von_mises::YIELD_TOLERANCE;
-use crate::{Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update};
+use crate::{
+    Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
+};
 
 /// Perfect Mohr–Coulomb plasticity with Hencky elasticity. With τ₁ ≥ τ₂ ≥ τ₃, s = sin φ and t = sin ψ:
 ///
@@ -26,8 +28,12 @@ pub struct MohrCoulomb {
     friction: (f64, f64),
     /// sin ψ.
     dilation: f64,
+    /// φ and ψ [degrees].
+    angles: (f64, f64),
     /// t_c [F/L²]; infinite where there is none, or where the apex comes first.
     cut_off: f64,
+    /// Part of the elastic moduli that the tangent has where the law has none.
+    apex_stiffness: f64,
 }
 
 /// A return to the cone, in descending order.
@@ -36,6 +42,11 @@ struct Returned {
     loss: Option<Loss>,
     /// As parts of 2G.
     secants: [f64; 3],
+}
+
+/// Refuses parts of the elastic moduli at the apex outside [0, 1].
+pub(crate) fn check_apex_stiffness(part: f64) -> Result<f64, ParameterError> {
+    ParameterError::unless((0.0..=1.0).contains(&part), "apex_stiffness", part, "a part from 0 to 1")
 }
 
 /// Refuses angles [degrees] of friction outside [0°, 90°) and of dilation outside [0°, φ].
@@ -68,9 +79,20 @@ impl MohrCoulomb {
             cohesion,
             "a positive number where there is no friction",
         )?;
+        let angles = (friction, dilation);
         let friction = friction.to_radians().sin_cos();
         let dilation = dilation.to_radians().sin();
-        Ok(Self { elasticity, cohesion, friction, dilation, cut_off: f64::INFINITY })
+        let (cut_off, apex_stiffness) = (f64::INFINITY, 0.0);
+        Ok(Self { elasticity, cohesion, friction, dilation, angles, cut_off, apex_stiffness })
+    }
+
+    /// The same law whose tangent has this `part` of the elastic moduli where the law has no stiffness: at the apex, and
+    /// where three planes meet. Stresses are unchanged, and Newton's method converges linearly there.
+    ///
+    /// # Errors
+    /// `part` is not in [0, 1].
+    pub fn with_apex_stiffness(self, part: f64) -> Result<Self, ParameterError> {
+        Ok(Self { apex_stiffness: check_apex_stiffness(part)?, ..self })
     }
 
     /// The same law with the tension cut-off τ_a ≤ t_c, t_c = `strength` [F/L²]: 0 for clay and sand.
@@ -85,19 +107,39 @@ impl MohrCoulomb {
         Ok(Self { cut_off: if strength < apex { strength } else { f64::INFINITY }, ..self })
     }
 
-    /// E, c, and t_c, or where none acts the tension at the apex [F/L²].
-    pub(crate) fn values(&self) -> [f64; 3] {
+    /// E, c, and t_c, or where none acts the tension at the apex [F/L²]; φ and ψ [degrees].
+    pub(crate) fn values(&self) -> [f64; 5] {
         // Without friction there is no apex; what is stored is finite.
-        let tension = if self.cut_off.is_finite() { self.cut_off } else { self.apex().min(f64::MAX) };
-        [self.elasticity.young(), self.cohesion, tension]
+        let tension = self.tip().min(f64::MAX);
+        [self.elasticity.young(), self.cohesion, tension, self.angles.0, self.angles.1]
     }
 
     /// The same law with other values.
     #[inline]
-    pub(crate) fn with_values(&self, &[young, cohesion, tension]: &[f64; 3]) -> Self {
+    pub(crate) fn with_values(&self, &[young, cohesion, tension, friction, dilation]: &[f64; 5]) -> Self {
         let elasticity = self.elasticity.with_young(young);
-        let law = Self { elasticity, cohesion, ..*self };
-        Self { cut_off: if tension < law.apex().min(f64::MAX) { tension } else { f64::INFINITY }, ..law }
+        let mut law = Self { elasticity, cohesion, ..*self };
+        if (friction, dilation) != self.angles {
+            law.angles = (friction, dilation);
+            law.friction = friction.to_radians().sin_cos();
+            law.dilation = dilation.to_radians().sin();
+        }
+        law.cut_off = if tension < law.apex().min(f64::MAX) { tension } else { f64::INFINITY };
+        law
+    }
+
+    /// Tension that all three stresses can reach [F/L²]; infinite where there is no bound.
+    #[inline]
+    fn tip(&self) -> f64 {
+        if self.cut_off.is_finite() { self.cut_off } else { self.apex() }
+    }
+
+    /// The tangent where the law has none.
+    #[inline]
+    fn at_apex(&self) -> Matrix3<f64> {
+        let part = self.apex_stiffness;
+        let (lambda, two_g) = (self.elasticity.lame(), 2.0 * self.elasticity.shear());
+        Matrix3::from_diagonal_element(part * two_g).add_scalar(part * lambda)
     }
 
     /// Tension that all three stresses bear, c cot φ; infinite without friction.
@@ -202,11 +244,12 @@ impl MohrCoulomb {
             return self.on_cut_off(strain, &trial, scale, history);
         }
         let elastic_strain = trial.by_axis(&returned.elastic);
-        let tangent = match &returned.loss {
-            Some(loss) => trial.tangent(&self.elasticity, loss),
-            None => Matrix3::zeros(),
+        let two_g = 2.0 * self.elasticity.shear();
+        let (tangent, secants) = match &returned.loss {
+            Some(loss) => (trial.tangent(&self.elasticity, loss), returned.secants),
+            None => (self.at_apex(), [self.apex_stiffness; 3]),
         };
-        let secant = trial.secants(returned.secants) * (2.0 * self.elasticity.shear());
+        let secant = trial.secants(secants) * two_g;
         self.answer(strain, elastic_strain, tangent, secant, history)
     }
 
@@ -236,6 +279,11 @@ impl Material for MohrCoulomb {
 
     fn initial(&self, _point: &PointParameters) -> PlasticStrain {
         PlasticStrain::default()
+    }
+
+    fn apex(&self, _history: &PlasticStrain) -> Option<Apex> {
+        let volumetric = self.tip() / self.elasticity.bulk();
+        volumetric.is_finite().then_some(Apex { volumetric, stiffness: self.apex_stiffness })
     }
 
     #[inline]

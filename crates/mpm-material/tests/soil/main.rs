@@ -1,5 +1,6 @@
 //! The laws of soils and rubber: tables computed with 40 digits, closed forms, and what holds on random states.
 
+mod apex;
 mod cam_clay;
 mod initial;
 mod mohr_coulomb;

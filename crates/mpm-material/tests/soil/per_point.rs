@@ -3,8 +3,8 @@
 use crate::random::Numbers;
 use mpm_material::{
     CamClay, CamClayParameters, ConeMatch, Consolidation, DruckerPrager, Elasticity, Hencky, History, Material,
-    MohrCoulomb, NeoHooke, PerPoint, PointHistory, PointParameters, Preconsolidation, Tresca, Undrained,
-    UndrainedStrength, Varied, VonMises,
+    MohrCoulomb, NeoHooke, OwnParameters, PerPoint, PointHistory, PointParameters, Preconsolidation, Tresca,
+    Undrained, UndrainedStrength, Varied, VolumeCorrected, VonMises,
 };
 use nalgebra::Vector3;
 
@@ -21,26 +21,32 @@ fn point<M: Varied>(law: &M) -> PointParameters {
 
 /// A point that has the parameters of `other` for its own answers as `other` does, whatever law is wrapped.
 fn check<M: Varied>(wrapped: M, other: M) {
-    let (p, is_symmetric) = (point(&other), wrapped.has_symmetric_tangent());
-    let wrapped = PerPoint::new(wrapped);
+    let (p, is_symmetric) = (point(&other), other.has_symmetric_tangent());
+    let wrapped = PerPoint::new(wrapped).for_points(p.own.iter());
     let history = wrapped.initial(&p);
     let mut numbers = Numbers(13);
     for _ in 0..500 {
         let trial = numbers.strain(0.05);
         let ours = wrapped.update(&trial, &history).expect("a return");
-        let theirs = other.update(&trial, &M::history(history.number)).expect("a return");
+        let theirs = other.update(&trial, &M::history(&history.numbers)).expect("a return");
         let scale = other.elasticity().p_wave();
         assert!((ours.kirchhoff - theirs.kirchhoff).amax() < 1e-13 * scale);
         assert!((ours.tangent - theirs.tangent).amax() < 1e-11 * scale);
         assert!((ours.secant - theirs.secant).amax() < 1e-11 * scale);
-        assert!((ours.history.number - M::number(&theirs.history)).abs() < 1e-12 * (1.0 + ours.history.number));
+        for (ours, theirs) in ours.history.numbers.iter().zip(M::numbers(&theirs.history)) {
+            assert!((ours - theirs).abs() < 1e-12 * (scale + ours.abs()));
+        }
         assert_eq!((ours.plastic, ours.history.own), (theirs.plastic, history.own));
     }
     assert_eq!(wrapped.has_symmetric_tangent(), is_symmetric);
 }
 
 fn clay(shear: f64) -> CamClay {
-    CamClay::new(CamClayParameters {
+    CamClay::new(parameters(shear)).expect("in range")
+}
+
+fn parameters(shear: f64) -> CamClayParameters {
+    CamClayParameters {
         critical_ratio: 0.9,
         compression: 0.15,
         swelling: 0.03,
@@ -48,8 +54,7 @@ fn clay(shear: f64) -> CamClay {
         shear_ratio: 0.0,
         reference_pressure: 20.0,
         preconsolidation: 80.0,
-    })
-    .expect("in range")
+    }
 }
 
 #[test]
@@ -89,22 +94,59 @@ fn every_law_is_that_of_the_point() {
 }
 
 #[test]
+fn angles_slopes_and_ratios_are_those_of_the_point() {
+    let sand = |c, phi, psi| MohrCoulomb::new(elasticity(2e4), c, phi, psi).expect("in range");
+    check(sand(8.0, 30.0, 5.0), sand(8.0, 35.0, 35.0));
+    check(sand(8.0, 30.0, 30.0), sand(8.0, 20.0, 0.0));
+    let cut = |phi| sand(8.0, phi, 5.0).with_cut_off(2.0).expect("in range");
+    check(cut(30.0), cut(40.0));
+    let cone = |slope, flow| DruckerPrager::new(elasticity(2e4), slope, flow, 8.0).expect("in range");
+    check(cone(1.0, 0.2), cone(0.7, 0.7));
+    let soft = CamClayParameters {
+        critical_ratio: 1.2,
+        compression: 0.2,
+        swelling: 0.05,
+        shear_ratio: 20.0,
+        ..parameters(700.0)
+    };
+    check(clay(1500.0), CamClay::new(soft).expect("in range"));
+    let wet = |fluid| Undrained::new(sand(8.0, 30.0, 5.0), fluid).expect("positive");
+    check(wet(1e5), wet(3e5));
+    check(VolumeCorrected::new(wet(1e5)), VolumeCorrected::new(wet(3e5)));
+    check(
+        Undrained::new(VolumeCorrected::new(sand(8.0, 30.0, 5.0)), 1e5).expect("positive"),
+        Undrained::new(VolumeCorrected::new(sand(2.0, 33.0, 5.0)), 1e4).expect("positive"),
+    );
+}
+
+#[test]
+fn all_points_decide_whether_the_tangent_is_symmetric() {
+    let sand = |phi, psi| MohrCoulomb::new(elasticity(2e4), 8.0, phi, psi).expect("in range");
+    let associated = [sand(30.0, 30.0).own(), sand(35.0, 35.0).own()];
+    let law = |own: &[OwnParameters]| PerPoint::new(sand(30.0, 30.0)).for_points(own.iter());
+    assert!(law(&associated).has_symmetric_tangent());
+    assert!(!law(&[associated[0], sand(35.0, 34.0).own()]).has_symmetric_tangent());
+    assert!(!PerPoint::new(sand(30.0, 5.0)).has_symmetric_tangent());
+}
+
+#[test]
 fn parameters_are_stored_and_shown() {
     let sand = MohrCoulomb::new(elasticity(2e4), 8.0, 30.0, 5.0).expect("in range");
-    let law = Undrained::new(PerPoint::new(sand), 1e6).expect("positive");
+    let law = PerPoint::new(Undrained::new(sand, 1e6).expect("positive"));
     let mut p = PointParameters::at(Vector3::zeros());
-    p.own = Some([1e4, 3.0, 1.0]);
+    p.own = Some([1e4, 3.0, 1.0, 35.0, 5.0, 2e6]);
     let mut history = law.initial(&p);
-    history.skeleton.number = 0.25;
-    history.excess_pressure = 7.0;
+    history.numbers = [0.25, 0.01, 7.0, 0.0];
     let names: Vec<_> = law.history_fields().iter().map(|field| field.name).collect();
-    assert_eq!(names, ["plastic_strain", "young", "cohesion", "tensile_strength", "excess_pore_pressure"]);
+    let own = ["young", "cohesion", "tensile_strength", "friction", "dilation", "fluid_bulk"];
+    assert_eq!(names[..2], ["plastic_strain", "excess_pore_pressure"]);
+    assert_eq!(names[2..], own);
     let mut shown = Vec::new();
     law.show(&history, &mut shown);
-    assert_eq!(shown, [0.25, 1e4, 3.0, 1.0, 7.0]);
+    assert_eq!(shown, [0.25, 7.0, 1e4, 3.0, 1.0, 35.0, 5.0, 2e6]);
     let mut numbers = Vec::new();
-    history.skeleton.store(&mut numbers);
-    assert_eq!((numbers.len(), PointHistory::restore(&numbers)), (PointHistory::NUMBERS, Ok(history.skeleton)));
+    history.store(&mut numbers);
+    assert_eq!((numbers.len(), PointHistory::restore(&numbers)), (PointHistory::NUMBERS, Ok(history)));
     assert!(PointHistory::restore(&numbers[1..]).is_err());
     // Whatever is stored is finite, or no checkpoint could hold it.
     let clay = MohrCoulomb::new(elasticity(2e4), 8.0, 0.0, 0.0).expect("in range");

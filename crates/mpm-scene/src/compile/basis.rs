@@ -1,7 +1,8 @@
 //! Bases and laws: what points of a body are under.
 
-use super::initial::{Beginning, refused, starts};
-use super::law::{Refusal, Refused, Site, WithLaw, fields_of, with_law};
+use super::initial::{Beginning, Starts, refused, starts};
+use super::law::{Refusal, Refused, Site, WithLaw, with_law};
+use super::parameters::fields_of;
 use super::quantity::Fields;
 use crate::error::SceneError;
 use crate::fill::{Filled, Plan, body, seeds};
@@ -14,7 +15,7 @@ use mpm_basis::{
     CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback, Gimp,
     GimpUpdate, Smpm, TriangleSplit,
 };
-use mpm_material::{PerPoint, PointHistory, PoreFluid, SymmetricTensor, Undrained, Varied};
+use mpm_material::{PerPoint, PointHistory, SymmetricTensor, Varied};
 use mpm_solver::DomainLimit;
 use mpm_solver::NamedBody;
 
@@ -180,28 +181,33 @@ where
     let starts = starts(beginning, &positions)?;
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
-    let law = with_law(law, site, Chosen { has_own: starts.has_own }).map_err(Refusal::Law)?;
-    body(basis, law.into(), seeded, &starts.points, plan).map_err(|RefusedStart { point, reason }| {
-        let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
-        Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
-    })
+    let law = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
+    body(basis, law.into(), seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
+        |RefusedStart { point, reason }| {
+            let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
+            Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
+        },
+    )
 }
 
-/// The law under which points are: a law with pore fluid is the one for points with parameters of their own, too, so that
-/// fewer kinds of bodies are compiled.
-struct Chosen {
-    /// Whether points have parameters of their own.
-    has_own: bool,
-}
+/// The law under which points are: wrapped laws are the one for points with parameters of their own, too, so that fewer
+/// kinds of bodies are compiled.
+struct Chosen<'a>(&'a Starts);
 
-impl WithLaw for Chosen {
+impl WithLaw for Chosen<'_> {
     type Answer = ShippedLaw;
 
-    fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> ShippedLaw {
-        match fluid {
-            Some(bulk) => Undrained::new(PerPoint::new(law), bulk).expect("a positive bulk modulus").into(),
-            None if self.has_own => PerPoint::new(law).into(),
-            None => law.into(),
+    fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> ShippedLaw {
+        if self.0.has_own { self.with_wrapped(law) } else { law.into() }
+    }
+
+    fn with_wrapped<M: Varied>(self, law: M) -> ShippedLaw {
+        let Self(starts) = self;
+        let law = PerPoint::new(law);
+        if starts.has_own {
+            law.for_points(starts.points.iter().filter_map(|start| start.own.as_ref())).into()
+        } else {
+            law.into()
         }
     }
 }
@@ -212,11 +218,12 @@ fn history_bytes(input: &MaterialInput) -> Result<usize, Refused> {
     impl WithLaw for Size {
         type Answer = usize;
 
-        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M, fluid: Option<f64>) -> usize {
-            match fluid {
-                Some(_) => size_of::<PoreFluid<PointHistory>>(),
-                None => size_of::<M::History>(),
-            }
+        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M) -> usize {
+            size_of::<M::History>()
+        }
+
+        fn with_wrapped<M: Varied>(self, _law: M) -> usize {
+            size_of::<PointHistory>()
         }
     }
     if fields_of(input).is_empty() { with_law(input, None, Size) } else { Ok(size_of::<PointHistory>()) }

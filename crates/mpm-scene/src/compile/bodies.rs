@@ -61,14 +61,14 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             let way_out = way_out(input, other);
             return Err(refuse(format!("body `{}` overlaps body `{}`{way_out}", input.name, other.name)));
         }
-        let (law, density) = law(scene, input, &path)?;
+        let (law, needs_mass) = law(scene, input, &path)?;
         let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
         let plan = Plan {
             start,
             points_per_cell: points_per_cell(input, &shape, &path)?,
             shape,
             shape_mesh: &shape_mesh,
-            density,
+            needs_mass,
             keep_reference_positions: scene.output.fields.contains(&FieldInput::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces(scene, input)?,
@@ -91,19 +91,19 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             name: input.name.clone(),
             body: filled.body,
             shape_volume: filled.shape_volume,
-            density: scene.materials.get(&input.material).and_then(|law| law.density()).map(|it| it.0),
+            density: filled.density,
         });
         all_faces.push(filled.faces);
     }
     Ok((bodies, all_faces))
 }
 
-/// The law of a body, and its mass per volume where a body force acts `[M/L^D]`.
+/// The law of a body, and whether a body force acts, so that its points need masses.
 fn law<'a, const D: usize, B>(
     scene: &'a SceneIn<D, B>,
     input: &BodyInput<D>,
     path: &str,
-) -> Result<(&'a MaterialInput, Option<f64>), SceneError> {
+) -> Result<(&'a MaterialInput, bool), SceneError> {
     let law = scene.materials.get(&input.material).ok_or_else(|| {
         let known: Vec<&str> = scene.materials.keys().map(String::as_str).collect();
         SceneError::new(
@@ -111,17 +111,15 @@ fn law<'a, const D: usize, B>(
             format!("no material named `{}`; the scene has: {}", input.material, known.join(", ")),
         )
     })?;
-    super::law::check(law, &input.material)?;
-    if !scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. })) {
-        return Ok((law, None));
-    }
-    match law.density() {
-        Some(density) => Ok((law, Some(density.0))),
-        None => Err(SceneError::new(
+    super::parameters::check(law, &input.material)?;
+    let needs_mass = scene.loads.iter().any(|load| matches!(load, LoadInput::BodyForce { .. }));
+    if needs_mass && law.density().is_none() {
+        return Err(SceneError::new(
             format!("materials.{}", input.material),
             "a body force acts, so a `density` is needed",
-        )),
+        ));
     }
+    Ok((law, needs_mass))
 }
 
 /// The faces of a body that carry tractions, in the order of the loads.

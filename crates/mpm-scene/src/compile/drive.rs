@@ -1,12 +1,12 @@
 //! One material point along its path.
 
-use super::law::{WithLaw, fields_of, with_law};
+use super::law::{WithLaw, with_law};
+use super::parameters::fields_of;
 use crate::error::SceneError;
 use crate::language::{DriveInput, PointControlInput, SegmentInput};
 use mpm_assembly::ShippedLaw;
 use mpm_material::{
-    Control, DrivenPoint, Material, PerPoint, PointParameters, StepControl, SymmetricTensor, Undrained, Varied,
-    invariants,
+    Control, DrivenPoint, Material, PerPoint, PointParameters, StepControl, SymmetricTensor, Varied, invariants,
 };
 use nalgebra::Vector3;
 
@@ -46,14 +46,12 @@ pub fn drive(input: &DriveInput) -> Result<DrivenPath, SceneError> {
     impl WithLaw for Along<'_> {
         type Answer = Result<DrivenPath, SceneError>;
 
-        fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> Self::Answer {
-            match fluid {
-                None => along(self.0, &law),
-                Some(bulk) => {
-                    let law = Undrained::new(PerPoint::new(law), bulk).expect("a positive bulk modulus");
-                    along(self.0, &law)
-                }
-            }
+        fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> Self::Answer {
+            along(self.0, &law)
+        }
+
+        fn with_wrapped<M: Varied>(self, law: M) -> Self::Answer {
+            along(self.0, &PerPoint::new(law))
         }
     }
     with_law(&input.law, None, Along(input)).map_err(|refused| refused.at("law"))?

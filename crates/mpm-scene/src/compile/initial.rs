@@ -1,9 +1,11 @@
 //! How points begin: their own parameters, and the stress that they are under.
 
-use super::law::{Refusal, Refused, Site, cam_clay, fields_of, of_points, place};
+use super::law::{Refusal, Refused, Site, cam_clay, place};
+use super::parameters::{density, fields_of, of_points};
 use super::quantity::{Fields, check_layers, integral};
 use crate::error::SceneError;
 use crate::files::{NamedColumns, SceneFiles};
+use crate::fill::Density;
 use crate::language::{InitialInput, MaterialInput, PointField, Positive, Quantity};
 use mpm_assembly::PointStart;
 use mpm_material::{Consolidation, SymmetricTensor};
@@ -24,6 +26,7 @@ pub(super) struct Starts {
     /// Whether points have parameters of their own.
     pub has_own: bool,
     pub stiffest: usize,
+    pub density: Option<Density>,
 }
 
 /// Refuses what needs no point to be known as wrong; `path` is the body's.
@@ -83,8 +86,9 @@ pub(super) fn starts<const D: usize>(
 ) -> Result<Starts, Refusal> {
     let fields = Fields::new(beginning.files);
     let has_own = !fields_of(beginning.law).is_empty();
+    let density = density(beginning.law, &fields, positions).map_err(Refusal::Law)?;
     if !has_own && beginning.initial.is_none() {
-        return Ok(Starts { points: Vec::new(), has_own, stiffest: 0 });
+        return Ok(Starts { points: Vec::new(), has_own, stiffest: 0, density });
     }
     let mut starts = vec![PointStart::default(); positions.len()];
     let mut stiffest = 0;
@@ -104,7 +108,7 @@ pub(super) fn starts<const D: usize>(
             stress.begin(start, position).map_err(refuse)?;
         }
     }
-    Ok(Starts { points: starts, has_own, stiffest })
+    Ok(Starts { points: starts, has_own, stiffest, density })
 }
 
 struct Stress<'a> {

@@ -1,14 +1,12 @@
 //! Laws of scenes as laws of materials.
 
-use super::quantity::{Fields, check_layers};
+use super::quantity::Fields;
 use crate::error::SceneError;
-use crate::language::{
-    ConeInput, ConeMatchInput, MaterialInput, PointField, Poisson, Positive, Quantity, SofteningInput,
-};
+use crate::language::{ConeInput, ConeMatchInput, MaterialInput, Poisson, Positive, Quantity, SofteningInput};
 use mpm_assembly::ShippedLaw;
 use mpm_material::{
-    CamClay, CamClayParameters, ConeMatch, DruckerPrager, Elasticity, Hencky, MohrCoulomb, NeoHooke,
-    OwnParameters, ParameterError, Tresca, UndrainedStrength, Varied, VonMises,
+    Apex, CamClay, CamClayParameters, ConeMatch, DruckerPrager, Elasticity, Hencky, Material, MohrCoulomb,
+    NeoHooke, ParameterError, Tresca, Undrained, UndrainedStrength, Varied, VolumeCorrected, VonMises,
 };
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -16,8 +14,12 @@ use std::f64::consts::FRAC_1_SQRT_2;
 pub(super) trait WithLaw {
     type Answer;
 
-    /// `fluid` is the bulk modulus of pore fluid on top of it, where there is any `[F/L²]`.
-    fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> Self::Answer;
+    /// A law of which only those points have parameters of their own that the scene gives any.
+    fn with<M: Varied + Into<ShippedLaw>>(self, law: M) -> Self::Answer;
+
+    /// A law that is wrapped, by pore fluid or so: to be used through [`mpm_material::PerPoint`], so that fewer kinds of
+    /// bodies are compiled.
+    fn with_wrapped<M: Varied>(self, law: M) -> Self::Answer;
 }
 
 /// Parameters that a law refuses.
@@ -32,6 +34,11 @@ impl Refused {
     /// What the law says, without the place.
     pub(super) fn into_reason(self) -> String {
         self.reason
+    }
+
+    /// Names the point.
+    pub(super) fn at_point(self, position: &[f64]) -> Self {
+        Self { reason: format!("at the point {}: {}", place(position), self.reason), ..self }
     }
 
     /// As an error of the material named `name`.
@@ -69,121 +76,6 @@ pub(super) struct Site<'a> {
     pub position: &'a [f64],
 }
 
-/// The parameters of one point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OfPoint {
-    pub own: OwnParameters,
-    /// P-wave modulus `[F/L²]`.
-    stiffness: f64,
-    /// p_c of Cam-Clay `[F/L²]`.
-    pub preconsolidation: Option<f64>,
-}
-
-/// Parameters of points, and which of the points is the stiffest.
-pub(super) struct OfPoints {
-    pub points: Vec<OfPoint>,
-    pub stiffest: usize,
-}
-
-/// The fields of a material, and the places where they stand in it.
-pub(super) fn fields_of(input: &MaterialInput) -> Vec<(&'static str, &PointField)> {
-    let quantities = match input {
-        MaterialInput::Hencky { young, .. } | MaterialInput::NeoHooke { young, .. } => {
-            vec![("young", field(young))]
-        }
-        MaterialInput::VonMises { young, yield_radius, undrained_strength, .. } => vec![
-            ("young", field(young)),
-            ("yield_radius", yield_radius.as_ref().and_then(field)),
-            ("undrained_strength", undrained_strength.as_ref().and_then(field)),
-        ],
-        MaterialInput::Tresca { young, undrained_strength, .. } => {
-            vec![("young", field(young)), ("undrained_strength", field(undrained_strength))]
-        }
-        MaterialInput::MohrCoulomb { young, cohesion, tensile_strength, .. } => vec![
-            ("young", field(young)),
-            ("cohesion", field(cohesion)),
-            ("tensile_strength", tensile_strength.as_ref().and_then(field)),
-        ],
-        MaterialInput::DruckerPrager { young, cone, tension, .. } => vec![
-            ("young", field(young)),
-            match cone {
-                ConeInput::Slopes { strength, .. } => ("cone.strength", field(strength)),
-                ConeInput::Matched { cohesion, .. } => ("cone.cohesion", field(cohesion)),
-            },
-            ("tension", tension.as_ref().and_then(field)),
-        ],
-        MaterialInput::CamClay { shear, preconsolidation, .. } => {
-            vec![("shear", field(shear)), ("preconsolidation", field(preconsolidation))]
-        }
-    };
-    quantities.into_iter().filter_map(|(name, field)| Some((name, field?))).collect()
-}
-
-fn field<N>(quantity: &Quantity<N>) -> Option<&PointField> {
-    match quantity {
-        Quantity::Number(_) => None,
-        Quantity::Field(field) => Some(field),
-    }
-}
-
-/// Refuses parameters of a material named `name`, as far as no point has to be known.
-pub(super) fn check(input: &MaterialInput, name: &str) -> Result<(), SceneError> {
-    for (field, of) in fields_of(input) {
-        if let PointField::Layers(layers) = of {
-            check_layers(layers).map_err(|it| SceneError::new(format!("materials.{name}.{field}"), it))?;
-        }
-    }
-    struct Nothing;
-    impl WithLaw for Nothing {
-        type Answer = ();
-
-        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M, _fluid: Option<f64>) {}
-    }
-    if fields_of(input).is_empty() {
-        with_law(input, None, Nothing).map_err(|refused| refused.of(name))?;
-    }
-    Ok(())
-}
-
-/// Parameters of the points at `positions`.
-///
-/// # Errors
-/// The first point whose parameters the law refuses, or where a field has no value.
-pub(super) fn of_points<const D: usize>(
-    input: &MaterialInput,
-    fields: &Fields<'_>,
-    positions: &[[f64; D]],
-) -> Result<OfPoints, Refused> {
-    struct Own;
-    impl WithLaw for Own {
-        type Answer = (OwnParameters, f64);
-
-        fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> Self::Answer {
-            (law.own(), law.elasticity().p_wave() + fluid.unwrap_or(0.0))
-        }
-    }
-    let (mut points, mut stiffest) = (Vec::with_capacity(positions.len()), 0);
-    for position in positions {
-        let site = Site { fields, position };
-        let at_point = |refused: Refused| Refused {
-            reason: format!("at the point {}: {}", place(position), refused.reason),
-            ..refused
-        };
-        let (own, stiffness) = with_law(input, Some(site), Own).map_err(at_point)?;
-        let preconsolidation = match input {
-            MaterialInput::CamClay { preconsolidation, .. } => {
-                Some(value(preconsolidation, "preconsolidation", Some(site)).map_err(at_point)?)
-            }
-            _ => None,
-        };
-        points.push(OfPoint { own, stiffness, preconsolidation });
-        if stiffness > points[stiffest].stiffness {
-            stiffest = points.len() - 1;
-        }
-    }
-    Ok(OfPoints { points, stiffest })
-}
-
 /// A position, as messages name it.
 pub(super) fn place(position: &[f64]) -> String {
     let numbers: Vec<String> = position.iter().map(f64::to_string).collect();
@@ -191,12 +83,12 @@ pub(super) fn place(position: &[f64]) -> String {
 }
 
 /// Names the place of a parameter, whose fields stand `inside` another.
-fn inside(inside: &'static str) -> impl Fn(ParameterError) -> Refused {
+pub(super) fn inside(inside: &'static str) -> impl Fn(ParameterError) -> Refused {
     move |error| Refused { field: format!("{inside}.{}", error.name), reason: error.to_string() }
 }
 
 /// The number that a quantity is at a point.
-fn value<N: Copy + Into<f64>>(
+pub(super) fn value<N: Copy + Into<f64>>(
     quantity: &Quantity<N>,
     name: &str,
     site: Option<Site<'_>>,
@@ -229,34 +121,49 @@ pub(super) fn with_law<U: WithLaw>(
     site: Option<Site<'_>>,
     user: U,
 ) -> Result<U::Answer, Refused> {
-    Ok(match input {
+    let fluid = match input.fluid_bulk() {
+        Some(bulk) => Some(value(bulk, "fluid_bulk", site)?),
+        None => None,
+    };
+    match input {
         MaterialInput::Hencky { young, poisson, .. } => {
-            user.with(Hencky(elasticity(young, *poisson, site)?), None)
+            Ok(user.with(Hencky(elasticity(young, *poisson, site)?)))
         }
         MaterialInput::NeoHooke { young, poisson, .. } => {
-            user.with(NeoHooke::new(elasticity(young, *poisson, site)?).map_err(inside(""))?, None)
+            Ok(user.with(NeoHooke::new(elasticity(young, *poisson, site)?).map_err(inside(""))?))
         }
         MaterialInput::VonMises { young, poisson, yield_radius, undrained_strength, softening, .. } => {
             let radius = optional(yield_radius, "yield_radius", site)?;
             let strength = optional(undrained_strength, "undrained_strength", site)?;
-            user.with(von_mises(elasticity(young, *poisson, site)?, radius, strength, *softening)?, None)
+            Ok(user.with(von_mises(elasticity(young, *poisson, site)?, radius, strength, *softening)?))
         }
         MaterialInput::Tresca { young, poisson, undrained_strength, softening, .. } => {
             let strength = strength(value(undrained_strength, "undrained_strength", site)?, *softening)?;
-            user.with(Tresca::new(elasticity(young, *poisson, site)?, strength).map_err(too_fast)?, None)
+            Ok(user.with(Tresca::new(elasticity(young, *poisson, site)?, strength).map_err(too_fast)?))
         }
-        MaterialInput::MohrCoulomb { fluid_bulk, .. } => {
-            user.with(mohr_coulomb(input, site)?, fluid_bulk.map(f64::from))
+        MaterialInput::MohrCoulomb { .. } => {
+            wrapped(mohr_coulomb(input, site)?, input.corrects_volume(), fluid, user)
         }
-        MaterialInput::DruckerPrager { young, poisson, cone, tension, fluid_bulk, .. } => {
-            let mut law = drucker_prager(elasticity(young, *poisson, site)?, cone, site)?;
-            if let Some(tension) = optional(tension, "tension", site)? {
-                law = law.with_cut_off(tension).map_err(inside(""))?;
-            }
-            user.with(law, fluid_bulk.map(f64::from))
+        MaterialInput::DruckerPrager { .. } => {
+            wrapped(drucker_prager(input, site)?, input.corrects_volume(), fluid, user)
         }
-        MaterialInput::CamClay { fluid_bulk, .. } => {
-            user.with(cam_clay(input, site)?, fluid_bulk.map(f64::from))
+        MaterialInput::CamClay { .. } => wrapped(cam_clay(input, site)?, false, fluid, user),
+    }
+}
+
+/// Hands a law to `user`, whose points close before they bear anything, or whose pores are full, where that is asked for.
+fn wrapped<M: Varied + Into<ShippedLaw>, U: WithLaw>(
+    law: M,
+    corrects_volume: bool,
+    fluid: Option<f64>,
+    user: U,
+) -> Result<U::Answer, Refused> {
+    Ok(match (corrects_volume, fluid) {
+        (false, None) => user.with(law),
+        (true, None) => user.with_wrapped(VolumeCorrected::new(law)),
+        (false, Some(bulk)) => user.with_wrapped(Undrained::new(law, bulk).map_err(inside(""))?),
+        (true, Some(bulk)) => {
+            user.with_wrapped(Undrained::new(VolumeCorrected::new(law), bulk).map_err(inside(""))?)
         }
     })
 }
@@ -316,27 +223,52 @@ fn too_fast(error: ParameterError) -> Refused {
 }
 
 fn mohr_coulomb(input: &MaterialInput, site: Option<Site<'_>>) -> Result<MohrCoulomb, Refused> {
-    let MaterialInput::MohrCoulomb { young, poisson, cohesion, friction, dilation, tensile_strength, .. } =
-        input
+    let MaterialInput::MohrCoulomb {
+        young,
+        poisson,
+        cohesion,
+        friction,
+        dilation,
+        tensile_strength,
+        apex_stiffness,
+        ..
+    } = input
     else {
         unreachable!("asked of Mohr-Coulomb only");
     };
     let cohesion = value(cohesion, "cohesion", site)?;
-    let law = MohrCoulomb::new(elasticity(young, *poisson, site)?, cohesion, friction.0, dilation.0);
-    match optional(tensile_strength, "tensile_strength", site)? {
-        None => law.map_err(inside("")),
-        Some(tension) => law.and_then(|law| law.with_cut_off(tension)).map_err(inside("")),
-    }
+    let angles = (value(friction, "friction", site)?, value(dilation, "dilation", site)?);
+    let tension = optional(tensile_strength, "tensile_strength", site)?;
+    let law = MohrCoulomb::new(elasticity(young, *poisson, site)?, cohesion, angles.0, angles.1);
+    let law = law.and_then(|law| match tension {
+        None => Ok(law),
+        Some(tension) => law.with_cut_off(tension),
+    });
+    let law = law.and_then(|law| law.with_apex_stiffness(apex_stiffness.0)).map_err(inside(""))?;
+    check_apex(input, law.apex(&Default::default()))?;
+    Ok(law)
 }
 
-fn drucker_prager(
-    elasticity: Elasticity,
-    cone: &ConeInput,
-    site: Option<Site<'_>>,
-) -> Result<DruckerPrager, Refused> {
+/// Refuses points that close where the law has no apex at which they come apart.
+fn check_apex(input: &MaterialInput, apex: Option<Apex>) -> Result<(), Refused> {
+    if !input.corrects_volume() || apex.is_some() {
+        return Ok(());
+    }
+    let reason = "without friction, and beside the cut-off of a cone, the law has no apex at which points come apart: \
+                  expected `volume_correction: false`";
+    Err(Refused { field: ".volume_correction".into(), reason: reason.into() })
+}
+
+fn drucker_prager(input: &MaterialInput, site: Option<Site<'_>>) -> Result<DruckerPrager, Refused> {
+    let MaterialInput::DruckerPrager { young, poisson, cone, tension, apex_stiffness, .. } = input else {
+        unreachable!("asked of Drucker-Prager only");
+    };
+    let elasticity = elasticity(young, *poisson, site)?;
     let law = match cone {
         ConeInput::Slopes { slope, flow_slope, strength } => {
-            DruckerPrager::new(elasticity, slope.0, flow_slope.0, value(strength, "cone.strength", site)?)
+            let slope = value(slope, "cone.slope", site)?;
+            let flow_slope = value(flow_slope, "cone.flow_slope", site)?;
+            DruckerPrager::new(elasticity, slope, flow_slope, value(strength, "cone.strength", site)?)
         }
         ConeInput::Matched { at, cohesion, friction, dilation } => {
             let at = match at {
@@ -346,10 +278,17 @@ fn drucker_prager(
                 ConeMatchInput::IsochoricPlaneStrain => ConeMatch::IsochoricPlaneStrain,
             };
             let cohesion = value(cohesion, "cone.cohesion", site)?;
-            DruckerPrager::matched(elasticity, at, cohesion, friction.0, dilation.0)
+            let friction = value(friction, "cone.friction", site)?;
+            DruckerPrager::matched(elasticity, at, cohesion, friction, value(dilation, "cone.dilation", site)?)
         }
     };
-    law.map_err(inside(".cone"))
+    let mut law = law.map_err(inside(".cone"))?;
+    if let Some(tension) = optional(tension, "tension", site)? {
+        law = law.with_cut_off(tension).map_err(inside(""))?;
+    }
+    let law = law.with_apex_stiffness(apex_stiffness.0).map_err(inside(""))?;
+    check_apex(input, law.apex(&Default::default()))?;
+    Ok(law)
 }
 
 /// The law of Cam-Clay, for what only it is asked.
@@ -371,11 +310,11 @@ pub(super) fn cam_clay(input: &MaterialInput, site: Option<Site<'_>>) -> Result<
         unreachable!("asked of Cam-Clay only");
     };
     let parameters = CamClayParameters {
-        critical_ratio: critical_ratio.0,
-        compression: compression.0,
-        swelling: swelling.0,
+        critical_ratio: value(critical_ratio, "critical_ratio", site)?,
+        compression: value(compression, "compression", site)?,
+        swelling: value(swelling, "swelling", site)?,
         shear: value(shear, "shear", site)?,
-        shear_ratio: shear_ratio.0,
+        shear_ratio: value(shear_ratio, "shear_ratio", site)?,
         reference_pressure: reference_pressure.0,
         preconsolidation: value(preconsolidation, "preconsolidation", site)?,
     };

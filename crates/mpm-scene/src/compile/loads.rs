@@ -7,7 +7,7 @@ use crate::fill::FaceShare;
 use crate::language::{ControlInput, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
 use crate::vortex::Vortex;
 use mpm_assembly::Body;
-use mpm_grid::{Mesh, Position, Vector, six_digits};
+use mpm_grid::{Mesh, Position, Ramp, Vector, six_digits};
 use mpm_solver::{Loads, NamedBody, PointLoad, Probe, Share};
 use std::sync::Arc;
 
@@ -38,19 +38,13 @@ pub(super) fn loads<const D: usize, B>(
             }
             LoadInput::Vortex { body: name, angle, ramp, active } => {
                 let body = find(name)?;
-                let material = scene.bodies[body].material.as_str();
-                let Some(MaterialInput::Hencky { young, poisson, .. }) = scene.materials.get(material) else {
-                    return Err(SceneError::new(path, "a vortex needs a body of `Hencky` elasticity"));
-                };
                 if D != 2 {
                     return Err(SceneError::new(path, "a vortex needs a scene in the plane"));
                 }
-                let Some(young) = young.number() else {
-                    return Err(SceneError::new(path, "a vortex needs the same stiffness everywhere"));
-                };
-                let shear = young / (2.0 * (1.0 + poisson.0));
+                let law = scene.materials.get(&scene.bodies[body].material);
                 let angle = stages.load_ramp(ramp, angle.0.to_radians(), active, &path)?;
-                loads.fields.push((body, Arc::new(Vortex::new(shear, angle))));
+                let vortex = vortex(law, angle).map_err(|reason| SceneError::new(path, reason))?;
+                loads.fields.push((body, Arc::new(vortex)));
             }
             LoadInput::PointForce { body: name, near, points, force, ramp, active } => {
                 let body = find(name)?;
@@ -85,6 +79,21 @@ pub(super) fn loads<const D: usize, B>(
         }
     }
     Ok(loads)
+}
+
+/// The vortex of a body under a law.
+fn vortex(law: Option<&MaterialInput>, angle: Ramp) -> Result<Vortex, &'static str> {
+    let Some(MaterialInput::Hencky { young, poisson, .. } | MaterialInput::NeoHooke { young, poisson, .. }) =
+        law
+    else {
+        return Err("a vortex needs a body of `Hencky` or `NeoHooke` elasticity");
+    };
+    let young = young.number().ok_or("a vortex needs the same stiffness everywhere")?;
+    let shear = young / (2.0 * (1.0 + poisson.0));
+    Ok(match law {
+        Some(MaterialInput::NeoHooke { .. }) => Vortex::of_rubber(shear, angle),
+        _ => Vortex::new(shear, angle),
+    })
 }
 
 pub(super) fn probes<const D: usize, B>(

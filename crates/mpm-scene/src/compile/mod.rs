@@ -9,6 +9,7 @@ mod loads;
 mod mesh;
 mod names;
 mod overlap;
+mod parameters;
 mod quantity;
 mod shapes;
 mod stages;

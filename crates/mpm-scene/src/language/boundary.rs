@@ -143,7 +143,7 @@ pub enum LoadInput<const D: usize> {
         active: ActiveInput,
     },
     /// The body force of the generalised vortex (Brannon, Kamojjala & Sadeghirad 2011), a manufactured solution for a
-    /// ring of radii 0.75 and 1.25 around the origin in `Hencky` elasticity, in the plane: every circle of radius R
+    /// ring of radii 0.75 and 1.25 around the origin in `Hencky` or `NeoHooke` elasticity, in the plane: every circle of radius R
     /// turns by the angle times 1 - 32 (R - 1)² + 256 (R - 1)⁴.
     Vortex {
         /// Name of the body.

@@ -3,11 +3,12 @@
 use super::material::MaterialInput;
 use super::number::{Count, Finite};
 use super::read::{ReadError, read};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A material point under a law, and the path that it is driven along: what `mpm drive` reads. Stresses are Cauchy's,
 /// tension is positive; strains are logarithmic and counted from the start of a segment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "Drive", deny_unknown_fields)]
 pub struct DriveInput {
     /// Free text.
@@ -23,7 +24,7 @@ pub struct DriveInput {
 }
 
 /// A part of a path.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum SegmentInput {
     /// All three axes are strained alike.
@@ -92,7 +93,7 @@ pub enum SegmentInput {
 }
 
 /// What a component does in a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum PointControlInput {
     /// It is strained by so much, in equal parts `[-]`.
     Strain(Finite),

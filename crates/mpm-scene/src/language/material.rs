@@ -17,7 +17,7 @@ pub enum MaterialInput {
         poisson: Poisson,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
     /// Compressible neo-Hookean elasticity, `τ = G (b - I) + λ ln J I`: for large shear.
     NeoHooke {
@@ -27,7 +27,7 @@ pub enum MaterialInput {
         poisson: Poisson,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
     /// Hencky elasticity with von Mises plasticity. Its strength is either `yield_radius` or `undrained_strength`.
     VonMises {
@@ -46,7 +46,7 @@ pub enum MaterialInput {
         softening: Option<SofteningInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
     /// Hencky elasticity with Tresca plasticity, `τ₁ - τ₃ ≤ 2 s_u`.
     Tresca {
@@ -61,7 +61,7 @@ pub enum MaterialInput {
         softening: Option<SofteningInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
     /// Hencky elasticity with perfect Mohr–Coulomb plasticity.
     MohrCoulomb {
@@ -72,18 +72,24 @@ pub enum MaterialInput {
         /// Cohesion c `[F/L²]`.
         cohesion: Quantity<Finite>,
         /// Angle of friction φ, 0 ≤ φ < 90 `[degrees]`.
-        friction: Finite,
+        friction: Quantity<Finite>,
         /// Angle of dilation ψ, 0 ≤ ψ ≤ φ `[degrees]`.
-        dilation: Finite,
+        dilation: Quantity<Finite>,
         /// Tension that a stress can reach; up to the apex `c cot φ` if left out `[F/L²]`.
         #[serde(default)]
         tensile_strength: Option<Quantity<Finite>>,
+        /// Part of the elastic moduli that the tangent alone has where the law has no stiffness, from 0 to 1 `[-]`.
+        #[serde(default = "super::number::zero")]
+        apex_stiffness: Finite,
+        /// Whether a point that came apart at the apex has to close again before it bears anything.
+        #[serde(default)]
+        volume_correction: bool,
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
-        fluid_bulk: Option<Positive>,
+        fluid_bulk: Option<Quantity<Positive>>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
     /// Hencky elasticity with perfect Drucker–Prager plasticity, `q - η p ≤ k`.
     DruckerPrager {
@@ -96,37 +102,43 @@ pub enum MaterialInput {
         /// Mean tension that the stress can reach; up to the apex `k/η` if left out `[F/L²]`.
         #[serde(default)]
         tension: Option<Quantity<Finite>>,
+        /// Part of the elastic moduli that the tangent alone has where the law has no stiffness, from 0 to 1 `[-]`.
+        #[serde(default = "super::number::zero")]
+        apex_stiffness: Finite,
+        /// Whether a point that came apart at the apex has to close again before it bears anything.
+        #[serde(default)]
+        volume_correction: bool,
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
-        fluid_bulk: Option<Positive>,
+        fluid_bulk: Option<Quantity<Positive>>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
     /// Modified Cam-Clay, hyperelastic; without elastic strain it is under the pressure `reference_pressure`.
     CamClay {
         /// M, q/p at the critical state `[-]`.
-        critical_ratio: Positive,
+        critical_ratio: Quantity<Positive>,
         /// λ, slope of ln J against ln p in first compression, p Kirchhoff's `[-]`.
-        compression: Positive,
+        compression: Quantity<Positive>,
         /// κ, the same in unloading, κ < λ `[-]`.
-        swelling: Positive,
+        swelling: Quantity<Positive>,
         /// G₀ in the shear modulus G₀ + g p `[F/L²]`.
         #[serde(default = "no_stiffness")]
         shear: Quantity<Finite>,
         /// g in the shear modulus G₀ + g p `[-]`.
-        #[serde(default = "super::number::zero")]
-        shear_ratio: Finite,
+        #[serde(default = "no_stiffness")]
+        shear_ratio: Quantity<Finite>,
         /// p_r, pressure at zero elastic strain `[F/L²]`.
         reference_pressure: Positive,
         /// p_c at the start, Kirchhoff's `[F/L²]`.
         preconsolidation: Quantity<Positive>,
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
-        fluid_bulk: Option<Positive>,
+        fluid_bulk: Option<Quantity<Positive>>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
-        density: Option<Positive>,
+        density: Option<Quantity<Positive>>,
     },
 }
 
@@ -157,9 +169,9 @@ pub enum ConeInput {
     /// By its own numbers.
     Slopes {
         /// η `[-]`.
-        slope: Finite,
+        slope: Quantity<Finite>,
         /// η̄, the slope that the flow is normal to `[-]`.
-        flow_slope: Finite,
+        flow_slope: Quantity<Finite>,
         /// k `[F/L²]`.
         strength: Quantity<Finite>,
     },
@@ -170,9 +182,9 @@ pub enum ConeInput {
         /// Cohesion c `[F/L²]`.
         cohesion: Quantity<Finite>,
         /// Angle of friction φ `[degrees]`.
-        friction: Finite,
+        friction: Quantity<Finite>,
         /// Angle of dilation ψ `[degrees]`.
-        dilation: Finite,
+        dilation: Quantity<Finite>,
     },
 }
 
@@ -195,7 +207,7 @@ fn no_stiffness() -> Quantity<Finite> {
 
 impl MaterialInput {
     /// Mass per reference volume, if it is given `[M/L³]`.
-    pub fn density(&self) -> Option<Positive> {
+    pub fn density(&self) -> Option<&Quantity<Positive>> {
         match self {
             Self::Hencky { density, .. }
             | Self::NeoHooke { density, .. }
@@ -203,7 +215,27 @@ impl MaterialInput {
             | Self::Tresca { density, .. }
             | Self::MohrCoulomb { density, .. }
             | Self::DruckerPrager { density, .. }
-            | Self::CamClay { density, .. } => *density,
+            | Self::CamClay { density, .. } => density.as_ref(),
+        }
+    }
+
+    /// Whether points that came apart have to close before they bear anything.
+    pub fn corrects_volume(&self) -> bool {
+        match self {
+            Self::MohrCoulomb { volume_correction, .. } | Self::DruckerPrager { volume_correction, .. } => {
+                *volume_correction
+            }
+            _ => false,
+        }
+    }
+
+    /// Bulk modulus of pore fluid, where there is any `[F/L²]`.
+    pub fn fluid_bulk(&self) -> Option<&Quantity<Positive>> {
+        match self {
+            Self::MohrCoulomb { fluid_bulk, .. }
+            | Self::DruckerPrager { fluid_bulk, .. }
+            | Self::CamClay { fluid_bulk, .. } => fluid_bulk.as_ref(),
+            _ => None,
         }
     }
 }

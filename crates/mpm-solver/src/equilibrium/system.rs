@@ -326,6 +326,7 @@ pub(crate) fn singular<const D: usize>(
         cause,
         can_be_stabilised: problem.connected.active.space().kind() == NodeKind::Vertices
             && !problem.contributions.iter().any(|it| it.stabilises()),
+        has_apex: problem.bodies.iter().any(|named| named.body.points_at_apex().is_some()),
     }
 }
 

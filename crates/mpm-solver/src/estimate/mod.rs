@@ -1,6 +1,7 @@
 //! What a run will have to do and to hold, found by connecting the points once.
 
 mod driven;
+mod initial;
 mod rehearsal;
 mod remarks;
 
@@ -178,7 +179,11 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         steps: stages.iter().fold(0, |sum, stage| stage.steps.saturating_add(sum)),
         stages,
         volumes: model.bodies.iter().map(volume).collect(),
-        remarks: remarks::of(model, &mesh, active),
+        remarks: {
+            let mut remarks = remarks::of(model, &mesh, active);
+            remarks.extend(initial::of(model, &mesh, &connected, &constraints));
+            remarks
+        },
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
             points: 2 * stored,

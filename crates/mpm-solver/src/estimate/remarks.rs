@@ -76,7 +76,7 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
 }
 
 /// A position by the names of its coordinates.
-fn place<const D: usize>(x: &Vector<D>) -> String {
+pub(super) fn place<const D: usize>(x: &Vector<D>) -> String {
     let told: Vec<String> = (0..D).map(|d| format!("{} = {}", AXES[d], six_digits(x[d]))).collect();
     told.join(", ")
 }

@@ -38,6 +38,9 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
             RecordedValues::Real(values) => real(&recorded.name, values.len()),
         });
     }
+    if model.bodies.iter().any(|named| named.body.points_at_apex().is_some()) {
+        columns.push(count(AT_APEX));
+    }
     if model.condition_history {
         columns.push(real("condition", 1));
     }
@@ -67,6 +70,9 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
 
 /// Before the name of a support, its column of gaps.
 pub(crate) const GAP: &str = "driven_gap/";
+
+/// Column of the points that yield at the apex of their law.
+pub(crate) const AT_APEX: &str = "points_at_apex";
 
 /// Name of the column of the stage, counted from 1.
 pub(crate) const STAGE: &str = "stage/number";

@@ -1,6 +1,6 @@
 //! The history of a run: one row per load step.
 
-use super::columns::{GAP, STAGE, columns, may_iterate};
+use super::columns::{AT_APEX, GAP, STAGE, columns, may_iterate};
 use super::energy::elastic;
 use super::fields::BodyFields;
 use super::grip::{Grip, driven};
@@ -21,6 +21,8 @@ use std::time::Instant;
 /// Builds the rows of the history and keeps the running totals.
 pub(crate) struct Record {
     columns: Vec<Column>,
+    /// Whether points at an apex are counted.
+    has_apex: bool,
     points: usize,
     nominal_steps: usize,
     stages: usize,
@@ -39,8 +41,10 @@ pub(crate) struct Record {
 impl Record {
     pub(crate) fn new<const D: usize>(model: &Model<D>) -> Self {
         let stored_before = if model.energies { elastic(&model.bodies) } else { 0.0 };
+        let columns = columns(model);
         Self {
-            columns: columns(model),
+            has_apex: columns.iter().any(|column| column.name == AT_APEX),
+            columns,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             nominal_steps: model.stages.iter().map(|stage| stage.steps as usize).sum(),
             stages: model.stages.len(),
@@ -278,6 +282,10 @@ impl Record {
             entries.push(Entry::Count(vec![domains.capped + domains.split]));
         }
         entries.extend(model.contributions.iter().flat_map(contribution_entries));
+        if self.has_apex {
+            let counts = model.bodies.iter().filter_map(|named| named.body.points_at_apex());
+            entries.push(Entry::Count(vec![counts.map(|count| count as u64).sum()]));
+        }
         if model.condition_history {
             entries.push(Entry::Real(vec![balanced.condition.unwrap_or(0.0)]));
         }

@@ -28,7 +28,8 @@ fn ring(method: &Method, elastic: bool, reindexing: ReindexingInput) -> Result<P
     }
     for material in scene.materials.values_mut() {
         if let (true, MaterialInput::VonMises { young, poisson, density, .. }) = (elastic, &*material) {
-            *material = MaterialInput::Hencky { young: young.clone(), poisson: *poisson, density: *density };
+            *material =
+                MaterialInput::Hencky { young: young.clone(), poisson: *poisson, density: density.clone() };
         }
     }
     Ok(scene)

@@ -5,6 +5,7 @@ mod elastic;
 mod extruded;
 mod limit;
 mod refinement;
+mod rubber;
 mod slides;
 mod turns;
 
@@ -13,6 +14,7 @@ use crate::history::History;
 use crate::problems::doughnut::torque;
 
 pub(super) const ELASTIC: Case = elastic::CASE;
+pub(super) const RUBBER: Case = rubber::CASE;
 pub(super) const SLIDES: Case = slides::CASE;
 pub(super) const REFINEMENT: Case = refinement::CASE;
 pub(super) const TURNS: Case = turns::CASE;
