@@ -56,7 +56,7 @@ pub(super) const SMALL: &[&str] = &[
 )"#,
     r#"Solid(
     mesh: Ring(radii: Nodes([1, 1.5, 2]), sectors: 4, angles: (0, 90), height: Uniform(from: 0, to: 1, cells: 1)),
-    motion: Rotate(centre: (0, 0), angle: 5), basis: Smpm,
+    motion: Twist(inner: 5, reindexing: Off, stretch: (axis: Z, anchor: 0, driven: 1, displacement: -0.1)), basis: Smpm,
     materials: { "a": Hencky(young: 10, poisson: 0.2, density: 1) },
     bodies: [(name: "b", material: "a", shape: Ring(inner: 1, outer: 1.5), points_per_cell: 2)],
     supports: [(name: "in", region: Circle(radius: 1), follow_mesh: [X, Y], fix: [Z], moment_about: (0, 0))],
@@ -65,7 +65,7 @@ pub(super) const SMALL: &[&str] = &[
 )"#,
     r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: -2, to: 2, cells: 8), Uniform(from: -2, to: 2, cells: 8)]),
-    motion: Rotate(angle: 30, ramp: [(0, 1), (1, 1)]), basis: Smpm,
+    motion: Rotate(centre: (0, 0), angle: 30, ramp: [(0, 1), (1, 1)]), basis: Smpm,
     materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
     bodies: [(name: "disc", material: "a", shape: Ring(inner: 0.75, outer: 1.25), points_per_cell: 2)],
     stabilisation: Ghost(),
