@@ -79,10 +79,12 @@ pub(super) const SMALL: &[&str] = &[
     materials: { "a": Hencky(young: 10, poisson: 0.2, density: 1) },
     bodies: [
         (name: "pile", material: "a", shape: Cylinder(axis: Z, centre: (2, 2), radius: 0.8, extent: (0, 1)), points_per_cell: 1),
+        (name: "ball", material: "a", shape: Sphere(centre: (0, 2, 1), radius: 0.9), symmetry: [X], points_per_cell: 1),
         (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"]), points_per_cell: 1),
     ],
     supports: [
         (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),
+        (name: "symmetry", region: Plane(axis: X, at: 0), fix: [X]),
         (name: "turned", region: All([Plane(axis: Z, at: 0), Box(from: (2, 1, 0), to: (3, 3, 0))]), turn: (axis: Z, centre: (2, 2), angle: 5)),
     ],
     loads: [BodyForce(acceleration: (0, 0, -0.1))],

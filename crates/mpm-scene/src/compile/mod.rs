@@ -12,6 +12,7 @@ mod overlap;
 mod quantity;
 mod shapes;
 mod supports;
+mod symmetry;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
@@ -37,6 +38,7 @@ use mpm_solver::{
     Support, Tolerance, UnheldMotion,
 };
 use supports::supports;
+use symmetry::check_planes;
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
 ///
@@ -96,7 +98,7 @@ fn model<const D: usize, B: FillBody<D>>(
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
 
-    let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
+    let (bodies, faces, cuts) = bodies(scene, &layout, &mesh, files, memory)?;
     fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
@@ -129,6 +131,7 @@ fn model<const D: usize, B: FillBody<D>>(
     model.tolerance = tolerance(&scene.tolerance)?;
     model.check_nodes().map_err(|it| SceneError::new("basis", it))?;
     check_start(&model, &mesh, memory)?;
+    check_planes(&cuts, &model, &mesh)?;
     Ok(model)
 }
 
