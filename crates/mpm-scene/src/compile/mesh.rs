@@ -1,11 +1,13 @@
 //! The mesh and how it moves.
 
+use super::stages::Stages;
 use crate::error::SceneError;
 use crate::language::{
     AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput, StretchInput,
 };
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};
+use mpm_solver::Active;
 
 pub(super) fn layout<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
     let axes = match mesh {
@@ -62,11 +64,6 @@ pub(super) fn plane_point(point: &PlanePoint) -> [f64; 2] {
     [x.0, y.0]
 }
 
-pub(super) fn ramp(input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
-    let knots = input.0.iter().map(|(fraction, factor)| (fraction.0, factor.0 * scale)).collect();
-    Ramp::new(knots).map_err(|it| SceneError::new(path, it))
-}
-
 pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, SceneError> {
     let index = direction.index();
     if index < D {
@@ -95,9 +92,11 @@ fn check_stretch<const D: usize>(
 
 pub(super) fn motion<const D: usize>(
     input: &MotionInput<D>,
+    stages: Stages<'_>,
     layout: &Layout<D>,
     memory: MemoryLimit,
 ) -> Result<MeshMotion<D>, SceneError> {
+    let ramp = |input: &RampInput, scale: f64, path: &str| stages.ramp(input, scale, Active::default(), path);
     match input {
         MotionInput::Fixed => Ok(MeshMotion::Fixed),
         MotionInput::Stretch(stretches) => {
@@ -110,7 +109,7 @@ pub(super) fn motion<const D: usize>(
                 }
                 check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), memory)
                     .map_err(|it| SceneError::new(&path, it))?;
-                planes[axis] = Some(driven_plane(stretch, &path)?);
+                planes[axis] = Some(driven_plane(stretch, stages, &path)?);
             }
             MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
         }
@@ -151,13 +150,14 @@ pub(super) fn motion<const D: usize>(
             let twist = MeshMotion::twist(*centre, inner, outer, reindexing)
                 .map_err(|it| SceneError::new("motion", it))?;
             let Some(stretch) = stretch else { return Ok(twist) };
-            stretched(twist, stretch, layout, memory)
+            stretched(twist, stretch, stages, layout, memory)
         }
     }
 }
 
-fn driven_plane(stretch: &StretchInput, path: &str) -> Result<DrivenPlane, SceneError> {
-    let displacement = ramp(&stretch.ramp, stretch.displacement.0, &format!("{path}.ramp"))?;
+fn driven_plane(stretch: &StretchInput, stages: Stages<'_>, path: &str) -> Result<DrivenPlane, SceneError> {
+    let (by, path) = (stretch.displacement.0, format!("{path}.ramp"));
+    let displacement = stages.ramp(&stretch.ramp, by, Active::default(), &path)?;
     Ok(DrivenPlane { anchor: stretch.anchor.0, driven: stretch.driven.0, displacement })
 }
 
@@ -165,6 +165,7 @@ fn driven_plane(stretch: &StretchInput, path: &str) -> Result<DrivenPlane, Scene
 fn stretched<const D: usize>(
     twist: MeshMotion<D>,
     stretch: &StretchInput,
+    stages: Stages<'_>,
     layout: &Layout<D>,
     memory: MemoryLimit,
 ) -> Result<MeshMotion<D>, SceneError> {
@@ -176,7 +177,7 @@ fn stretched<const D: usize>(
     }
     let planes = (stretch.anchor.0, stretch.driven.0);
     check_stretch(layout, axis, planes, memory).map_err(|it| SceneError::new(path, it))?;
-    twist.stretched_along_axis(driven_plane(stretch, path)?).map_err(|it| SceneError::new(path, it))
+    twist.stretched_along_axis(driven_plane(stretch, stages, path)?).map_err(|it| SceneError::new(path, it))
 }
 
 /// Number of the corner of a box layout that stands at `x`.

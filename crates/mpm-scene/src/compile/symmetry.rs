@@ -6,7 +6,7 @@ use crate::error::SceneError;
 use crate::language::BodyInput;
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Layout, Mesh};
-use mpm_solver::{Model, StepFailure};
+use mpm_solver::{Model, StepFailure, Support};
 
 /// Low and high side in every direction.
 pub(super) type Sides<const D: usize> = [[bool; 2]; D];
@@ -53,10 +53,13 @@ pub(super) fn check_planes<const D: usize>(
             let index = model.nodes.lattice().node_index(node);
             let on_plane = |d: usize| sides[d][0] && index[d] == 0 || sides[d][1] && index[d] == last[d];
             for d in (0..D).filter(|&d| on_plane(d)) {
-                let holds = |support: &&mpm_solver::Support<D>| {
-                    support.components[d].is_some() && support.nodes.binary_search(&node).is_ok()
+                let holds = |stage: u32, support: &Support<D>| {
+                    support.acts_in(stage)
+                        && support.components[d].is_some()
+                        && support.nodes.binary_search(&node).is_ok()
                 };
-                if model.supports.iter().find(holds).is_none() {
+                let mut stages = (0..).zip(&model.stages).map(|(stage, _)| stage);
+                if stages.any(|stage| !model.supports.iter().any(|it| holds(stage, it))) {
                     let axis = ["X", "Y", "Z"][d];
                     let at = model.nodes.position(mesh, node);
                     let reason = format!(
