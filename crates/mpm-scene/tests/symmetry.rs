@@ -18,7 +18,7 @@ fn disc(quarter: bool, plane: &str) -> Scene {
             mesh: Box(axes: [Uniform(from: {from}, to: 2, cells: {cells}), Uniform(from: {from}, to: 2, cells: {cells})]),
             basis: Smpm,
             materials: {{ "m": Hencky(young: 1e3, poisson: 0.3) }},
-            bodies: [(name: "disc", material: "m", shape: Cylinder(radius: 1.63), {symmetry} points_per_cell: 2)],
+            bodies: [(name: "disc", material: "m", shape: Cylinder(radius: 1.65), {symmetry} points_per_cell: 2)],
             supports: [
                 {plane}
                 {other}
@@ -61,13 +61,14 @@ fn forces(scene: &Scene) -> Vec<f64> {
     top.forces
 }
 
+/// To rounding: at this radius no sliver has two neighbours that are equally full, of which rounding would choose one.
 #[test]
 fn a_quarter_answers_as_the_whole() {
     let (whole, quarter) = (forces(&disc(false, HELD)), forces(&disc(true, HELD)));
     assert_eq!(whole.len(), quarter.len());
     assert!(whole[4] < -10.0, "{whole:?}");
     for (whole, quarter) in whole.iter().zip(&quarter).skip(1) {
-        assert!((whole / quarter - 2.0).abs() < 1e-8, "{whole} {quarter}");
+        assert!((whole / quarter - 2.0).abs() < 1e-11, "{whole} {quarter}");
     }
 }
 
