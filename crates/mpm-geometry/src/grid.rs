@@ -35,6 +35,8 @@ pub(crate) struct Grid {
     pub(crate) cells: [Vec<u32>; 3],
     /// What coordinates of the body are off by [coordinates].
     pub(crate) precision: f64,
+    /// Whether the body goes on beyond the first and the last line, and is cut off there.
+    pub(crate) cut: [[bool; 2]; 3],
 }
 
 /// What a piece holds.
@@ -47,17 +49,27 @@ pub(crate) struct Held {
 }
 
 impl Grid {
-    /// The pieces of all cells between some ends; in the plane the third direction goes from 0 to 1.
+    /// The pieces of all cells between some ends; in the plane the third direction goes from 0 to 1. Ends may lie
+    /// outside the mesh along directions that are `open`.
     pub(crate) fn around<const D: usize>(
         axes: &[Axis; D],
         ends: [(f64, f64); 3],
+        open: [bool; D],
         precision: f64,
         n: u32,
         memory: MemoryLimit,
     ) -> Result<Self, String> {
         let mut grid = Self { precision, ..Self::default() };
         for (d, axis) in axes.iter().enumerate() {
-            grid.span(d, axis, ends[d], n, memory)?;
+            let (mut from, mut to) = ends[d];
+            if open[d] {
+                grid.cut[d] = [from < axis.first(), to > axis.last()];
+                (from, to) = (from.max(axis.first()), to.min(axis.last()));
+                if from >= to {
+                    return Err("the body is too small for the mesh: no piece of a cell holds any of it".into());
+                }
+            }
+            grid.span(d, axis, (from, to), n, memory)?;
         }
         if D == 2 {
             grid.lines[2] = vec![0.0, 1.0];
@@ -76,12 +88,72 @@ impl Grid {
     pub(crate) fn surface(&self, solid: &Solid<'_>) -> Triangles {
         match solid {
             Solid::Surface(surface) => self.snapped(surface.triangles()),
-            Solid::Round(round) => {
-                let lines = round.across().map(|d| &self.lines[d]);
-                let sizes = lines.iter().flat_map(|lines| lines.windows(2)).map(|ends| ends[1] - ends[0]);
-                round.surface(ROUNDNESS * sizes.fold(f64::INFINITY, f64::min))
+            Solid::Round(round) => round.surface(ROUNDNESS * self.smallest(&round.across())),
+            Solid::Ball(ball) => ball.surface(ROUNDNESS * self.smallest(&[0, 1, 2])),
+        }
+    }
+
+    /// The smallest piece along some directions `[L]`.
+    fn smallest(&self, directions: &[usize]) -> f64 {
+        let sizes = directions.iter().flat_map(|&d| self.lines[d].windows(2)).map(|ends| ends[1] - ends[0]);
+        sizes.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The lines, with one more around what is cut off of a surface, and the number of those before the first.
+    fn with_margins(&self, surface: &Triangles) -> ([Vec<f64>; 3], [usize; 3]) {
+        let (low, high) = surface.bounds();
+        let (mut lines, mut before) = (self.lines.clone(), [0; 3]);
+        for d in 0..3 {
+            let [first, last] = [0, self.lines[d].len() - 1].map(|k| self.lines[d][k]);
+            if self.cut[d][1] && high[d] > last {
+                lines[d].push(high[d]);
+            }
+            if self.cut[d][0] && low[d] < first {
+                lines[d].insert(0, low[d]);
+                before[d] = 1;
             }
         }
+        (lines, before)
+    }
+
+    /// The number of a piece among the grid's own; `None` for one that is cut off. The direction `but` is left alone.
+    fn inside(&self, piece: [usize; 3], before: [usize; 3], but: Option<usize>) -> Option<[usize; 3]> {
+        let mut own = piece;
+        for d in (0..3).filter(|&d| Some(d) != but) {
+            own[d] = piece[d].checked_sub(before[d]).filter(|&k| k + 1 < self.lines[d].len())?;
+        }
+        Some(own)
+    }
+
+    /// What the surface of a body encloses of the grid, where some of it is cut off `[L³]`.
+    pub(crate) fn volume_left(&self, surface: &Triangles) -> Option<f64> {
+        if !self.cut.iter().flatten().any(|&cut| cut) {
+            return None;
+        }
+        let (low, high) = surface.bounds();
+        let end = |d: usize, side: usize| match (side, self.cut[d][side]) {
+            (0, true) => self.lines[d][0],
+            (0, false) => low[d],
+            (_, true) => self.lines[d][self.lines[d].len() - 1],
+            (_, false) => high[d],
+        };
+        Some(moments::volume_in(surface, &[0, 1, 2].map(|d| end(d, 0)), &[0, 1, 2].map(|d| end(d, 1))))
+    }
+
+    /// Calls `each` with the parts of the facets in a plane, by the pieces across it, as
+    /// [`moments::for_each_on_plane`] does.
+    pub(crate) fn for_each_on_plane(
+        &self,
+        surface: &Triangles,
+        plane: (usize, f64, f64),
+        mut each: impl FnMut([usize; 3], f64, Vector3<f64>, bool),
+    ) {
+        let (lines, before) = self.with_margins(surface);
+        moments::for_each_on_plane(surface, &lines, plane, |piece, area, centre, up| {
+            if let Some(piece) = self.inside(piece, before, Some(plane.0)) {
+                each(piece, area, centre, up);
+            }
+        });
     }
 
     /// Lines along one direction, of all cells that the body reaches into.
@@ -155,13 +227,16 @@ impl Grid {
         memory.check("a layer of pieces around the body", nx * ny, moments::BYTES_IN_LAYER)?;
         // No piece holds more than the largest of them.
         let longest = |lines: &Vec<f64>| lines.windows(2).map(|ends| ends[1] - ends[0]).fold(0.0, f64::max);
-        let least = surface.volume() / self.lines.iter().map(longest).product::<f64>();
+        let volume = self.volume_left(surface).unwrap_or_else(|| surface.volume());
+        let least = volume / self.lines.iter().map(longest).product::<f64>();
         check_pieces((least * (1.0 - ROUNDING)).floor(), memory)?;
         let most = memory.most(BYTES_OF_PIECE);
         let mut held = Vec::new();
         let mut more = 0_usize;
         let mut wrong = None;
-        moments::for_each(surface, &self.lines, |piece, moments| {
+        let (lines, before) = self.with_margins(surface);
+        moments::for_each(surface, &lines, |piece, moments| {
+            let Some(piece) = self.inside(piece, before, None) else { return };
             let share = moments.volume / self.volume(&piece);
             if !(-1e-6..=1.0 + 1e-6).contains(&share) && wrong.is_none() {
                 wrong = Some((piece, share));

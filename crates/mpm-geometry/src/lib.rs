@@ -5,8 +5,10 @@
 //! [`Surface::new`] takes triangles only if they enclose a body: every edge joins two facets that face the same way,
 //! no facets cross or touch, and the outside is outside; the signs that decide are exact. [`parts`] cuts what a
 //! [`Solid`] encloses along the lines of a mesh by the divergence theorem, exactly up to rounding: no ray is cast,
-//! and no point is asked whether it is inside. [`rest`] cuts solids out of a box.
+//! and no point is asked whether it is inside. Where a direction is open, what reaches beyond the mesh is left out: half and
+//! quarters of symmetric bodies. [`rest`] cuts solids out of a box.
 
+mod ball;
 mod crossing;
 mod grid;
 mod memory;
@@ -19,6 +21,7 @@ mod solid;
 mod surface;
 mod triangles;
 
+pub use ball::Ball;
 pub use memory::MemoryLimit;
 pub use part::{Face, Part, Parts, Share};
 pub use parts::{parts, rest};

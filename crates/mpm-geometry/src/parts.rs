@@ -6,7 +6,7 @@
 
 use crate::grid::{Grid, Held, ROUNDING, SNAP, check_pieces};
 use crate::memory::MemoryLimit;
-use crate::moments::{self, Moments};
+use crate::moments::Moments;
 use crate::part::{Face, Part, Parts, Share};
 use crate::solid::{DOUBLE, Solid};
 use crate::triangles::Triangles;
@@ -14,18 +14,20 @@ use mpm_grid::{Axis, Block, Vector};
 use nalgebra::Vector3;
 
 /// Cuts what is enclosed into the pieces of the mesh's cells, `n` per cell and direction. In the plane the
-/// third direction goes from 0 to 1.
+/// third direction goes from 0 to 1. What reaches beyond the mesh along directions that are `open` is left out.
 ///
 /// # Errors
 /// A sentence that says what is wrong with the body or the number of points.
 pub fn parts<const D: usize>(
     solid: &Solid<'_>,
+    open: [bool; D],
     axes: &[Axis; D],
     n: u32,
     faces: &[Face<D>],
     memory: MemoryLimit,
 ) -> Result<Parts<D>, String> {
-    let grid = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), solid.precision(), n, memory)?;
+    let ends = std::array::from_fn(|d| solid.ends(d));
+    let grid = Grid::around(axes, ends, open, solid.precision(), n, memory)?;
     let surface = grid.surface(solid);
     let mut held = grid.held(&surface, memory)?;
     let slivers = grid.merge_slivers(&mut held);
@@ -37,10 +39,12 @@ pub fn parts<const D: usize>(
     place.extend(taken);
     place.sort_unstable();
     let faces = faces.iter().map(|face| grid.face(&surface, face, &place)).collect();
-    Ok(Parts { parts: made, faces, volume: Some(solid.volume()) })
+    let volume = grid.volume_left(&surface).unwrap_or_else(|| solid.volume());
+    Ok(Parts { parts: made, faces, volume: Some(volume) })
 }
 
-/// As [`parts`], of what is left of a box whose ends lie on mesh lines once others are cut out of it.
+/// As [`parts`], of what is left of a box whose ends lie on mesh lines once others are cut out of it, as far as they
+/// reach into it.
 ///
 /// # Errors
 /// As [`parts`]; where the box is empty, has an end between mesh lines, or the others overlap.
@@ -62,6 +66,7 @@ pub fn rest<const D: usize>(
     let grid = Grid::around(
         axes,
         std::array::from_fn(|d| if d < D { (from[d], to[d]) } else { (0.0, 1.0) }),
+        [false; D],
         DOUBLE,
         n,
         memory,
@@ -75,7 +80,8 @@ pub fn rest<const D: usize>(
         held.push(Held { piece, moments: Moments { volume, first: Vector3::zeros(), second }, full: true });
     }
     for solid in without {
-        let own = Grid::around(axes, std::array::from_fn(|d| solid.ends(d)), solid.precision(), n, memory)?;
+        let ends = std::array::from_fn(|d| solid.ends(d));
+        let own = Grid::around(axes, ends, [true; D], solid.precision(), n, memory)?;
         // Pieces of one cell are numbered alike in both grids.
         let offset =
             [0, 1, 2].map(|d| (i64::from(own.cells[d][0]) - i64::from(grid.cells[d][0])) * i64::from(n));
@@ -137,6 +143,14 @@ impl Grid {
             }
             centre += mean;
             half = square.map(|it| (3.0 * it).sqrt());
+            // Nothing of the body lies beyond a plane that cuts it, so neither does the box.
+            for d in 0..D {
+                let [first, last] = [0, self.lines[d].len() - 1].map(|k| self.lines[d][k]);
+                let room = [centre[d] - first, last - centre[d]];
+                for side in (0..2).filter(|&side| self.cut[d][side]) {
+                    half[d] = half[d].min(room[side]);
+                }
+            }
         }
         let volume = if held.full { self.volume(&held.piece) } else { volume };
         Ok(Part {
@@ -158,7 +172,7 @@ impl Grid {
         let mut shares: Vec<Share<D>> = Vec::new();
         let above = lines.partition_point(|line| line < at).clamp(1, last + 1);
         let near = SNAP * (lines[above] - lines[above - 1]) + self.precision * at.abs();
-        moments::for_each_on_plane(surface, &self.lines, (*axis, *at, near), |mut piece, area, centre, up| {
+        self.for_each_on_plane(surface, (*axis, *at, near), |mut piece, area, centre, up| {
             let outside = |(from, to): &([f64; D], [f64; D])| {
                 (0..D).any(|d| d != *axis && !(from[d]..=to[d]).contains(&centre[d]))
             };

@@ -1,5 +1,6 @@
-//! What a body can be cut out of: a closed surface, or a round body.
+//! What a body can be cut out of: a closed surface, a round body, a sphere.
 
+use crate::ball::Ball;
 use crate::round::Round;
 use crate::surface::Surface;
 
@@ -16,6 +17,8 @@ pub enum Solid<'a> {
     Surface(&'a Surface),
     /// A cylinder or tube.
     Round(Round),
+    /// A sphere.
+    Ball(Ball),
 }
 
 impl Solid<'_> {
@@ -23,6 +26,7 @@ impl Solid<'_> {
         match self {
             Solid::Surface(surface) => surface.volume(),
             Solid::Round(round) => round.volume(),
+            Solid::Ball(ball) => ball.volume(),
         }
     }
 
@@ -30,12 +34,12 @@ impl Solid<'_> {
     pub(crate) fn precision(&self) -> f64 {
         match self {
             Solid::Surface(_) => SINGLE,
-            Solid::Round(_) => DOUBLE,
+            Solid::Round(_) | Solid::Ball(_) => DOUBLE,
         }
     }
 
     /// Lowest and highest coordinate in one direction `[L]`.
-    pub(crate) fn ends(&self, d: usize) -> (f64, f64) {
+    pub fn ends(&self, d: usize) -> (f64, f64) {
         match self {
             Solid::Surface(surface) => {
                 let (low, high) = surface.bounds();
@@ -46,6 +50,7 @@ impl Solid<'_> {
                 let middle = round.centre[usize::from(round.across()[1] == d)];
                 (middle - round.outer, middle + round.outer)
             }
+            Solid::Ball(ball) => (ball.centre[d] - ball.radius, ball.centre[d] + ball.radius),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::lattice::corner;
 use crate::layout::Layout;
 use crate::location::{OutsideMesh, Place, place_on, within};
 use crate::motion::{MeshMotion, MotionError, Reindexing};
-use crate::placed::{PlacedMotion, Stretching, turn};
+use crate::placed::{PlacedMotion, turn};
 use crate::ramp::LoadFraction;
 use crate::ring::PlacedRing;
 use crate::{Axis, Block, CellId, Lattice, NodeId, Vector};
@@ -51,7 +51,7 @@ impl<const D: usize> Mesh<D> {
                 let mut stretched = axes.clone();
                 for (axis, plane) in stretched.iter_mut().zip(planes) {
                     if let Some(plane) = plane {
-                        *axis = stretch(axis, plane)?;
+                        *axis = plane.respaced(axis)?;
                     }
                 }
                 Shape::Rectilinear(stretched)
@@ -267,24 +267,22 @@ impl<const D: usize> MeshMotion<D> {
             (PlacedMotion::Rotation { centre, angle, .. }, PlacedMotion::Rotation { angle: later, .. }) => {
                 Ok(turn(&x, &centre, later - angle))
             }
-            (PlacedMotion::Twist { centre, profile }, PlacedMotion::Twist { profile: later, .. }) => {
-                let Layout::Ring { radii, .. } = layout else {
+            (
+                PlacedMotion::Twist { centre, profile, .. },
+                PlacedMotion::Twist { profile: later, along, .. },
+            ) => {
+                let Layout::Ring { radii, height, .. } = layout else {
                     return Err(MotionError::NeedsRing);
                 };
-                let radius = radii.node(layout.lattice().node_index(node)[1]);
-                Ok(turn(&x, &centre, later.angle(radius) - profile.angle(radius)))
+                let index = layout.lattice().node_index(node);
+                let radius = radii.node(index[1]);
+                let mut moved = turn(&x, &centre, later.angle(radius) - profile.angle(radius));
+                if let (Some(along), Some(height)) = (along, height) {
+                    moved[D - 1] = along.place(height.node(index[D - 1])) - x[D - 1];
+                }
+                Ok(moved)
             }
             (_, later) => Ok(later.place(&layout.position(node)) - x),
         }
     }
-}
-
-/// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.
-fn stretch(axis: &Axis, plane: Stretching) -> Option<Axis> {
-    let (from, to) = (axis.first(), axis.last());
-    if axis.is_uniform() && plane.is_affine_on(from, to) {
-        return Axis::uniform(plane.place(from), plane.place(to), axis.cells()).ok();
-    }
-    let nodes = (0..=axis.cells()).map(|i| plane.place(axis.node(i)));
-    Axis::graded(nodes.collect()).ok()
 }

@@ -40,7 +40,8 @@ pub enum MeshMotion<const D: usize> {
         /// Angle `[rad]`, anticlockwise.
         angle: Ramp,
     },
-    /// A ring whose rings of nodes turn by an angle linear in their radius.
+    /// A ring whose rings of nodes turn by an angle linear in their radius, and whose layers of nodes may be re-spaced
+    /// along the axis: what follows a screw.
     #[non_exhaustive]
     Twist {
         /// Centre `[L]` of the ring.
@@ -51,6 +52,8 @@ pub enum MeshMotion<const D: usize> {
         outer: (f64, Ramp),
         /// Whether each ring's angle is reduced by whole cells.
         reindexing: Reindexing,
+        /// The plane that is driven along the axis, in three dimensions.
+        stretch: Option<DrivenPlane>,
     },
     /// A box under an affine map of the load fraction that someone else has written.
     #[non_exhaustive]
@@ -71,9 +74,9 @@ impl<const D: usize> PartialEq for MeshMotion<D> {
                 centre == other && angle == by
             }
             (
-                Self::Twist { centre, inner, outer, reindexing },
-                Self::Twist { centre: c, inner: i, outer: o, reindexing: r },
-            ) => (centre, inner, outer, reindexing) == (c, i, o, r),
+                Self::Twist { centre, inner, outer, reindexing, stretch },
+                Self::Twist { centre: c, inner: i, outer: o, reindexing: r, stretch: s },
+            ) => (centre, inner, outer, reindexing, stretch) == (c, i, o, r, s),
             (Self::Affine { map }, Self::Affine { map: other }) => Arc::ptr_eq(map, other),
             _ => false,
         }
@@ -101,6 +104,30 @@ pub struct DrivenPlane {
     pub driven: f64,
     /// Displacement `[L]` of the driven plane.
     pub displacement: Ramp,
+}
+
+impl DrivenPlane {
+    /// Refuses planes of the direction `axis` that coincide, at rest or later.
+    fn check(&self, axis: usize) -> Result<(), MotionError> {
+        let span = self.driven - self.anchor;
+        if !(span.is_finite() && self.displacement.is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        if span == 0.0 {
+            return Err(MotionError::CoincidentPlanes { axis });
+        }
+        // Between knots the displacement is linear, so the knots decide.
+        for (at, delta) in self.displacement.knots() {
+            if (span + delta) / span <= 0.0 {
+                return Err(MotionError::ThroughAnchor { axis, fraction: at.total() });
+            }
+        }
+        Ok(())
+    }
+
+    fn placed(&self, at: LoadFraction) -> Stretching {
+        Stretching { anchor: self.anchor, driven: self.driven, displacement: self.displacement.from_rest(at) }
+    }
 }
 
 /// What a twist does with angles larger than a cell.
@@ -169,6 +196,12 @@ pub enum MotionError {
         /// Outer radius `[L]`.
         outer: f64,
     },
+    /// A stretch along the axis of something else than a twist.
+    #[error("only a twist can be stretched along its axis")]
+    NotTwisted,
+    /// A stretch along the axis of a ring in the plane.
+    #[error("a twist can be stretched along its axis only where the ring has a height")]
+    NeedsHeight,
     /// Re-indexing of a ring that does not close.
     #[error("only a full ring can be re-indexed by whole cells")]
     OpenRing,
@@ -195,22 +228,7 @@ impl<const D: usize> MeshMotion<D> {
     /// A box re-spaced between the anchored and driven planes given per direction.
     pub fn stretch(axes: [Option<DrivenPlane>; D]) -> Result<Self, MotionError> {
         for (axis, plane) in axes.iter().enumerate() {
-            let Some(DrivenPlane { anchor, driven, displacement }) = plane else {
-                continue;
-            };
-            let span = driven - anchor;
-            if !(span.is_finite() && displacement.is_finite()) {
-                return Err(MotionError::NotFinite);
-            }
-            if span == 0.0 {
-                return Err(MotionError::CoincidentPlanes { axis });
-            }
-            // Between knots the displacement is linear, so the knots decide.
-            for (at, delta) in displacement.knots() {
-                if (span + delta) / span <= 0.0 {
-                    return Err(MotionError::ThroughAnchor { axis, fraction: at.total() });
-                }
-            }
+            plane.as_ref().map_or(Ok(()), |plane| plane.check(axis))?;
         }
         Ok(Self::Stretch { axes })
     }
@@ -252,7 +270,22 @@ impl<const D: usize> MeshMotion<D> {
         if !(0.0 <= inner.0 && inner.0 < outer.0) {
             return Err(MotionError::TwistRadii { inner: inner.0, outer: outer.0 });
         }
-        Ok(Self::Twist { centre, inner, outer, reindexing })
+        Ok(Self::Twist { centre, inner, outer, reindexing, stretch: None })
+    }
+
+    /// This twist composed with a stretch along its axis: what stands in a layer between the anchored and the driven
+    /// plane turns with its ring and moves along the axis; layers beyond the driven plane move with it.
+    ///
+    /// # Errors
+    /// As of [`Self::stretch`]; [`MotionError::NotTwisted`] if this is no twist.
+    pub fn stretched_along_axis(self, plane: DrivenPlane) -> Result<Self, MotionError> {
+        plane.check(2)?;
+        match self {
+            Self::Twist { centre, inner, outer, reindexing, .. } => {
+                Ok(Self::Twist { centre, inner, outer, reindexing, stretch: Some(plane) })
+            }
+            _ => Err(MotionError::NotTwisted),
+        }
     }
 
     /// A box under an affine map, which must be the identity at the start of the load.
@@ -271,7 +304,10 @@ impl<const D: usize> MeshMotion<D> {
             Self::Stretch { axes } => axes.iter().flatten().map(|plane| &plane.displacement).collect(),
             Self::Corners { path } => path.iter().flatten().collect(),
             Self::Rotate { angle, .. } => vec![angle],
-            Self::Twist { inner, outer, .. } => vec![&inner.1, &outer.1],
+            Self::Twist { inner, outer, stretch, .. } => {
+                let along = stretch.iter().map(|plane| &plane.displacement);
+                [&inner.1, &outer.1].into_iter().chain(along).collect()
+            }
         }
     }
 
@@ -302,12 +338,7 @@ impl<const D: usize> MeshMotion<D> {
         match (self, layout) {
             (Self::Fixed, _) => Ok(PlacedMotion::Rest),
             (Self::Stretch { axes }, Layout::Box { .. }) => {
-                let placed = |plane: &DrivenPlane| Stretching {
-                    anchor: plane.anchor,
-                    driven: plane.driven,
-                    displacement: plane.displacement.from_rest(at),
-                };
-                Ok(PlacedMotion::Stretch(axes.each_ref().map(|a| a.as_ref().map(placed))))
+                Ok(PlacedMotion::Stretch(axes.each_ref().map(|a| a.as_ref().map(|plane| plane.placed(at)))))
             }
             (Self::Corners { path }, Layout::Box { axes }) => {
                 let from = Vector::from_fn(|d, _| axes[d].first());
@@ -326,8 +357,8 @@ impl<const D: usize> MeshMotion<D> {
                 Ok(PlacedMotion::Rotation { centre: *centre, angle, cos_sin: cos_sin(angle) })
             }
             (
-                Self::Twist { centre: twist, inner, outer, reindexing },
-                Layout::Ring { centre: ring, radii, span, .. },
+                Self::Twist { centre: twist, inner, outer, reindexing, stretch },
+                Layout::Ring { centre: ring, radii, span, height, .. },
             ) => {
                 let apart = (twist[0] - ring[0]).hypot(twist[1] - ring[1]);
                 if apart > 1e-9 * radii.first() {
@@ -336,11 +367,18 @@ impl<const D: usize> MeshMotion<D> {
                 if *reindexing == Reindexing::WholeCells && !span.is_full() {
                     return Err(MotionError::OpenRing);
                 }
+                if stretch.is_some() && height.is_none() {
+                    return Err(MotionError::NeedsHeight);
+                }
                 let profile = Profile {
                     inner: (inner.0, inner.1.from_rest(at)),
                     outer: (outer.0, outer.1.from_rest(at)),
                 };
-                Ok(PlacedMotion::Twist { centre: *ring, profile })
+                Ok(PlacedMotion::Twist {
+                    centre: *ring,
+                    profile,
+                    along: stretch.as_ref().map(|it| it.placed(at)),
+                })
             }
             (Self::Affine { map }, Layout::Box { .. }) => {
                 let (matrix, shift) = map.at(at);

@@ -2,7 +2,7 @@
 
 use crate::affine::Affine;
 use crate::cell::{LinearCell, inverse};
-use crate::{Block, Vector};
+use crate::{Axis, Block, Vector};
 
 /// Numbers of a motion, its ramps evaluated.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub(crate) enum PlacedMotion<const D: usize> {
     Twist {
         centre: [f64; 2],
         profile: Profile,
+        /// Along the third axis.
+        along: Option<Stretching>,
     },
     Affine(Affine<D>),
 }
@@ -38,8 +40,9 @@ impl<const D: usize> PlacedMotion<D> {
                 image.position(&Vector::from_fn(|d, _| local(d)))
             }
             Self::Rotation { centre, cos_sin, .. } => rotate(rest, centre, *cos_sin),
-            Self::Twist { centre, profile } => {
-                rotate(rest, centre, cos_sin(profile.angle(radius(rest, centre))))
+            Self::Twist { centre, profile, along } => {
+                let turned = rotate(rest, centre, cos_sin(profile.angle(radius(rest, centre))));
+                raised(turned, along.map(|it| it.place(rest[D - 1])))
             }
             Self::Affine(map) => map.place(rest),
         }
@@ -55,7 +58,10 @@ impl<const D: usize> PlacedMotion<D> {
                 Vector::from_fn(|d, _| from[d] + (to[d] - from[d]) * (0.5 * (local[d] + 1.0)))
             }
             Self::Rotation { centre, cos_sin: [c, s], .. } => rotate(x, centre, [*c, -s]),
-            Self::Twist { centre, profile } => rotate(x, centre, cos_sin(-profile.angle(radius(x, centre)))),
+            Self::Twist { centre, profile, along } => {
+                let turned = rotate(x, centre, cos_sin(-profile.angle(radius(x, centre))));
+                raised(turned, along.map(|it| it.recall(x[D - 1])))
+            }
             Self::Affine(map) => map.recall(x),
         })
     }
@@ -110,8 +116,18 @@ impl Stretching {
         }
     }
 
+    /// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.
+    pub(crate) fn respaced(self, axis: &Axis) -> Option<Axis> {
+        let (from, to) = (axis.first(), axis.last());
+        if axis.is_uniform() && self.is_affine_on(from, to) {
+            return Axis::uniform(self.place(from), self.place(to), axis.cells()).ok();
+        }
+        let nodes = (0..=axis.cells()).map(|i| self.place(axis.node(i)));
+        Axis::graded(nodes.collect()).ok()
+    }
+
     /// Whether one straight line maps all of [from, to].
-    pub(crate) fn is_affine_on(self, from: f64, to: f64) -> bool {
+    fn is_affine_on(self, from: f64, to: f64) -> bool {
         self.anchor.min(self.driven) <= from && self.anchor.max(self.driven) >= to
     }
 }
@@ -163,6 +179,12 @@ pub(crate) fn turn<const D: usize>(x: &Vector<D>, centre: &[f64; 2], angle: f64)
         1 => sin * dx + cos_less_one * dy,
         _ => 0.0,
     })
+}
+
+/// `x` with another last coordinate, if there is one.
+fn raised<const D: usize>(mut x: Vector<D>, height: Option<f64>) -> Vector<D> {
+    x[D - 1] = height.unwrap_or(x[D - 1]);
+    x
 }
 
 fn radius<const D: usize>(x: &Vector<D>, centre: &[f64; 2]) -> f64 {

@@ -56,6 +56,14 @@ impl PlacedRing {
             }
             _ => *centre,
         };
+        let along = match motion {
+            PlacedMotion::Twist { along, .. } => *along,
+            _ => None,
+        };
+        let height = match (height, along) {
+            (Some(axis), Some(along)) => Some(along.respaced(axis)?),
+            (axis, _) => axis.clone(),
+        };
         let n_lines = if span.is_full() { *sectors } else { *sectors + 1 };
         let line = |i: u32| cos_sin(span.start() + f64::from(i) * step);
         let turn = |j: u32| angle(radii.node(j)).map(|a| (a, cos_sin(a)));
@@ -64,7 +72,7 @@ impl PlacedRing {
             radii: radii.clone(),
             sectors: *sectors,
             span: *span,
-            height: height.clone(),
+            height,
             lines: (0..n_lines).map(line).collect(),
             turns: (0..=radii.cells()).map(turn).collect::<Option<_>>()?,
         };

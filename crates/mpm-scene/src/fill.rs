@@ -190,9 +190,9 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
     let axes = || plan.shape_mesh.rectilinear().ok_or("a body of parts can only be filled in a box mesh");
     match &plan.shape {
         Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
-        Shape::Solid(solid) => {
-            parts(solid, axes()?, basis.pieces_per_cell(plan.points_per_cell)?, &plan.faces, plan.memory)
-                .map(Some)
+        Shape::Solid { solid, open } => {
+            let pieces = basis.pieces_per_cell(plan.points_per_cell)?;
+            parts(solid, *open, axes()?, pieces, &plan.faces, plan.memory).map(Some)
         }
         Shape::Rest { from, to, without } => {
             if !plan.faces.is_empty() {

@@ -19,8 +19,8 @@ pub(crate) enum Shape<'a, const D: usize> {
         /// Whether the points have that volume in all; else the polygons'.
         is_exact: bool,
     },
-    /// What a surface encloses, in a rectilinear mesh.
-    Solid(Solid<'a>),
+    /// What a surface encloses, in a rectilinear mesh; what is outside the mesh along open directions is left out.
+    Solid { solid: Solid<'a>, open: [bool; D] },
     /// A box with its ends on mesh lines, without what others enclose.
     Rest { from: [f64; D], to: [f64; D], without: Vec<Solid<'a>> },
     /// Parts that are given.
@@ -43,7 +43,7 @@ pub(crate) fn count_pieces<const D: usize>(
         Shape::Cells { low, high, .. } => {
             Ok((0..D).map(|d| f64::from(high[d] - low[d]) * f64::from(per_cell)).product())
         }
-        Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => Ok(0.0),
+        Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => Ok(0.0),
     }
 }
 
@@ -53,7 +53,7 @@ impl<const D: usize> Shape<'_, D> {
         match self {
             Shape::Box { from, to } => Some((0..D).map(|d| to[d] - from[d]).product()),
             Shape::Cells { volume, .. } => Some(*volume),
-            Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => None,
+            Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => None,
         }
     }
 }
@@ -108,7 +108,7 @@ pub(crate) fn for_each_piece<const D: usize>(
                 });
             });
         }
-        Shape::Solid(_) | Shape::Rest { .. } | Shape::Parts(_) => {}
+        Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => {}
     }
     Ok(())
 }

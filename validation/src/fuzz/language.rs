@@ -76,7 +76,7 @@ pub(super) const SMALL: &[&str] = &[
 )"#,
     r#"Solid(
     mesh: Ring(radii: Nodes([1, 1.5, 2]), sectors: 4, angles: (0, 90), height: Uniform(from: 0, to: 1, cells: 1)),
-    motion: Rotate(centre: (0, 0), angle: 5), basis: Smpm,
+    motion: Twist(inner: 5, reindexing: Off, stretch: (axis: Z, anchor: 0, driven: 1, displacement: -0.1)), basis: Smpm,
     materials: { "a": Hencky(young: 10, poisson: 0.2, density: 1) },
     bodies: [(name: "b", material: "a", shape: Ring(inner: 1, outer: 1.5), points_per_cell: 2)],
     supports: [(name: "in", region: Circle(radius: 1), follow_mesh: [X, Y], fix: [Z], moment_about: (0, 0))],
@@ -85,7 +85,7 @@ pub(super) const SMALL: &[&str] = &[
 )"#,
     r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: -2, to: 2, cells: 8), Uniform(from: -2, to: 2, cells: 8)]),
-    motion: Rotate(angle: 30, ramp: [(0, 1), (1, 1)]), basis: Smpm,
+    motion: Rotate(centre: (0, 0), angle: 30, ramp: [(0, 1), (1, 1)]), basis: Smpm,
     materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
     bodies: [(name: "disc", material: "a", shape: Ring(inner: 0.75, outer: 1.25), points_per_cell: 2)],
     stabilisation: Ghost(),
@@ -99,10 +99,12 @@ pub(super) const SMALL: &[&str] = &[
     materials: { "a": Hencky(young: 10, poisson: 0.2, density: 1) },
     bodies: [
         (name: "pile", material: "a", shape: Cylinder(axis: Z, centre: (2, 2), radius: 0.8, extent: (0, 1)), points_per_cell: 1),
+        (name: "ball", material: "a", shape: Sphere(centre: (0, 2, 1), radius: 0.9), symmetry: [X], points_per_cell: 1),
         (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"]), points_per_cell: 1),
     ],
     supports: [
         (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),
+        (name: "symmetry", region: Plane(axis: X, at: 0), fix: [X]),
         (name: "turned", region: All([Plane(axis: Z, at: 0), Box(from: (2, 1, 0), to: (3, 3, 0))]), turn: (axis: Z, centre: (2, 2), angle: 5)),
     ],
     loads: [BodyForce(acceleration: (0, 0, -0.1))],

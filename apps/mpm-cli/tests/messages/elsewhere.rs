@@ -15,6 +15,12 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("nodes.rs", "", "every basis of a scene is on vertices"),
     ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on vertices"),
     ("motion.rs", "a twist needs a ring layout", "the compiler says so before"),
+    ("motion.rs", "only a twist can be stretched", "the compiler composes nothing else"),
+    (
+        "motion.rs",
+        "a twist can be stretched along its axis",
+        "the plane has no Z, and rings in space have a height",
+    ),
     ("motion.rs", "a twist turns about", "the compiler gives the ring's centre"),
     ("motion.rs", "a twist needs 0 <= inner", "the compiler gives the ring's radii"),
     ("lattice.rs", "direction {direction} has", "axes have cells, and the compiler tells of rings"),

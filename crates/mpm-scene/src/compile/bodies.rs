@@ -6,6 +6,7 @@ use super::law::Refusal;
 use super::mesh::component;
 use super::overlap::overlap;
 use super::shapes::{WithSurface, cut_out, shape};
+use super::symmetry::{Sides, cut_sides};
 use crate::error::SceneError;
 use crate::files::SceneFiles;
 use crate::fill::{FaceShare, Plan};
@@ -18,17 +19,17 @@ use mpm_geometry::{Face, MemoryLimit};
 use mpm_grid::{Layout, Mesh};
 use mpm_solver::NamedBody;
 
-type BodiesAndFaces<const D: usize> = (Vec<NamedBody<D>>, Vec<Vec<Vec<FaceShare<D>>>>);
+/// For every body the points next to the faces of its tractions, in the order of the loads.
+type Faces<const D: usize> = Vec<Vec<Vec<FaceShare<D>>>>;
 
-/// The bodies, and for each of them the points next to the faces of its tractions, in the order of
-/// the loads.
+/// The bodies, the points at their faces, and the sides on which they are cut by symmetry.
 pub(super) fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
     layout: &Layout<D>,
     start: &Mesh<D>,
     files: &dyn SceneFiles,
     memory: MemoryLimit,
-) -> Result<BodiesAndFaces<D>, SceneError> {
+) -> Result<(Vec<NamedBody<D>>, Faces<D>, Vec<Sides<D>>), SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
         return Err(SceneError::new("bodies", "expected at least one body"));
@@ -41,7 +42,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             format!("`Outline` is recorded in the plane only, and the scene has {D} dimensions"),
         ));
     }
-    let (mut bodies, mut all_faces): BodiesAndFaces<D> = (Vec::new(), Vec::new());
+    let (mut bodies, mut all_faces, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
     let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
         let path = format!("bodies[{b}]");
@@ -52,7 +53,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             ));
         }
         let refuse = |it| SceneError::new(format!("{path}.shape"), it);
-        shapes.push(WithSurface::of(&input.shape, files).map_err(refuse)?);
+        shapes.push(WithSurface::of(input, files).map_err(refuse)?);
         let Some((own, before)) = shapes.split_last() else { continue };
         let others = &scene.bodies[..b];
         let cut = cut_out(input, others, before).map_err(refuse)?;
@@ -61,6 +62,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
             let way_out = way_out(input, other);
             return Err(refuse(format!("body `{}` overlaps body `{}`{way_out}", input.name, other.name)));
         }
+        cuts.push(cut_sides(input, own, layout, &path)?);
         let (law, needs_mass) = law(scene, input, &path)?;
         let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
         let plan = Plan {
@@ -95,7 +97,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
         });
         all_faces.push(filled.faces);
     }
-    Ok((bodies, all_faces))
+    Ok((bodies, all_faces, cuts))
 }
 
 /// The law of a body, and whether a body force acts, so that its points need masses.
@@ -160,6 +162,6 @@ fn way_out<const D: usize>(a: &BodyInput<D>, b: &BodyInput<D>) -> &'static str {
     if a == b {
         ""
     } else {
-        "; a box can leave out a `Cylinder`, `Tube` or `Surface` that stands before it: `without`"
+        "; a box can leave out a `Cylinder`, `Tube`, `Sphere` or `Surface` that stands before it: `without`"
     }
 }

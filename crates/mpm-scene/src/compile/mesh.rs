@@ -2,7 +2,9 @@
 
 use super::stages::Stages;
 use crate::error::SceneError;
-use crate::language::{AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput};
+use crate::language::{
+    AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput, StretchInput,
+};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};
 use mpm_solver::Active;
@@ -77,8 +79,11 @@ fn check_stretch<const D: usize>(
     (anchor, driven): (f64, f64),
     memory: MemoryLimit,
 ) -> Result<(), String> {
-    let Layout::Box { axes, .. } = layout else { return Ok(()) };
-    let axis = &axes[axis];
+    let axis = match layout {
+        Layout::Box { axes, .. } => &axes[axis],
+        Layout::Ring { height: Some(height), .. } => height,
+        Layout::Ring { .. } => return Ok(()),
+    };
     if anchor.min(driven) <= axis.first() && anchor.max(driven) >= axis.last() {
         return Ok(());
     }
@@ -104,11 +109,7 @@ pub(super) fn motion<const D: usize>(
                 }
                 check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), memory)
                     .map_err(|it| SceneError::new(&path, it))?;
-                planes[axis] = Some(DrivenPlane {
-                    anchor: stretch.anchor.0,
-                    driven: stretch.driven.0,
-                    displacement: ramp(&stretch.ramp, stretch.displacement.0, &format!("{path}.ramp"))?,
-                });
+                planes[axis] = Some(driven_plane(stretch, stages, &path)?);
             }
             MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
         }
@@ -132,7 +133,7 @@ pub(super) fn motion<const D: usize>(
             let angle = ramp(input, angle.0.to_radians(), "motion.ramp")?;
             MeshMotion::rotate(plane_point(centre), angle).map_err(|it| SceneError::new("motion", it))
         }
-        MotionInput::Twist { inner, outer, ramp: input, outer_ramp, reindexing } => {
+        MotionInput::Twist { inner, outer, ramp: input, outer_ramp, reindexing, stretch } => {
             let Layout::Ring { centre, radii, .. } = layout else {
                 return Err(SceneError::new("motion", "a twist needs a ring mesh"));
             };
@@ -146,9 +147,37 @@ pub(super) fn motion<const D: usize>(
                 ReindexingInput::Off => Reindexing::Off,
             };
             let (inner, outer) = ((radii.first(), inner), (radii.last(), outer));
-            MeshMotion::twist(*centre, inner, outer, reindexing).map_err(|it| SceneError::new("motion", it))
+            let twist = MeshMotion::twist(*centre, inner, outer, reindexing)
+                .map_err(|it| SceneError::new("motion", it))?;
+            let Some(stretch) = stretch else { return Ok(twist) };
+            stretched(twist, stretch, stages, layout, memory)
         }
     }
+}
+
+fn driven_plane(stretch: &StretchInput, stages: Stages<'_>, path: &str) -> Result<DrivenPlane, SceneError> {
+    let (by, path) = (stretch.displacement.0, format!("{path}.ramp"));
+    let displacement = stages.ramp(&stretch.ramp, by, Active::default(), &path)?;
+    Ok(DrivenPlane { anchor: stretch.anchor.0, driven: stretch.driven.0, displacement })
+}
+
+/// The twist composed with a stretch along its axis.
+fn stretched<const D: usize>(
+    twist: MeshMotion<D>,
+    stretch: &StretchInput,
+    stages: Stages<'_>,
+    layout: &Layout<D>,
+    memory: MemoryLimit,
+) -> Result<MeshMotion<D>, SceneError> {
+    let path = "motion.stretch";
+    let axis = component::<D>(stretch.axis, "motion.stretch.axis")?;
+    if axis != 2 {
+        let reason = format!("a twist is stretched along its axis: expected Z, got {:?}", stretch.axis);
+        return Err(SceneError::new("motion.stretch.axis", reason));
+    }
+    let planes = (stretch.anchor.0, stretch.driven.0);
+    check_stretch(layout, axis, planes, memory).map_err(|it| SceneError::new(path, it))?;
+    twist.stretched_along_axis(driven_plane(stretch, stages, path)?).map_err(|it| SceneError::new(path, it))
 }
 
 /// Number of the corner of a box layout that stands at `x`.

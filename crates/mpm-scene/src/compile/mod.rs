@@ -14,6 +14,7 @@ mod quantity;
 mod shapes;
 mod stages;
 mod supports;
+mod symmetry;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
@@ -36,6 +37,7 @@ use mpm_linear::Choice;
 use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
 use supports::supports;
+use symmetry::check_planes;
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
 ///
@@ -99,7 +101,7 @@ fn model<const D: usize, B: FillBody<D>>(
         motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
     }
 
-    let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
+    let (bodies, faces, cuts) = bodies(scene, &layout, &mesh, files, memory)?;
     fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
@@ -132,6 +134,7 @@ fn model<const D: usize, B: FillBody<D>>(
     model.tolerance = tolerance(&scene.tolerance)?;
     model.check_nodes().map_err(|it| SceneError::new("basis", it))?;
     check_start(&model, &mesh, memory)?;
+    check_planes(&cuts, &model, &mesh)?;
     Ok(model)
 }
 

@@ -18,6 +18,10 @@ enum Cover<'a, const D: usize> {
         radii: [f64; 2],
         ends: [f64; 2],
     },
+    Ball {
+        centre: &'a [f64; D],
+        radius: f64,
+    },
     Surface(&'a Surface),
 }
 
@@ -25,7 +29,7 @@ enum Cover<'a, const D: usize> {
 type Placed<'a, const D: usize> = (&'a BodyInput<D>, &'a WithSurface<'a, D>);
 
 /// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces beside others than
-/// boxes, and round bodies whose axes differ are left to the user.
+/// boxes, round bodies whose axes differ, and spheres beside them are left to the user.
 pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Placed<'_, D>) -> bool {
     let (Some(first), Some(second)) = (Cover::of(of_a), Cover::of(of_b)) else { return false };
     match (&first, &second) {
@@ -45,6 +49,10 @@ pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Place
             axis == other_axis
                 && common(*ends, *other_ends)
                 && common([nearest, apart + radii[1]], *other_radii)
+        }
+        (Cover::Ball { centre, radius }, Cover::Ball { centre: other, radius: others }) => {
+            let apart = (0..D).map(|d| (centre[d] - other[d]).powi(2)).sum::<f64>().sqrt();
+            apart < (radius + others) * (1.0 - 1e-9)
         }
         _ => false,
     }
@@ -77,6 +85,9 @@ impl<'a, const D: usize> Cover<'a, D> {
             ShapeInput::Tube { axis, centre, inner, outer, extent } => {
                 round(*axis, centre, [inner.0, outer.0], *extent)
             }
+            ShapeInput::Sphere { centre: Coordinates(centre), radius } => {
+                Some(Self::Ball { centre, radius: radius.0 })
+            }
             ShapeInput::Surface { .. } => placed.surface.as_ref().map(Self::Surface),
             ShapeInput::Points { .. } => None,
         }
@@ -95,6 +106,11 @@ impl<'a, const D: usize> Cover<'a, D> {
                     farthest = farthest.hypot((from[d] - centre).abs().max((to[d] - centre).abs()));
                 }
                 (along >= D || common(*ends, [from[along], to[along]])) && common([nearest, farthest], *radii)
+            }
+            Self::Ball { centre, radius } => {
+                let away = |d: usize| (from[d] - centre[d]).max(centre[d] - to[d]).max(0.0);
+                let nearest = (0..D).map(|d| away(d) * away(d)).sum::<f64>().sqrt();
+                nearest < radius * (1.0 - 1e-9)
             }
             Self::Surface(surface) => {
                 // There are surfaces in three dimensions only.
@@ -123,7 +139,7 @@ mod tests {
             panic!("a solid")
         };
         let [a, b] = [&bodies[0], &bodies[1]];
-        let placed = [a, b].map(|body| WithSurface { shape: &body.shape, surface: None });
+        let placed = [a, b].map(|body| WithSurface { shape: &body.shape, surface: None, open: [false; 3] });
         overlap((a, &placed[0]), (b, &placed[1]))
     }
 

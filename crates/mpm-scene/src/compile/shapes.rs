@@ -4,7 +4,7 @@ use super::mesh::{check_ring, plane_point};
 use crate::files::SceneFiles;
 use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput};
 use crate::pieces::Shape;
-use mpm_geometry::{MemoryLimit, Round, Solid, Surface};
+use mpm_geometry::{Ball, MemoryLimit, Round, Solid, Surface};
 use mpm_grid::{Axis, Layout, Mesh, Span};
 
 /// Why a shape has no place in a ring mesh.
@@ -15,17 +15,21 @@ const NEEDS_BOX: &str =
 pub(super) struct WithSurface<'a, const D: usize> {
     pub shape: &'a ShapeInput<D>,
     pub surface: Option<Surface>,
+    /// Directions along which what is outside the mesh is left out.
+    pub open: [bool; D],
 }
 
 impl<'a, const D: usize> WithSurface<'a, D> {
-    pub(super) fn of(shape: &'a ShapeInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
+    pub(super) fn of(body: &'a BodyInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
+        let shape = &body.shape;
+        let open = std::array::from_fn(|d| body.symmetry.iter().any(|it| it.index() == d));
         let ShapeInput::Surface { file, scale, shift } = shape else {
-            return Ok(Self { shape, surface: None });
+            return Ok(Self { shape, surface: None, open });
         };
         let &[x, y, z] = &shift.0[..] else {
             return Err("a surface encloses a body in three dimensions only".into());
         };
-        Ok(Self { shape, surface: Some(files.surface(file)?.placed(scale.0, &[x, y, z])) })
+        Ok(Self { shape, surface: Some(files.surface(file)?.placed(scale.0, &[x, y, z])), open })
     }
 
     /// What it encloses in a box mesh.
@@ -38,8 +42,40 @@ impl<'a, const D: usize> WithSurface<'a, D> {
             (ShapeInput::Tube { axis, centre, inner, outer, extent }, _) => {
                 round(layout, *axis, centre, (inner.0, outer.0), *extent).map(Solid::Round)
             }
-            _ => Err("`without`: expected bodies whose shapes are `Cylinder`, `Tube` or `Surface`".into()),
+            (ShapeInput::Sphere { centre, radius }, _) => {
+                let &[x, y, z] = &centre.0[..] else {
+                    return Err("a sphere is a body in three dimensions only; a disc is a `Cylinder`".into());
+                };
+                Ok(Solid::Ball(Ball { centre: [x, y, z], radius: radius.0 }))
+            }
+            _ => {
+                Err("`without`: expected bodies whose shapes are `Cylinder`, `Tube`, `Sphere` or `Surface`"
+                    .into())
+            }
         }
+    }
+
+    /// Whether it is filled by what a surface encloses, in a box mesh.
+    pub(super) fn is_solid(&self) -> bool {
+        matches!(
+            self.shape,
+            ShapeInput::Cylinder { .. }
+                | ShapeInput::Tube { .. }
+                | ShapeInput::Sphere { .. }
+                | ShapeInput::Surface { .. }
+        )
+    }
+
+    /// On which sides the mesh ends within the body, low and high in every direction.
+    pub(super) fn cut(&self, layout: &Layout<D>) -> Result<[[bool; 2]; D], String> {
+        let (Layout::Box { axes, .. }, true) = (layout, self.is_solid() && self.open.contains(&true)) else {
+            return Ok([[false; 2]; D]);
+        };
+        let solid = self.solid(layout)?;
+        Ok(std::array::from_fn(|d| {
+            let (from, to) = solid.ends(d);
+            [self.open[d] && from < axes[d].first(), self.open[d] && to > axes[d].last()]
+        }))
     }
 }
 
@@ -75,6 +111,11 @@ pub(super) fn shape<'a, const D: usize>(
         Layout::Box { .. } => Ok((shape, mesh.clone())),
         Layout::Ring { .. } => Err(NEEDS_BOX.into()),
     };
+    let solid = || Ok::<_, String>(Shape::Solid { solid: own.solid(layout)?, open: own.open });
+    let in_a_box = matches!(layout, Layout::Box { .. });
+    if own.open.contains(&true) && !(own.is_solid() && in_a_box) {
+        return Err("`symmetry` is for a `Cylinder`, `Tube`, `Sphere` or `Surface` in a box mesh".into());
+    }
     match own.shape {
         ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
         ShapeInput::Box { from, to, .. } => {
@@ -82,7 +123,9 @@ pub(super) fn shape<'a, const D: usize>(
             in_box(Shape::Rest { from: from.0, to: to.0, without })
         }
         ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
-        ShapeInput::Cylinder { .. } | ShapeInput::Surface { .. } => in_box(Shape::Solid(own.solid(layout)?)),
+        ShapeInput::Cylinder { .. } | ShapeInput::Sphere { .. } | ShapeInput::Surface { .. } => {
+            in_box(solid()?)
+        }
         ShapeInput::Ring { inner, outer, .. } if inner.0 <= 0.0 || inner.0 >= outer.0 => {
             Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
         }
@@ -94,7 +137,7 @@ pub(super) fn shape<'a, const D: usize>(
             Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), memory),
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
-            Layout::Box { .. } => in_box(Shape::Solid(own.solid(layout)?)),
+            Layout::Box { .. } => in_box(solid()?),
             Layout::Ring { .. } if *axis != Direction::Z => {
                 Err("a tube in a ring mesh has its axis along `Z`".into())
             }

@@ -16,6 +16,10 @@ pub struct BodyInput<const D: usize> {
     pub material: String,
     /// What it fills at rest.
     pub shape: ShapeInput<D>,
+    /// Directions along which the body goes on outside the mesh by symmetry: what a `Cylinder`, `Tube`, `Sphere` or
+    /// `Surface` in a box mesh has beyond the mesh's ends is left out. Supports hold the nodes there across the plane.
+    #[serde(default)]
+    pub symmetry: Vec<Direction>,
     /// Material points per cell and direction, evenly spaced; needed by every shape but `Points`, which has its own.
     #[serde(default)]
     pub points_per_cell: Option<Count>,
@@ -98,7 +102,7 @@ pub enum ShapeInput<const D: usize> {
         from: Coordinates<D>,
         /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
-        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube` or `Surface`, that are cut out of the
+        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube`, `Sphere` or `Surface`, that are cut out of the
         /// box, as far as they reach into it. The box then has its ends on mesh lines, and all have equally many
         /// points per cell.
         #[serde(default)]
@@ -148,6 +152,13 @@ pub enum ShapeInput<const D: usize> {
         /// out `[L]`.
         #[serde(default)]
         extent: Option<(Finite, Finite)>,
+    },
+    /// A sphere; three dimensions and box meshes only (in the plane a disc is a `Cylinder`). Filled as a `Cylinder` is.
+    Sphere {
+        /// Its centre `[L]`.
+        centre: Coordinates<D>,
+        /// Its radius `[L]`.
+        radius: Positive,
     },
     /// What a closed surface encloses; three dimensions and box meshes only. Cells that are filled in part have
     /// points whose volume, centre and extent are those of what fills them, so that the body's volume is the

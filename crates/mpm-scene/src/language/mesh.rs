@@ -102,6 +102,10 @@ pub enum MotionInput<const D: usize> {
         /// What becomes of angles larger than a cell.
         #[serde(default)]
         reindexing: ReindexingInput,
+        /// Composes the twist with a stretch along `Z`, which follows a screw that advances as it turns; three
+        /// dimensions only.
+        #[serde(default)]
+        stretch: Option<StretchInput>,
     },
 }
 
