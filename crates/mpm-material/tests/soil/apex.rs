@@ -94,10 +94,7 @@ fn at_rest<M: Material>(law: &M) -> Update<M::History> {
 
 /// A point that was stretched alike in all directions beyond the apex, and is compressed again: it bears the tension of the
 /// apex until its volume is that at which it came apart, then K times what follows. The plain law has lost the stretch.
-fn check_isotropic<M: Material>(law: &M, plain: &M, tension: f64) -> Vec<f64>
-where
-    M: Copy,
-{
+fn check_isotropic<M: Material + Copy>(law: &M, plain: &M, tension: f64) -> Vec<f64> {
     let (k, all) = (elasticity().bulk(), Vector3::repeat(1.0));
     let corrected = VolumeCorrected::new(*law);
     let apex = tension / (9.0 * k);

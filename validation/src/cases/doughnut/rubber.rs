@@ -48,7 +48,7 @@ fn scene(method: &Method, poisson: f64, factor: u32, degrees: usize) -> Result<P
         *inner = Finite(degrees as f64);
         *reindexing = ReindexingInput::WholeCells;
     }
-    scene.schedule.steps = Count((degrees / STEP) as u32);
+    scene.schedule.steps = Some(Count((degrees / STEP) as u32));
     Ok(scene)
 }
 
