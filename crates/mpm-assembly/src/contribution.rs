@@ -12,8 +12,11 @@ use mpm_linear::Symmetry;
 /// 1. [`begin`](Self::begin) freezes what does not change while the step is balanced, and
 ///    [`locate`](Self::locate) finds where the contribution's couplings are stored, if the pattern is new;
 /// 2. [`add`](Self::add), for every trial; it is pure, so that any trial may be the last one;
-/// 3. [`prepare`](Self::prepare) once the step is balanced, and [`commit`](Self::commit) once the points are committed.
-///    A step that fails is begun again from 1, so that what was prepared is dropped.
+/// 3. [`augment`](Self::augment) once the step is balanced; where it has changed what it holds fixed, the step is balanced
+///    again from where it is,
+/// 4. [`prepare`](Self::prepare), and [`commit`](Self::commit) once the points are committed. A step that fails is begun
+///    again from 1, so that what was prepared is dropped,
+/// 5. [`divide`](Self::divide) where points were split after the step.
 ///
 /// A contribution that remembers something from step to step (a slip, an anchor, a carried force) keeps it apart from
 /// what it has prepared, and [saves](Self::save) it for a run that is resumed.
@@ -82,6 +85,18 @@ pub trait Contribution<const D: usize>: Send + Sync {
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
         let _ = trial;
         ContributionEnergy::default()
+    }
+
+    /// Looks at a balanced trial, and may change what [`begin`](Self::begin) has frozen, such as the multipliers of a
+    /// constraint; `round` counts from 0. Returns whether the step has to be balanced again, which ends at some round.
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
+        let _ = (trial, round);
+        false
+    }
+
+    /// Points of a body were split: `parts` tells for every point of now its point of before, and its share of that.
+    fn divide(&mut self, body: usize, parts: &[(usize, f64)]) {
+        let _ = (body, parts);
     }
 
     /// Works out its state at the end of a balanced step, apart from the present one.

@@ -17,6 +17,7 @@
 //! that is derived from what contributions couple.
 
 mod body;
+pub mod contact;
 mod contribution;
 mod ghost;
 mod unknowns;
@@ -24,9 +25,10 @@ mod unknowns;
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
     ForeignPoints, InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
-    PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
+    PointExtent, PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
     TooManyPoints, determinant, finish_tangent, views,
 };
+pub use contact::{RigidTool, ToolContact};
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
     RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,

@@ -30,7 +30,7 @@ pub use assembly_plan::AssemblyPlan;
 pub use body_connectivity::BodyConnectivity;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
-pub use interface::{Body, BodyLoads, PointForce, views};
+pub use interface::{Body, BodyLoads, PointExtent, PointForce, views};
 pub use kinematics::determinant;
 pub use material_body::MaterialBody;
 pub use occupied::OccupiedCell;

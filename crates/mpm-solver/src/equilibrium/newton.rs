@@ -69,6 +69,24 @@ pub(crate) fn solve<const D: usize>(
     })
 }
 
+/// Balances the forces again, from an equilibrium on after which contributions have changed what they hold fixed.
+///
+/// # Errors
+/// Why the iteration failed.
+pub(crate) fn go_on<const D: usize>(
+    problem: &Problem<'_, D>,
+    found: Equilibrium<D>,
+    solver: &mut Solver<D>,
+) -> Result<Equilibrium<D>, StepFailure> {
+    let mut start = solver.at_rest(problem);
+    start.increment = found.increment;
+    start.is_first = false;
+    let start = Start { iterate: start, lift: &[], patience: Patience::ToTheEnd };
+    let mut next = iterate(start, problem, solver)?.into_equilibrium();
+    next.effort.add_earlier(found.effort);
+    Ok(next)
+}
+
 /// Where Newton's iteration begins.
 pub(crate) struct Start<'a, const D: usize> {
     pub iterate: Iterate<D>,

@@ -91,6 +91,23 @@ pub(crate) struct Effort {
     pub pivot_spread: f64,
 }
 
+impl Effort {
+    /// Counts what was spent on the step before.
+    pub(crate) fn add_earlier(&mut self, earlier: Self) {
+        let later = std::mem::replace(&mut self.residuals, earlier.residuals);
+        self.residuals.extend(later);
+        self.is_unstable |= earlier.is_unstable;
+        self.linear_iterations += earlier.linear_iterations;
+        self.shortened += earlier.shortened;
+        self.dropped += earlier.dropped;
+        self.relaxations += earlier.relaxations;
+        self.unstable_node = self.unstable_node.or(earlier.unstable_node);
+        self.backward_error = self.backward_error.max(earlier.backward_error);
+        self.refinements += earlier.refinements;
+        self.pivot_spread = self.pivot_spread.max(earlier.pivot_spread);
+    }
+}
+
 impl<const D: usize> Iterate<D> {
     /// Nothing has moved, and linear systems will be solved by `method` until it fails.
     pub(crate) fn at_rest(unknowns: &Unknowns<D>, method: Method) -> Self {

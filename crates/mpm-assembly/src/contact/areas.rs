@@ -1,0 +1,96 @@
+//! The area of adhesion: the tool's surface, shared by the corners next to it.
+//!
+//! Areas of domains are no measure of it: of a body that is cut at an angle to its domains only a few tips touch. Each
+//! sample of the tool's surface is shared by the corners whose feet lie within their width w of it, by `1 - d/w`, so that
+//! the corners' areas sum to that of the surface in the soil.
+
+use mpm_contact::{Bounds, Sample};
+use mpm_grid::Vector;
+use std::array::from_fn;
+
+/// Samples for each width of a domain.
+const SAMPLES: f64 = 4.0;
+
+/// A corner that lies at the tool's surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member<const D: usize> {
+    /// The nearest place of the surface, in the tool's frame `[L]`.
+    pub foot: Vector<D>,
+    /// Width of its point's domain `[L]`.
+    pub width: f64,
+}
+
+/// How close samples lie, and the box that they are needed in; none without members.
+pub(super) fn sampling<'a, const D: usize>(
+    members: impl Iterator<Item = &'a Member<D>> + Clone,
+) -> Option<(f64, Bounds<D>)> {
+    let least = members.clone().map(|member| member.width).fold(f64::INFINITY, f64::min);
+    let most = members.clone().map(|member| member.width).fold(0.0, f64::max);
+    let bounds = Bounds::around(members.map(|member| &member.foot));
+    least.is_finite().then(|| (least / SAMPLES, bounds.grown(most)))
+}
+
+/// Each member's share of the surface of a part `[L^(D-1)]`.
+pub(super) fn shares<const D: usize>(members: &[Member<D>], samples: &[Sample<D>]) -> Vec<f64> {
+    let mut shares = vec![0.0; members.len()];
+    let reach = members.iter().map(|member| member.width).fold(0.0, f64::max);
+    if reach == 0.0 {
+        return shares;
+    }
+    let cell = |x: &Vector<D>| -> [i64; D] { from_fn(|d| (x[d] / reach).floor() as i64) };
+    let mut by_cell: Vec<([i64; D], usize)> =
+        members.iter().enumerate().map(|(k, member)| (cell(&member.foot), k)).collect();
+    by_cell.sort_unstable();
+    let mut near: Vec<(usize, f64)> = Vec::new();
+    for sample in samples {
+        near.clear();
+        let own = cell(&sample.position);
+        // Cells beside each other along the last direction follow each other in the list.
+        for side in 0..3_usize.pow(D as u32 - 1) {
+            let beside = |d: usize| own[d] - 1 + (side / 3_usize.pow(d as u32) % 3) as i64;
+            let first: [i64; D] = from_fn(|d| if d == D - 1 { own[d] - 1 } else { beside(d) });
+            let last: [i64; D] = from_fn(|d| if d == D - 1 { own[d] + 1 } else { beside(d) });
+            let start = by_cell.partition_point(|(at, _)| *at < first);
+            for (_, k) in by_cell[start..].iter().take_while(|(at, _)| *at <= last) {
+                let weight = 1.0 - (members[*k].foot - sample.position).norm() / members[*k].width;
+                if weight > 0.0 {
+                    near.push((*k, weight));
+                }
+            }
+        }
+        let whole: f64 = near.iter().map(|(_, weight)| weight).sum();
+        for (k, weight) in &near {
+            shares[*k] += sample.area * weight / whole;
+        }
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_sum_to_the_surface_within_reach() {
+        let members: Vec<Member<2>> =
+            (0..11).map(|k| Member { foot: Vector::<2>::new(0.1 * k as f64, 0.0), width: 0.1 }).collect();
+        let (spacing, within) = sampling(members.iter()).unwrap();
+        assert!((spacing - 0.025).abs() < 1e-15);
+        assert!(within.contains(&Vector::<2>::new(1.1, -0.1)));
+        let normal = Vector::<2>::new(0.0, 1.0);
+        let sample = |k: usize| Sample { position: Vector::<2>::new(0.0125 + 0.025 * k as f64, 0.0), normal, area: 0.025 };
+        let samples: Vec<Sample<2>> = (0..40).map(sample).collect();
+        let shares = shares(&members, &samples);
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!(shares[1..10].iter().all(|share| (share - 0.1).abs() < 1e-13), "{shares:?}");
+        assert!((shares[0] - 0.05).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_lies_far_away_is_nobodys() {
+        let member = Member { foot: Vector::<3>::zeros(), width: 0.5 };
+        let sample = Sample { position: Vector::<3>::new(0.0, 0.6, 0.0), normal: Vector::<3>::z(), area: 1.0 };
+        assert_eq!(shares(&[member], &[sample]), [0.0]);
+        assert_eq!(shares::<3>(&[], &[sample]), [] as [f64; 0]);
+    }
+}
