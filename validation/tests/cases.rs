@@ -183,6 +183,21 @@ fn every_case_has_a_test() {
 }
 
 #[test]
+fn blocks_under_rigid_plates() {
+    passes("blocks under rigid plates");
+}
+
+#[test]
+fn circle_on_a_block() {
+    passes("circle on a block");
+}
+
+#[test]
+fn sliding_blocks() {
+    passes("sliding blocks");
+}
+
+#[test]
 fn the_pages_tell_of_every_case() {
     for case in CASES {
         let page = page(case);

@@ -3,7 +3,7 @@
 use crate::body::{AssemblyPlan, Body, InadmissiblePoint, PassInput, Sums, TangentSums};
 use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownId, UnknownVector, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
-use mpm_grid::{LoadFraction, Mesh};
+use mpm_grid::{LoadFraction, Mesh, Ramp};
 use mpm_linear::Symmetry;
 
 /// Adds to the out-of-balance force and to the tangent of a load step.
@@ -69,6 +69,17 @@ pub trait Contribution<const D: usize>: Send + Sync {
     /// Whether its force depends on the load fraction besides the displacement, as where a wall or a tool moves.
     fn moves_with_load(&self) -> bool {
         false
+    }
+
+    /// Ramps that it follows: load steps end at their knots.
+    fn ramps(&self) -> Vec<&Ramp> {
+        Vec::new()
+    }
+
+    /// What in it is probably not meant on the mesh at the start, though it can be run: sentences that name it.
+    fn remarks(&self, mesh: &Mesh<D>) -> Vec<String> {
+        let _ = mesh;
+        Vec::new()
     }
 
     /// Whether it takes nodes for the corners of cells, so that it exists on the vertices of a mesh only.

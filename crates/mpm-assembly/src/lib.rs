@@ -28,7 +28,7 @@ pub use body::{
     PointExtent, PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
     TooManyPoints, determinant, finish_tangent, views,
 };
-pub use contact::{RigidTool, ToolContact};
+pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
     RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,

@@ -4,6 +4,7 @@ mod bar;
 mod cantilever;
 mod collapse;
 mod column;
+mod contact;
 mod corner_stretch;
 mod determinism;
 mod domain_control;
@@ -67,6 +68,9 @@ pub const CASES: &[Case] = &[
     path::SNAP_BACK,
     domain_control::CASE,
     footing::CASE,
+    contact::BLOCKS,
+    contact::CIRCLE,
+    contact::FRICTION,
     determinism::CASE,
     faults::CASE,
 ];

@@ -4,7 +4,7 @@
 //! sample of the tool's surface is shared by the corners whose feet lie within their width w of it, by `1 - d/w`, so that
 //! the corners' areas sum to that of the surface in the soil.
 
-use mpm_contact::{Bounds, Sample};
+use mpm_contact::{Bounds, Sample, Tool};
 use mpm_grid::Vector;
 use std::array::from_fn;
 
@@ -28,6 +28,27 @@ pub(super) fn sampling<'a, const D: usize>(
     let most = members.clone().map(|member| member.width).fold(0.0, f64::max);
     let bounds = Bounds::around(members.map(|member| &member.foot));
     least.is_finite().then(|| (least / SAMPLES, bounds.grown(most)))
+}
+
+/// Samples of the tool's surface; those of a tool of finite size are kept for the next step.
+pub(super) fn samples_of<const D: usize>(
+    tool: &Tool<D>,
+    kept: &mut Option<(f64, Vec<Vec<Sample<D>>>)>,
+    spacing: f64,
+    within: &Bounds<D>,
+) -> Vec<Vec<Sample<D>>> {
+    let bounds = tool.bounds();
+    if !bounds.is_finite() {
+        return tool.samples(spacing, within);
+    }
+    if let Some((made_for, samples)) = kept
+        && *made_for == spacing
+    {
+        return samples.clone();
+    }
+    let samples = tool.samples(spacing, &bounds.grown(spacing));
+    *kept = Some((spacing, samples.clone()));
+    samples
 }
 
 /// Each member's share of the surface of a part `[L^(D-1)]`.

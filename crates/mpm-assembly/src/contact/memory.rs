@@ -147,14 +147,12 @@ impl<const D: usize> Touch<D> {
 }
 
 impl<const D: usize> Memory<D> {
-    /// As plain numbers: nothing before the first step, then 1 and all touches.
-    pub fn save(&self) -> Vec<f64> {
-        let mut numbers = Vec::with_capacity(1 + self.touches.len() * Touch::<D>::NUMBERS);
+    /// Appends all as plain numbers: nothing before the first step, then 1 and all touches.
+    pub fn save(&self, to: &mut Vec<f64>) {
         if self.has_begun {
-            numbers.push(1.0);
-            self.touches.iter().for_each(|touch| touch.save(&mut numbers));
+            to.push(1.0);
+            self.touches.iter().for_each(|touch| touch.save(to));
         }
-        numbers
     }
 
     /// What was saved.
@@ -199,14 +197,15 @@ mod tests {
     fn what_was_saved_is_restored() {
         let touches = vec![touch(1, 0, [0.0, 0.0]), touch(1, 3, [1.0, 0.0]), touch(4, 2, [2.0, 0.5])];
         let memory = Memory { has_begun: true, touches };
-        assert_eq!(Memory::restore(&memory.save()).unwrap(), memory);
+        let mut wrong = Vec::new();
+        memory.save(&mut wrong);
+        assert_eq!(Memory::restore(&wrong).unwrap(), memory);
+        assert!(Memory::<2>::restore(&wrong[1..]).is_err());
         assert_eq!(Memory::<2>::restore(&[]).unwrap(), Memory::default());
-        let mut wrong = memory.save();
         wrong[2] = 7.0;
         assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("order"));
         wrong[2] = 0.5;
         assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("0.5"));
-        assert!(Memory::<2>::restore(&memory.save()[1..]).is_err());
         assert!(Memory::<2>::restore(&[1.0, f64::NAN]).is_err());
     }
 

@@ -6,9 +6,12 @@
 //! its point influences: contact couples nothing that the body has not coupled.
 
 mod areas;
+mod contributes;
 mod corners;
+mod loaded;
 mod memory;
 mod summary;
 mod tool_contact;
 
+pub use loaded::ToolLoad;
 pub use tool_contact::{RigidTool, ToolContact};

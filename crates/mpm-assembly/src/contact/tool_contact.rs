@@ -1,22 +1,17 @@
 //! A rigid tool as a contribution to force and tangent.
 
-use super::corners::{At, Contact, Dense, NearCorner, Search};
-use super::memory::{Memory, Touch};
+use super::corners::{At, Contact, NearCorner};
+use super::loaded::{Driven, Standing, ToolLoad};
+use super::memory::Memory;
 use super::summary::Summary;
-use crate::contribution::{
-    Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
-};
-use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
+use crate::contribution::{Begun, Refused, SystemSums, Trial};
+use crate::unknowns::{Block, CoupledPlaces, UnknownId};
 use mpm_basis::parallel::each_point;
-use mpm_contact::{Bounds, Interface, Pose, Sample, Tangent, Tool, ToolMotion};
+use mpm_contact::{Interface, Pose, Sample, Tangent, Tool, ToolMotion};
 use mpm_grid::{LoadFraction, Vector, six_digits};
-use mpm_linear::Symmetry;
 
 /// Part of the tool's thinnest part by which it may move in a step, so that no corner is carried through it.
 const MOST_MOVED: f64 = 0.5;
-
-/// Gap over the width of a domain at which augmentation ends.
-const CLOSED: f64 = 1e-4;
 
 /// A rigid tool: what it is, how it moves, and what holds between it and bodies.
 #[derive(Debug)]
@@ -25,34 +20,42 @@ pub struct RigidTool<const D: usize> {
     pub tool: Tool<D>,
     /// How it moves.
     pub motion: ToolMotion<D>,
+    /// What else moves it: a load, in the components of its motion that are free.
+    pub load: Option<ToolLoad<D>>,
     /// What holds between its surface and the bodies.
     pub interface: Interface,
     /// Whether Coulomb friction has its exact tangent, which is not symmetric.
     pub exact_friction: bool,
     /// Names of the bodies that meet it; all if empty.
     pub bodies: Vec<String>,
-    /// Point of the tool about which moments are recorded `[L]`.
+    /// Reference point of the tool, about which moments act and are recorded `[L]`.
     pub moment_about: Vector<D>,
 }
 
 /// Contact of bodies with a rigid tool, see the [module](crate::contact).
 #[derive(Debug)]
 pub struct ToolContact<const D: usize> {
-    name: String,
-    rigid: RigidTool<D>,
-    /// Poses at the start and the planned end of the step.
-    start: Pose<D>,
+    pub(super) name: String,
+    pub(super) rigid: RigidTool<D>,
+    /// Where a loaded tool stands: present, and at the end of the step that has been balanced.
+    pub(super) standing: Standing<D>,
+    pub(super) prepared_standing: Standing<D>,
+    /// Load fraction and pose at the start of the step.
+    pub(super) from: LoadFraction,
+    pub(super) start: Pose<D>,
+    /// Unknowns of a loaded tool in this step.
+    pub(super) block: Option<Block>,
     /// The corners that may be touched in this step.
-    corners: Vec<NearCorner<D>>,
-    present: Memory<D>,
-    prepared: Memory<D>,
+    pub(super) corners: Vec<NearCorner<D>>,
+    pub(super) present: Memory<D>,
+    pub(super) prepared: Memory<D>,
     /// Of the last committed step, and of the step that has been prepared.
-    summary: Summary<D>,
-    prepared_summary: Summary<D>,
+    pub(super) summary: Summary<D>,
+    pub(super) prepared_summary: Summary<D>,
     /// Samples of a tool of finite size, with their spacing.
-    samples: Option<(f64, Vec<Vec<Sample<D>>>)>,
-    /// The tool couples what bodies couple.
-    couplings: CoupledPlaces,
+    pub(super) samples: Option<(f64, Vec<Vec<Sample<D>>>)>,
+    /// Without a load the tool couples what bodies couple.
+    pub(super) couplings: CoupledPlaces,
 }
 
 impl<const D: usize> ToolContact<D> {
@@ -60,7 +63,12 @@ impl<const D: usize> ToolContact<D> {
     pub fn new(name: impl Into<String>, rigid: RigidTool<D>) -> Self {
         let start = rigid.motion.pose(LoadFraction::START);
         let summary = Summary::untouched(&start, &rigid.moment_about, 0.0);
+        let standing = Standing { pose: start, angle: 0.0 };
         Self {
+            standing,
+            prepared_standing: standing,
+            from: LoadFraction::START,
+            block: None,
             name: name.into(),
             rigid,
             start,
@@ -84,25 +92,69 @@ impl<const D: usize> ToolContact<D> {
         self.rigid.bodies.is_empty() || self.rigid.bodies.iter().any(|name| name == body)
     }
 
+    /// Whether the tangent has the term of friction that is not symmetric.
+    pub(super) fn is_exact(&self) -> bool {
+        self.rigid.interface.friction > 0.0 && self.rigid.exact_friction
+    }
+
     /// Which tangent the tool has.
-    fn tangent(&self) -> Tangent {
-        if self.symmetry() == Symmetry::Symmetric { Tangent::Symmetric } else { Tangent::Exact }
+    pub(super) fn tangent(&self) -> Tangent {
+        match self.is_exact() {
+            true => Tangent::Exact,
+            false => Tangent::Symmetric,
+        }
     }
 
     /// The pose at the end of a trial.
-    fn pose(&self, trial: &Trial<'_, D>) -> Pose<D> {
-        self.rigid.motion.pose(trial.end)
+    pub(super) fn pose(&self, trial: &Trial<'_, D>) -> Pose<D> {
+        self.driven(trial).map_or_else(|| self.rigid.motion.pose(trial.end), |driven| driven.pose)
+    }
+
+    /// A tool with a load under a trial.
+    pub(super) fn driven(&self, trial: &Trial<'_, D>) -> Option<Driven<'_, D>> {
+        let RigidTool { load: Some(load), moment_about: about, .. } = &self.rigid else { return None };
+        let unknowns = self.block.map_or(&[][..], |block| block.of(&trial.increment.own));
+        let increment = load.increment(unknowns, &self.prescribed_shift(trial.end));
+        let pose = self.start.moved(about, &increment);
+        Some(Driven { load, increment, pose, centre: pose.place(about) })
+    }
+
+    /// What is prescribed of the reference point's motion in the step `[L]`.
+    pub(super) fn prescribed_shift(&self, end: LoadFraction) -> Vector<D> {
+        let at = |fraction| self.rigid.motion.pose(fraction).place(&self.rigid.moment_about);
+        at(end) - at(self.from)
+    }
+
+    /// The places that a loaded tool couples: the nodes of each corner with its unknowns.
+    pub(super) fn couple(&mut self, block: Block) -> Begun {
+        let mut couplings = CoupledPlaces::default();
+        for corner in &self.corners {
+            let nodes = corner.weights().map(|(node, _)| node as u32);
+            couplings.push(nodes.chain([block.place(0)]));
+        }
+        couplings.push([block.place(0)]);
+        let before = std::mem::replace(&mut self.couplings, couplings);
+        if before == self.couplings { Begun::AsBefore } else { Begun::Anew }
+    }
+
+    /// The load of a loaded tool as a force on its unknowns.
+    pub(super) fn add_load(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) {
+        let (Some(driven), Some(block)) = (self.driven(trial), self.block) else { return };
+        let load = driven.load.at(trial.end, &driven.increment);
+        let unknowns: Vec<UnknownId> = (0..load.len()).map(|k| block.unknown(0, k)).collect();
+        let force: Vec<f64> = load.iter().map(|load| -load).collect();
+        sums.add(trial, &unknowns, &force, &vec![0.0; load.len().pow(2)]);
     }
 
     /// What happens at every corner.
-    fn contacts(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
+    pub(super) fn contacts(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
         let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
         let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
         each_point(self.corners.len(), &|k| self.corners[k].contacts(&at))
     }
 
     /// Refuses a step in which a corner could be carried through the tool.
-    fn check_motion(&self, end: &Pose<D>) -> Result<(), Refused> {
+    pub(super) fn check_motion(&self, end: &Pose<D>) -> Result<(), Refused> {
         let thickness = self.rigid.tool.thickness();
         if thickness == f64::INFINITY || *end == self.start {
             return Ok(());
@@ -116,179 +168,5 @@ impl<const D: usize> ToolContact<D> {
             six_digits(moved),
             six_digits(thickness)
         )))
-    }
-}
-
-/// Samples of the tool's surface; those of a tool of finite size are kept for the next step.
-fn samples_of<const D: usize>(
-    tool: &Tool<D>,
-    kept: &mut Option<(f64, Vec<Vec<Sample<D>>>)>,
-    spacing: f64,
-    within: &Bounds<D>,
-) -> Vec<Vec<Sample<D>>> {
-    let bounds = tool.bounds();
-    if !bounds.is_finite() {
-        return tool.samples(spacing, within);
-    }
-    if let Some((made_for, samples)) = kept
-        && *made_for == spacing
-    {
-        return samples.clone();
-    }
-    let samples = tool.samples(spacing, &bounds.grown(spacing));
-    *kept = Some((spacing, samples.clone()));
-    samples
-}
-
-impl<const D: usize> Contribution<D> for ToolContact<D> {
-    fn begin(&mut self, step: &StepStart<'_, D>, _unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
-        self.start = self.rigid.motion.pose(step.from);
-        let end = self.rigid.motion.pose(step.to);
-        self.check_motion(&end)?;
-        let names: Vec<bool> = step.bodies.iter().map(|body| self.meets(body.name)).collect();
-        let RigidTool { tool, interface, .. } = &self.rigid;
-        let search = Search { tool, interface, memory: &self.present, start: self.start, end };
-        let kept = &mut self.samples;
-        let mut samples = |spacing: f64, within: &Bounds<D>| samples_of(tool, kept, spacing, within);
-        self.corners = search.corners(step, &|index| names[index], &mut samples)?;
-        Ok(Begun::AsBefore)
-    }
-
-    fn couplings(&self) -> &dyn Couplings {
-        &self.couplings
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        let is_exact = self.rigid.interface.friction > 0.0 && self.rigid.exact_friction;
-        if is_exact { Symmetry::Unsymmetric } else { Symmetry::Symmetric }
-    }
-
-    fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
-        let (pose, kind, numbering) = (self.pose(trial), self.tangent(), trial.pattern.unknowns());
-        let contacts = self.contacts(trial, &pose);
-        let wants_tangent = sums.wants_tangent();
-        let dense: Vec<Option<Dense<D>>> = each_point(contacts.len(), &|k| {
-            let of_corner = &contacts[k];
-            let acts = |it: &Contact<D>| it.response.closed || it.response.tangential != Vector::<D>::zeros();
-            if !of_corner.iter().any(acts) {
-                return None;
-            }
-            let force: Vector<D> = of_corner.iter().map(|it| it.response.force).sum();
-            let stiffness = || of_corner.iter().map(|it| it.stiffness(&pose, trial.is_first, kind)).sum();
-            Some(Dense::of(&self.corners[k], &force, wants_tangent.then(stiffness).as_ref()))
-        });
-        let mut unknowns: Vec<UnknownId> = Vec::new();
-        for (corner, dense) in self.corners.iter().zip(dense) {
-            let Some(Dense { force, stiffness }) = dense else { continue };
-            unknowns.clear();
-            let nodes = corner.weights();
-            unknowns.extend(nodes.flat_map(|(node, _)| (0..D).map(move |i| numbering.displacement(node, i))));
-            sums.add(trial, &unknowns, &force, &stiffness);
-        }
-        Ok(())
-    }
-
-    /// The norm of the tool's forces on the nodes.
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let contacts = self.contacts(trial, &self.pose(trial));
-        let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
-        for (corner, contacts) in self.corners.iter().zip(&contacts) {
-            let force: Vector<D> = contacts.iter().map(|it| it.response.force).sum();
-            for (node, weight) in corner.weights() {
-                nodal[node] += force * weight;
-            }
-        }
-        nodal.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
-    }
-
-    fn moves_with_load(&self) -> bool {
-        !self.rigid.motion.is_rest()
-    }
-
-    /// Stored in the springs of contact, dissipated by slip, and done by the tool, whose force is taken to change
-    /// linearly through the step.
-    fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
-        let pose = self.pose(trial);
-        let still = vec![Vector::zeros(); trial.increment.nodes.len()];
-        let at = At { tool: &self.rigid.tool, start: &self.start, pose: &self.start, increment: &still, is_first: false };
-        let mut energy = ContributionEnergy::default();
-        for (corner, contacts) in self.corners.iter().zip(&self.contacts(trial, &pose)) {
-            for contact in contacts {
-                let carried = contact.state.multiplier.powi(2) / (2.0 * contact.law.stiffness);
-                energy.stored += contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
-                energy.dissipated += contact.dissipated(&pose);
-            }
-            let sum = |contacts: &[Contact<D>]| contacts.iter().map(|it| it.response.force).sum::<Vector<D>>();
-            let Some(first) = contacts.first() else { continue };
-            let (before, after) = (sum(&corner.contacts(&at)), sum(contacts));
-            let moved = first.position - self.start.place(&pose.recall(&first.position));
-            energy.work += 0.5 * (before + after).dot(&moved);
-        }
-        energy
-    }
-
-    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
-        if round >= self.rigid.interface.augment {
-            return false;
-        }
-        let contacts = self.contacts(trial, &self.pose(trial));
-        let is_open = |it: &Contact<D>| it.response.closed && it.response.gap.abs() > CLOSED * it.law.width;
-        if !contacts.iter().flatten().any(is_open) {
-            return false;
-        }
-        for (corner, contacts) in self.corners.iter_mut().zip(contacts) {
-            for contact in contacts {
-                let state = contact.state.augmented(&contact.response);
-                match contact.remembered {
-                    Some(k) => corner.states[k] = state,
-                    None if contact.response.closed => corner.states.push(state),
-                    None => {}
-                }
-            }
-        }
-        true
-    }
-
-    fn divide(&mut self, body: usize, parts: &[(usize, f64)]) {
-        self.present.divide(body as u32, parts);
-    }
-
-    fn prepare(&mut self, trial: &Trial<'_, D>) {
-        let pose = self.pose(trial);
-        let contacts = self.contacts(trial, &pose);
-        let angle = self.rigid.motion.angle(trial.end);
-        let mut summary = Summary::untouched(&pose, &self.rigid.moment_about, angle);
-        let mut touches = Vec::new();
-        for (corner, contacts) in self.corners.iter().zip(&contacts) {
-            summary.add(corner, contacts);
-            for contact in contacts {
-                let state = contact.committed(&pose);
-                let holds = contact.response.closed || contact.law.adhesion > 0.0;
-                if holds || state.offset < 0.0 {
-                    let (key, position, distance) = (corner.key, contact.position, contact.near.distance);
-                    touches.push(Touch { key, position, distance, state });
-                }
-            }
-        }
-        self.prepared = Memory { has_begun: true, touches };
-        self.prepared_summary = summary;
-    }
-
-    fn commit(&mut self) {
-        std::mem::swap(&mut self.present, &mut self.prepared);
-        self.summary.clone_from(&self.prepared_summary);
-    }
-
-    fn save(&self) -> Vec<f64> {
-        self.present.save()
-    }
-
-    fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
-        self.present = Memory::restore(saved)?;
-        Ok(())
-    }
-
-    fn history(&self) -> Vec<Recorded> {
-        self.summary.columns(&self.name)
     }
 }

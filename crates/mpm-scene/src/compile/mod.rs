@@ -12,6 +12,7 @@ mod overlap;
 mod quantity;
 mod shapes;
 mod supports;
+mod tools;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
@@ -22,6 +23,7 @@ use crate::language::{
 };
 use crate::limits::memory_left;
 pub use drive::{DrivenPath, drive};
+pub use tools::{ToolOutline, tool_outlines};
 
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
@@ -37,6 +39,7 @@ use mpm_solver::{
     Support, Tolerance, UnheldMotion,
 };
 use supports::supports;
+use tools::{ToolParts, add_tools};
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
 ///
@@ -82,7 +85,7 @@ fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Co
     })
 }
 
-fn model<const D: usize, B: FillBody<D>>(
+fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
     files: &dyn SceneFiles,
     memory: MemoryLimit,
@@ -113,6 +116,7 @@ fn model<const D: usize, B: FillBody<D>>(
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
+    add_tools(scene, &mut model)?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;

@@ -21,6 +21,7 @@ mod quantity;
 mod read;
 mod run;
 mod scene;
+mod tools;
 
 pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
@@ -44,3 +45,4 @@ pub use run::{
     StepControlInput, ToleranceInput, UnheldMotionInput,
 };
 pub use scene::{Scene, SceneIn};
+pub use tools::{FreeInput, InterfaceInput, ShiftInput, ToolInput, ToolMotionInput, ToolPartInput, ToolTurnInput};

@@ -8,6 +8,7 @@ use super::mesh::{MeshInput, MotionInput};
 use super::number;
 use super::read::{ReadError, read};
 use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput, UnheldMotionInput};
+use super::tools::ToolInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -52,6 +53,9 @@ pub struct SceneIn<const D: usize, B> {
     /// Forces.
     #[serde(default)]
     pub loads: Vec<LoadInput<D>>,
+    /// Rigid tools that bodies meet.
+    #[serde(default)]
+    pub tools: Vec<ToolInput<D>>,
     /// Material points that the history follows.
     #[serde(default)]
     pub probes: Vec<ProbeInput<D>>,

@@ -1,7 +1,7 @@
 //! Rigid tools that bodies meet.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, RampInput, one};
+use super::number::{Coordinates, Finite, PlanePoint, Positive, RampInput};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ pub enum ToolPartInput<const D: usize> {
         /// Its normal, from the tool towards the bodies; of any length.
         normal: Coordinates<D>,
     },
-    /// A disc, in the plane.
+    /// A disc; in space, a sphere.
     Disc {
         /// Its centre `[L]`.
         centre: Coordinates<D>,
@@ -79,6 +79,43 @@ pub enum ToolMotionInput<const D: usize> {
         #[serde(default)]
         turn: Option<ToolTurnInput<D>>,
     },
+    /// A load moves it, in some components; in the others it moves as prescribed. The load acts at `moment_about`.
+    Loaded {
+        /// Components of the motion that follow from the load.
+        free: Vec<FreeInput>,
+        /// Force in all (in the plane: per unit thickness) `[F]`.
+        #[serde(default)]
+        force: Coordinates<D>,
+        /// Moment in all, right-handed about an axis along z through `moment_about` `[F L]`.
+        #[serde(default)]
+        moment: Finite,
+        /// Part of the load against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+        /// Displacement in all of the components that are not free `[L]`.
+        #[serde(default)]
+        by: Coordinates<D>,
+        /// Part of the displacement against the load fraction; linear if left out.
+        #[serde(default)]
+        by_ramp: RampInput,
+    },
+}
+
+/// A component of the motion of a tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FreeInput {
+    /// Displacement along x.
+    X,
+    /// Displacement along y.
+    Y,
+    /// Displacement along z, in space only.
+    Z,
+    /// Turn about an axis along z.
+    Turn,
+    /// Turn about an axis along x, in space only.
+    TurnX,
+    /// Turn about an axis along y, in space only.
+    TurnY,
 }
 
 /// A displacement of a tool.

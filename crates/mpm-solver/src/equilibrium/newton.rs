@@ -42,7 +42,8 @@ pub(crate) fn solve<const D: usize>(
     solver: &mut Solver<D>,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut rest = solver.at_rest(problem);
-    if let Some(increment) = guess {
+    // Nothing is guessed of unknowns that belong to no node: with the nodes alone a guess would be out of balance.
+    if let Some(increment) = guess.filter(|_| rest.increment.own.is_empty()) {
         let before = solver.timings.count(Phase::Solve);
         let mut guessed = rest.clone();
         guessed.increment.nodes = increment;

@@ -115,7 +115,8 @@ impl<const D: usize> Model<D> {
         let Loads { body_forces, point_loads, fields } = &self.loads;
         let forces = body_forces.iter().map(|(_, ramp)| ramp).chain(point_loads.iter().map(|load| &load.ramp));
         let fields = fields.iter().flat_map(|(_, field)| field.ramps());
-        let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps());
+        let contributions = self.contributions.iter().flat_map(|named| named.contribution.ramps());
+        let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps()).chain(contributions);
         ramps.flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect()
     }
 

@@ -1,0 +1,352 @@
+//! Rigid tools.
+
+use super::mesh::{layout, ramp};
+use super::names::{A_NAME, is_name};
+use crate::error::SceneError;
+use crate::language::{
+    Coordinates, Direction, FreeInput, PlaneBasis, RampInput, SceneIn, SolidBasis, ToolInput, ToolMotionInput,
+    ToolPartInput, ToolTurnInput,
+};
+use crate::limits::memory_left;
+use mpm_assembly::{RigidTool, ToolContact, ToolLoad};
+use mpm_contact::{Bounds, ContactError, Interface, Plane, Polygon, Shape, Sphere, Tool, ToolMotion};
+use mpm_grid::{Axis, Layout, LoadFraction, Position, Ramp, Span, Vector, six_digits};
+use mpm_solver::{Model, NamedBody};
+use nalgebra::Vector3;
+
+/// Part of the smallest edge of a cell by which tools are rounded where the scene does not say.
+const ROUNDING: f64 = 0.25;
+
+/// Widths of a domain that a tool is thick at least: a corner in a thinner one could be nearer to its far side.
+const LEAST_WIDTHS: f64 = 2.0;
+
+/// Load fractions, from 0 to 1, at which a tool is looked for in the mesh.
+const LOOKS: u32 = 16;
+
+/// A shape as a part of a tool.
+type Part<const D: usize> = Box<dyn Shape<D>>;
+
+/// The parts of tools in one space.
+pub(super) trait ToolParts<const D: usize> {
+    /// A part with edges of this radius of rounding `[L]`.
+    ///
+    /// # Errors
+    /// The part does not exist in this space, or a number is none of such a shape.
+    fn part(input: &ToolPartInput<D>, rounding: f64) -> Result<Part<D>, String>;
+}
+
+impl ToolParts<2> for PlaneBasis {
+    fn part(input: &ToolPartInput<2>, rounding: f64) -> Result<Part<2>, String> {
+        Ok(match input {
+            ToolPartInput::Plane { through, normal } => Box::new(plane(through, normal)?),
+            ToolPartInput::Disc { centre, radius } => Box::new(disc(centre, radius.0)?),
+            ToolPartInput::Polygon { vertices } => {
+                let vertices = vertices.iter().map(|it| Vector::<2>::new(it.0.0.0, it.0.1.0)).collect();
+                Box::new(Polygon::new(vertices, rounding).map_err(told)?)
+            }
+        })
+    }
+}
+
+impl ToolParts<3> for SolidBasis {
+    fn part(input: &ToolPartInput<3>, _rounding: f64) -> Result<Part<3>, String> {
+        Ok(match input {
+            ToolPartInput::Plane { through, normal } => Box::new(plane(through, normal)?),
+            ToolPartInput::Disc { centre, radius } => Box::new(disc(centre, radius.0)?),
+            ToolPartInput::Polygon { .. } => return Err("a polygon is a part of tools in the plane only".into()),
+        })
+    }
+}
+
+fn told(it: ContactError) -> String {
+    it.to_string()
+}
+
+fn plane<const D: usize>(through: &Coordinates<D>, normal: &Coordinates<D>) -> Result<Plane<D>, String> {
+    Plane::new(Vector::from(through.0), Vector::from(normal.0)).map_err(told)
+}
+
+fn disc<const D: usize>(centre: &Coordinates<D>, radius: f64) -> Result<Sphere<D>, String> {
+    Sphere::new(Vector::from(centre.0), radius).map_err(told)
+}
+
+/// Puts the tools of a scene behind the other contributions of its model, whose bodies are made.
+pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
+    scene: &SceneIn<D, B>,
+    model: &mut Model<D>,
+) -> Result<(), SceneError> {
+    for (k, input) in scene.tools.iter().enumerate() {
+        let path = format!("tools[{k}]");
+        let is_taken = scene.tools[..k].iter().any(|before| before.name == input.name);
+        if !is_name(&input.name) || is_taken {
+            let reason = format!("expected {A_NAME}, got {:?}", input.name);
+            return Err(SceneError::new(format!("{path}.name"), reason));
+        }
+        let rigid = rigid::<D, B>(input, &path, &model.layout)?;
+        check_bodies(input, &path, &model.bodies)?;
+        if model.path.is_some() && input.interface.augment > 0 {
+            let reason = "is above 0, expected 0 under path control, which cannot balance a step again";
+            return Err(SceneError::new(format!("{path}.interface.augment"), reason));
+        }
+        if model.path.is_some() && rigid.motion.ramps().iter().any(|ramp| ramp.jumps()) {
+            let reason = "the ramp is not 0 at load fraction 0, where path control begins at rest";
+            return Err(SceneError::new(format!("{path}.motion"), reason));
+        }
+        let contact = ToolContact::new(&input.name, rigid);
+        check_place(&contact, &path, model)?;
+        model.add_contribution(&input.name, Box::new(contact));
+    }
+    Ok(())
+}
+
+fn rigid<const D: usize, B: ToolParts<D>>(
+    input: &ToolInput<D>,
+    path: &str,
+    layout: &Layout<D>,
+) -> Result<RigidTool<D>, SceneError> {
+    if let Some(rounding) = input.rounding.filter(|rounding| rounding.0 < 0.0) {
+        let reason = format!("is {}, expected at least 0", rounding.0);
+        return Err(SceneError::new(format!("{path}.rounding"), reason));
+    }
+    let rounding = input.rounding.map_or_else(|| ROUNDING * smallest_edge(layout), |it| it.0);
+    let part = |(k, part)| {
+        B::part(part, rounding).map_err(|it| SceneError::new(format!("{path}.parts[{k}]"), it))
+    };
+    let parts = input.parts.iter().enumerate().map(part).collect::<Result<_, _>>()?;
+    let tool = Tool::new(parts).map_err(|_| SceneError::new(format!("{path}.parts"), "expected at least one part"))?;
+    let from = &input.interface;
+    let interface = Interface {
+        friction: from.friction.0,
+        adhesion: from.adhesion.0,
+        stiffness: from.stiffness.0,
+        separates: from.separates,
+        augment: u32::from(from.augment),
+    };
+    interface.check().map_err(|it| SceneError::new(format!("{path}.interface"), it.to_string()))?;
+    Ok(RigidTool {
+        tool,
+        motion: motion(&input.motion, &format!("{path}.motion"))?,
+        load: load(&input.motion, &format!("{path}.motion"))?,
+        interface,
+        exact_friction: from.exact_friction,
+        bodies: input.bodies.clone(),
+        moment_about: Vector::from(input.moment_about.0),
+    })
+}
+
+fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<ToolMotion<D>, SceneError> {
+    let (shifts, turn): (Vec<(&Coordinates<D>, &RampInput)>, _) = match input {
+        ToolMotionInput::Rest => return Ok(ToolMotion::rest()),
+        ToolMotionInput::Move { by, ramp: first, then, turn } => {
+            let then = then.iter().map(|shift| (&shift.by, &shift.ramp));
+            (std::iter::once((by, first)).chain(then).collect(), turn.as_ref())
+        }
+        ToolMotionInput::Loaded { by, by_ramp, .. } => (vec![(by, by_ramp)], None),
+    };
+    let along = |d: usize| sum(&shifts, d, path);
+    let along: Vec<Ramp> = (0..D).map(along).collect::<Result<_, _>>()?;
+    let along: [Ramp; D] = along.try_into().expect("one for each direction");
+    let refuse = |it: ContactError| SceneError::new(path, it.to_string());
+    let Some(ToolTurnInput { axis, centre, angle, ramp: input }) = turn else {
+        return ToolMotion::shifted(along).map_err(refuse);
+    };
+    if D == 2 && *axis != Direction::Z {
+        return Err(SceneError::new(format!("{path}.turn.axis"), "in the plane a tool turns about `Z` only"));
+    }
+    let angle = ramp(input, angle.0.to_radians(), &format!("{path}.turn.ramp"))?;
+    let axis = Vector3::ith(axis.index(), 1.0);
+    ToolMotion::turning(along, Vector::from(centre.0), axis, angle).map_err(refuse)
+}
+
+/// The load on a tool that is moved by one.
+fn load<const D: usize>(
+    input: &ToolMotionInput<D>,
+    path: &str,
+) -> Result<Option<ToolLoad<D>>, SceneError> {
+    let ToolMotionInput::Loaded { free, force, moment, ramp: input, by, .. } = input else { return Ok(None) };
+    let mut components = Vec::new();
+    for (k, component) in free.iter().enumerate() {
+        let at = format!("{path}.free[{k}]");
+        let number = match (component, D) {
+            (FreeInput::X, _) => 0,
+            (FreeInput::Y, _) => 1,
+            (FreeInput::Z, 3) => 2,
+            (FreeInput::TurnX, 3) => 3,
+            (FreeInput::TurnY, 3) => 4,
+            (FreeInput::Turn, 3) => 5,
+            (FreeInput::Turn, _) => 2,
+            _ => return Err(SceneError::new(at, format!("{component:?} is no motion in the plane"))),
+        };
+        if components.contains(&number) {
+            return Err(SceneError::new(at, format!("{component:?} is named twice")));
+        }
+        if by.0.get(number).is_some_and(|by| *by != 0.0) {
+            return Err(SceneError::new(at, format!("{component:?} is prescribed by `by`, too")));
+        }
+        components.push(number);
+    }
+    if components.is_empty() {
+        return Err(SceneError::new(format!("{path}.free"), "expected at least one component"));
+    }
+    components.sort_unstable();
+    Ok(Some(ToolLoad {
+        free: components,
+        force: Vector::from(force.0),
+        moment: Vector3::new(0.0, 0.0, moment.0),
+        ramp: ramp(input, 1.0, &format!("{path}.ramp"))?,
+    }))
+}
+
+/// The sum of displacements along a direction, each with its ramp.
+fn sum<const D: usize>(
+    shifts: &[(&Coordinates<D>, &RampInput)],
+    d: usize,
+    path: &str,
+) -> Result<Ramp, SceneError> {
+    let moving = shifts.iter().filter(|(by, _)| by.0[d] != 0.0);
+    let ramps = moving.map(|(by, input)| ramp(input, by.0[d], &format!("{path}.ramp")));
+    let ramps: Vec<Ramp> = ramps.collect::<Result<_, _>>()?;
+    let mut fractions: Vec<f64> = ramps.iter().flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect();
+    fractions.sort_by(f64::total_cmp);
+    fractions.dedup();
+    if fractions.is_empty() {
+        return Ok(Ramp::constant(0.0));
+    }
+    let at = |fraction: &f64| {
+        let here = LoadFraction::clamped(*fraction);
+        (*fraction, ramps.iter().map(|ramp| ramp.value(here)).sum())
+    };
+    Ramp::new(fractions.iter().map(at).collect()).map_err(|it| SceneError::new(path, it))
+}
+
+/// The bodies that meet a tool exist, and have corners.
+fn check_bodies<const D: usize>(
+    input: &ToolInput<D>,
+    path: &str,
+    bodies: &[NamedBody<D>],
+) -> Result<(), SceneError> {
+    for (k, name) in input.bodies.iter().enumerate() {
+        let at = format!("{path}.bodies[{k}]");
+        if input.bodies[..k].contains(name) {
+            return Err(SceneError::new(at, format!("body `{name}` is named twice")));
+        }
+        if !bodies.iter().any(|named| named.name == *name) {
+            return Err(SceneError::new(at, format!("no body is named `{name}`")));
+        }
+    }
+    Ok(())
+}
+
+/// The tool is thick enough for the domains that meet it, no point stands inside it, and it stays in the mesh.
+fn check_place<const D: usize>(
+    contact: &ToolContact<D>,
+    path: &str,
+    model: &Model<D>,
+) -> Result<(), SceneError> {
+    let RigidTool { tool, motion, .. } = contact.rigid();
+    let meeting = || model.bodies.iter().filter(|named| contact.meets(&named.name));
+    let extents = || meeting().flat_map(|named| (0..named.body.n_points()).map(|p| named.body.extent(p)));
+    let width = extents().map(|extent| extent.width).fold(f64::INFINITY, f64::min);
+    let thickness = tool.thickness();
+    if thickness < LEAST_WIDTHS * width {
+        let reason = format!(
+            "the tool is {} thick, expected at least {}: twice the width of the smallest point's domain",
+            six_digits(thickness),
+            six_digits(LEAST_WIDTHS * width)
+        );
+        return Err(SceneError::new(format!("{path}.parts"), reason));
+    }
+    let start = motion.pose(LoadFraction::START);
+    for named in meeting() {
+        let inside = (0..named.body.n_points())
+            .map(|point| (point, named.body.extent(point).position))
+            .find(|(_, position)| tool.contains(&start.recall(position)));
+        if let Some((point, position)) = inside {
+            let reason = format!(
+                "material point {point} of body `{}` at {} stands inside the tool at the start",
+                named.name,
+                Position(&position)
+            );
+            return Err(SceneError::new(path, reason));
+        }
+    }
+    let mesh = mesh_bounds(&model.layout);
+    let leaves = (0..=LOOKS).map(|look| f64::from(look) / f64::from(LOOKS)).find(|fraction| {
+        !tool.bounds().placed(&motion.pose(LoadFraction::clamped(*fraction))).meets(&mesh)
+    });
+    match leaves {
+        None => Ok(()),
+        Some(fraction) => {
+            let reason = format!("the tool is outside the mesh at load fraction {fraction}");
+            Err(SceneError::new(format!("{path}.motion"), reason))
+        }
+    }
+}
+
+/// A box around the mesh at rest.
+fn mesh_bounds<const D: usize>(layout: &Layout<D>) -> Bounds<D> {
+    match layout {
+        Layout::Box { axes, .. } => Bounds {
+            from: Vector::from_fn(|d, _| axes[d].first()),
+            to: Vector::from_fn(|d, _| axes[d].last()),
+        },
+        Layout::Ring { centre, radii, height, .. } => {
+            let side = |d: usize, sign: f64| match height {
+                Some(height) if d == 2 && sign < 0.0 => height.first(),
+                Some(height) if d == 2 => height.last(),
+                _ => centre[d] + sign * radii.last(),
+            };
+            Bounds { from: Vector::from_fn(|d, _| side(d, -1.0)), to: Vector::from_fn(|d, _| side(d, 1.0)) }
+        }
+    }
+}
+
+/// The smallest edge of a cell at rest `[L]`.
+fn smallest_edge<const D: usize>(layout: &Layout<D>) -> f64 {
+    let least = |axis: &Axis| (0..axis.cells()).map(|k| axis.node(k + 1) - axis.node(k)).fold(f64::INFINITY, f64::min);
+    match layout {
+        Layout::Box { axes, .. } => axes.iter().map(least).fold(f64::INFINITY, f64::min),
+        Layout::Ring { radii, sectors, span, height, .. } => {
+            let angle = match span {
+                Span::Full => std::f64::consts::TAU,
+                Span::Sector { from, to } => (to - from).abs(),
+            };
+            let around = 2.0 * radii.first() * (0.5 * angle / f64::from(*sectors)).sin();
+            height.iter().map(least).fold(least(radii).min(around), f64::min)
+        }
+    }
+}
+
+/// A tool at rest, for drawing, with what places it in the plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolOutline {
+    /// Its name.
+    pub name: String,
+    /// The point whose position the history tells `[L]`.
+    pub moment_about: [f64; 2],
+    /// Segments of its surface `[L]`.
+    pub segments: Vec<[[f64; 2]; 2]>,
+}
+
+/// The tools of a scene in the plane, for drawing.
+///
+/// # Errors
+/// What is wrong with the mesh or a tool, with its path.
+pub fn tool_outlines(scene: &SceneIn<2, PlaneBasis>) -> Result<Vec<ToolOutline>, SceneError> {
+    let layout = layout(&scene.mesh, memory_left())?;
+    let (within, spacing) = (mesh_bounds(&layout), smallest_edge(&layout));
+    let outline = |(k, input): (usize, &ToolInput<2>)| {
+        let rigid = rigid::<2, PlaneBasis>(input, &format!("tools[{k}]"), &layout)?;
+        let outline = rigid.tool.outline(spacing, &within);
+        let place = |vertex: u32| {
+            let x = outline.vertices[vertex as usize];
+            [x[0], x[1]]
+        };
+        Ok(ToolOutline {
+            name: input.name.clone(),
+            moment_about: input.moment_about.0,
+            segments: outline.facets.iter().map(|facet| facet.map(place)).collect(),
+        })
+    };
+    scene.tools.iter().enumerate().map(outline).collect()
+}
