@@ -9,17 +9,25 @@
 
 mod bounds;
 mod error;
+mod helix;
+mod helix_surface;
 mod law;
 mod motion;
 mod plane;
 mod polygon;
 mod pose;
+mod revolution;
 mod shape;
+mod sheet;
 mod sphere;
+mod surface;
 mod tool;
+mod tree;
+mod triangle;
 
 pub use bounds::Bounds;
 pub use error::ContactError;
+pub use helix::{Helix, HelixSize};
 pub use law::{
     CornerLaw, CornerState, Interface, Mode, Response, Tangent, Trial, force_by_motion, respond, tangent,
 };
@@ -27,6 +35,8 @@ pub use motion::ToolMotion;
 pub use plane::Plane;
 pub use polygon::Polygon;
 pub use pose::{Increment, Pose, cross, moment};
+pub use revolution::Revolution;
 pub use shape::{Near, Outline, Sample, Shape};
 pub use sphere::Sphere;
+pub use surface::Surface;
 pub use tool::Tool;

@@ -38,6 +38,8 @@ pub(crate) struct Foot {
     /// Signed distance `[L]` to the rounded polygon.
     pub distance: f64,
     pub normal: Vec2,
+    /// Centre of the arc, or the corner, that is nearest; `None` on an edge.
+    pub centre: Option<Vec2>,
     /// κ of `H = κ (I - n⊗n)` `[1/L]`.
     pub curvature: f64,
     pub feature: u32,
@@ -137,7 +139,8 @@ impl Polygon {
             let along = side.tangent.dot(&r);
             if side.straight.0 <= along && along <= side.straight.1 {
                 let distance = side.normal.dot(&r);
-                let foot = Foot { distance, normal: side.normal, curvature: 0.0, feature: numbered(i) };
+                let foot =
+                    Foot { distance, normal: side.normal, centre: None, curvature: 0.0, feature: numbered(i) };
                 found.push((distance + rho, foot));
             }
             // The corner at its end is near where neither edge is.
@@ -150,6 +153,7 @@ impl Polygon {
                 let foot = Foot {
                     distance: to_shrunk - rho,
                     normal: from * (outward / apart),
+                    centre: Some(side.centre),
                     curvature: outward / apart,
                     feature: numbered(self.sides.len() + i),
                 };
@@ -185,8 +189,8 @@ impl Polygon {
         })
     }
 
-    /// Points of the rounded boundary, arcs in parts no longer than `spacing`, with the outward normals of the parts
-    /// that begin there and their lengths.
+    /// The rounded boundary in parts no longer than `spacing`; arcs in an even number of parts, at least
+    /// `least_arcs`.
     pub(crate) fn pieces(&self, spacing: f64, least_arcs: u32) -> Vec<Piece> {
         let mut pieces = Vec::new();
         for (i, side) in self.sides.iter().enumerate() {
@@ -195,38 +199,48 @@ impl Polygon {
             let step = length / f64::from(n);
             for k in 0..n {
                 let at = |s: f64| side.start + side.tangent * (side.straight.0 + step * (f64::from(k) + s));
-                pieces.push(Piece {
-                    ends: [at(0.0), at(1.0)],
-                    middle: at(0.5),
-                    normal: side.normal,
-                    length: step,
-                });
+                let ends = [at(0.0), at(1.0)];
+                pieces.push(Piece { ends, middle: at(0.5), mean: at(0.5), normal: side.normal, length: step });
             }
-            let next = &self.sides[(i + 1) % self.sides.len()];
             if side.turn > 0.0 && self.rounding > 0.0 {
-                let n = parts(self.rounding * side.turn, spacing).max(least_arcs);
-                let step = side.turn / f64::from(n);
-                let normal = |k: f64| {
-                    let (sine, cosine) = (step * k).sin_cos();
-                    let n = side.normal;
-                    if step * k == side.turn {
-                        next.normal
-                    } else {
-                        Vec2::new(cosine * n[0] - sine * n[1], sine * n[0] + cosine * n[1])
-                    }
-                };
-                for k in 0..n {
-                    let at = |s: f64| side.centre + normal(f64::from(k) + s) * self.rounding;
-                    pieces.push(Piece {
-                        ends: [at(0.0), at(1.0)],
-                        middle: at(0.5),
-                        normal: normal(f64::from(k) + 0.5),
-                        length: self.rounding * step,
-                    });
-                }
+                let next = &self.sides[(i + 1) % self.sides.len()];
+                self.arc_pieces(
+                    side,
+                    next,
+                    parts(self.rounding * side.turn, spacing).max(least_arcs),
+                    &mut pieces,
+                );
             }
         }
         pieces
+    }
+
+    fn arc_pieces(&self, side: &Side, next: &Side, number: u32, pieces: &mut Vec<Piece>) {
+        let n = number.next_multiple_of(2);
+        let step = side.turn / f64::from(n);
+        let normal = |k: f64| {
+            let (sine, cosine) = (step * k).sin_cos();
+            let from = side.normal;
+            let turned = Vec2::new(cosine * from[0] - sine * from[1], sine * from[0] + cosine * from[1]);
+            if k == f64::from(n) { next.normal } else { turned }
+        };
+        // The centroid of an arc lies a little within it.
+        let inwards = (0.5 * step).sin() / (0.5 * step);
+        for k in (0..n).map(f64::from) {
+            let at = |s: f64| side.centre + normal(k + s) * self.rounding;
+            pieces.push(Piece {
+                ends: [at(0.0), at(1.0)],
+                middle: at(0.5),
+                mean: side.centre + normal(k + 0.5) * (self.rounding * inwards),
+                normal: normal(k + 0.5),
+                length: self.rounding * step,
+            });
+        }
+    }
+
+    /// The corners `[L]`, before they are rounded.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = Vec2> + '_ {
+        self.sides.iter().map(|side| side.start)
     }
 
     /// ρ `[L]`.
@@ -240,6 +254,8 @@ impl Polygon {
 pub(crate) struct Piece {
     pub ends: [Vec2; 2],
     pub middle: Vec2,
+    /// Centroid.
+    pub mean: Vec2,
     pub normal: Vec2,
     pub length: f64,
 }
