@@ -193,6 +193,21 @@ fn circle_on_a_block() {
 }
 
 #[test]
+fn cylinder_in_clay() {
+    passes("cylinder in clay");
+}
+
+#[test]
+fn cylinder_on_a_block() {
+    passes("cylinder on a block");
+}
+
+#[test]
+fn footing_and_blade() {
+    passes("footing and blade");
+}
+
+#[test]
 fn sliding_blocks() {
     passes("sliding blocks");
 }

@@ -283,11 +283,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
     ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
     ("solver/src/remedy.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
-    (
-        "mpm-solver/src/estimate/",
-        "",
-        "remarks and warnings of `mpm check`, in the validation's faults and `kinds.rs`",
-    ),
+    ("mpm-solver/src/estimate/", "", "remarks and warnings of `mpm check`, in faults and `kinds.rs`"),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
     ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),
     // No scene is known that ends so.

@@ -60,6 +60,12 @@ pub trait Contribution<const D: usize>: Send + Sync {
         0.0
     }
 
+    /// Adds to every active node the size of what its force is a small difference of, such as stiffness times position:
+    /// rounding takes the last digits of that `[F]`.
+    fn round_off(&self, sizes: &mut [f64]) {
+        let _ = sizes;
+    }
+
     /// The size with which the residuals of its own unknowns are compared; in the units of those residuals.
     fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
         let _ = trial;

@@ -25,8 +25,8 @@ mod unknowns;
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
     ForeignPoints, InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
-    PointExtent, PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
-    TooManyPoints, determinant, finish_tangent, views,
+    PointExtent, PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums,
+    TangentSums, TooManyPoints, determinant, finish_tangent, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

@@ -103,7 +103,8 @@ impl Shapes {
         let grid = RGBColor(200, 30, 30);
         let lines = self.lines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
         chart.draw_series(lines.map(|line| PathElement::new(line, grid.mix(0.7)))).map_err(PlotError::draw)?;
-        let outlines = self.outlines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
+        let outlines =
+            self.outlines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
         let stroke = BLACK.stroke_width(2);
         chart.draw_series(outlines.map(|line| PathElement::new(line, stroke))).map_err(PlotError::draw)?;
         let points = self.points.iter().filter(|at| inside(**at));

@@ -63,13 +63,15 @@ fn a_press_by_force_is_the_press_by_the_same_poses() {
     outcome.unwrap();
     let fractions = by_force.series("load_fraction", 0);
     let ramp = |values: &[f64]| {
-        let knots: Vec<String> = fractions.iter().zip(values).map(|(at, value)| format!("({at:?}, {value:?})")).collect();
+        let knots: Vec<String> =
+            fractions.iter().zip(values).map(|(at, value)| format!("({at:?}, {value:?})")).collect();
         format!("[{}]", knots.join(", "))
     };
     let moved = |component: usize, rest: f64| {
         by_force.series("tool/foot/position", component).iter().map(|x| x - rest).collect::<Vec<f64>>()
     };
-    let [x, y, angle] = [ramp(&moved(0, 0.9)), ramp(&moved(1, 1.1)), ramp(&by_force.series("tool/foot/angle", 0))];
+    let [x, y, angle] =
+        [ramp(&moved(0, 0.9)), ramp(&moved(1, 1.1)), ramp(&by_force.series("tool/foot/angle", 0))];
     let prescribed = PRESS.replace(
         "MOTION",
         &format!(
@@ -83,7 +85,10 @@ fn a_press_by_force_is_the_press_by_the_same_poses() {
         let name = format!("tool/foot/{column}");
         let (force, pose) = (by_force.series(&name, component), by_pose.series(&name, component));
         for (row, (force, pose)) in force.iter().zip(&pose).enumerate() {
-            assert!((force - full * fractions[row]).abs() < 1e-9 * 60.0, "{column} {component}, row {row}: {force}");
+            assert!(
+                (force - full * fractions[row]).abs() < 1e-9 * 60.0,
+                "{column} {component}, row {row}: {force}"
+            );
             assert!((force - pose).abs() < 1e-9 * 60.0, "{column} {component}, row {row}: {force} and {pose}");
         }
     }
@@ -109,7 +114,11 @@ fn the_energies_of_a_dragged_block_are_balanced() {
 
 #[test]
 fn a_tool_that_is_not_there_changes_nothing() {
-    let with = PRESS.replace("MOTION", "motion: Rest").replace("1.1), (1.3", "1.8), (1.3").replace("(0.6, 1.1)", "(0.6, 1.8)").replace("1.6)", "1.95)");
+    let with = PRESS
+        .replace("MOTION", "motion: Rest")
+        .replace("1.1), (1.3", "1.8), (1.3")
+        .replace("(0.6, 1.1)", "(0.6, 1.8)")
+        .replace("1.6)", "1.95)");
     let (seen, outcome) = run(&with);
     outcome.unwrap();
     assert!(seen.series("tool/foot/force", 1).iter().all(|force| *force == 0.0));

@@ -70,7 +70,10 @@ pub const CASES: &[Case] = &[
     footing::CASE,
     contact::BLOCKS,
     contact::CIRCLE,
+    contact::HERTZ,
     contact::FRICTION,
+    contact::CYLINDER,
+    contact::EDGES,
     determinism::CASE,
     faults::CASE,
 ];

@@ -185,6 +185,19 @@ pub(super) const SMALL: &[&str] = &[
     ],
     schedule: (steps: 2),
 )"#,
+    r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: Cpdi1, stabilisation: Ghost(),
+    materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "block", material: "a", shape: Box(from: (0, 0, 0), to: (2, 2, 1)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
+    tools: [
+        (name: "pile", rounding: 0.01, moment_about: (1, 1, 0), motion: Screw(axis: Z, through: (1, 1), angle: -20, advance: -0.02, ramp: [(0, 0), (1, 1)]),
+            parts: [Cylinder(axis: Z, centre: (1, 1), radius: 0.4, extent: (1.4, 3)), Cone(axis: Z, tip: (1, 1, 1), radius: 0.4, tip_radius: 0.1, length: 0.4),
+                Helix(axis: Z, start: (1, 1, 1.5), radii: (0.3, 0.8), pitch: 0.9, turns: 1, thickness: 0.7)]),
+    ],
+    schedule: (steps: 2),
+)"#,
 ];
 
 /// Words of the language that none of the scenes says.

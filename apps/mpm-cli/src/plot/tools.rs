@@ -35,7 +35,9 @@ impl Tools {
 
     /// Segments of all tools at a load fraction.
     pub fn at(&self, fraction: f64) -> Vec<[(f64, f64); 2]> {
-        let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else { return Vec::new() };
+        let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
+            return Vec::new();
+        };
         let of_tool = |(outline, position, angle): &(ToolOutline, Table, Table)| {
             let (to, about) = (position.row(row).to_vec(), outline.moment_about);
             let (sine, cosine) = angle.row(row)[0].to_radians().sin_cos();
@@ -69,7 +71,8 @@ pub fn forces(file: &Drawn) -> Result<Option<Panel>, Complaint> {
     for (name, force, way) in &tools {
         let along = if moves { &way[..] } else { fractions.values() };
         for (c, axis) in AXES.iter().enumerate().take(force.width()) {
-            let points: Vec<(f64, f64)> = along.iter().enumerate().map(|(row, x)| (*x, force.row(row)[c])).collect();
+            let points: Vec<(f64, f64)> =
+                along.iter().enumerate().map(|(row, x)| (*x, force.row(row)[c])).collect();
             if points.iter().any(|(_, force)| *force != 0.0) {
                 curves.push(Curve {
                     name: format!("{name}, {axis}"),

@@ -54,12 +54,7 @@ pub trait Body<const D: usize>: Send + Sync {
     ///
     /// # Errors
     /// The point, or a corner of its domain, lies outside the mesh.
-    fn corners(
-        &self,
-        mesh: &Mesh<D>,
-        point: usize,
-        to: &mut Vec<Corner<D>>,
-    ) -> Result<(), OutsideMesh<D>>;
+    fn corners(&self, mesh: &Mesh<D>, point: usize, to: &mut Vec<Corner<D>>) -> Result<(), OutsideMesh<D>>;
 
     /// Whether its points have domains.
     fn has_domains(&self) -> bool;

@@ -16,7 +16,8 @@ use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{
-    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Seed, Stencils, UnconnectedPoint,
+    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Seed, Stencils,
+    UnconnectedPoint,
 };
 use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
@@ -143,12 +144,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.domains.n_corners()
     }
 
-    fn corners(
-        &self,
-        mesh: &Mesh<D>,
-        point: usize,
-        to: &mut Vec<Corner<D>>,
-    ) -> Result<(), OutsideMesh<D>> {
+    fn corners(&self, mesh: &Mesh<D>, point: usize, to: &mut Vec<Corner<D>>) -> Result<(), OutsideMesh<D>> {
         let (position, deformation_gradient) =
             (self.points.position[point], self.points.deformation_gradient[point]);
         let reference_volume = self.points.reference_volume[point];

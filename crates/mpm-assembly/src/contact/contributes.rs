@@ -3,7 +3,7 @@
 use super::areas::samples_of;
 use super::corners::{At, Contact, Dense, Search};
 use super::loaded::Standing;
-use super::memory::{Memory, Touch};
+use super::memory::Memory;
 use super::summary::Summary;
 use super::tool_contact::{RigidTool, ToolContact};
 use crate::contribution::{
@@ -81,9 +81,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             let block = wants_tangent.then(stiffness);
             Some(match &driven {
                 None => Dense::of(&self.corners[k], &force, block.as_ref()),
-                Some(driven) => {
-                    driven.dense(&self.corners[k], &of_corner[0].position, &force, block.as_ref())
-                }
+                Some(driven) => driven.dense(&self.corners[k], &of_corner[0].position, &force, block.as_ref()),
             })
         });
         let own = self.block.zip(self.rigid.load.as_ref());
@@ -93,7 +91,8 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             unknowns.clear();
             let nodes = corner.weights();
             unknowns.extend(nodes.flat_map(|(node, _)| (0..D).map(move |i| numbering.displacement(node, i))));
-            unknowns.extend(own.iter().flat_map(|(block, load)| (0..load.free.len()).map(|k| block.unknown(0, k))));
+            unknowns
+                .extend(own.iter().flat_map(|(block, load)| (0..load.free.len()).map(|k| block.unknown(0, k))));
             sums.add(trial, &unknowns, &force, &stiffness);
         }
         self.add_load(trial, sums);
@@ -111,6 +110,14 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             }
         }
         nodal.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
+    }
+
+    /// Gaps are differences of positions.
+    fn round_off(&self, sizes: &mut [f64]) {
+        for corner in &self.corners {
+            let size = corner.law.stiffness * corner.position.norm();
+            corner.weights().for_each(|(node, weight)| sizes[node] += size * weight.abs());
+        }
     }
 
     /// The load, and what the contact forces do in each unknown: norms of both.
@@ -152,12 +159,19 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
         let pose = self.pose(trial);
         let still = vec![Vector::zeros(); trial.increment.nodes.len()];
-        let at = At { tool: &self.rigid.tool, start: &self.start, pose: &self.start, increment: &still, is_first: false };
+        let at = At {
+            tool: &self.rigid.tool,
+            start: &self.start,
+            pose: &self.start,
+            increment: &still,
+            is_first: false,
+        };
         let mut energy = ContributionEnergy::default();
         for (corner, contacts) in self.corners.iter().zip(&self.contacts(trial, &pose)) {
             for contact in contacts {
                 let carried = contact.state.multiplier.powi(2) / (2.0 * contact.law.stiffness);
-                energy.stored += contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
+                energy.stored +=
+                    contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
                 energy.dissipated += contact.dissipated(&pose);
             }
             let sum = |contacts: &[Contact<D>]| contacts.iter().map(|it| it.response.force).sum::<Vector<D>>();
@@ -204,15 +218,17 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         };
         let mut summary = Summary::untouched(&pose, &self.rigid.moment_about, angle);
         let mut touches = Vec::new();
-        for (corner, contacts) in self.corners.iter().zip(&contacts) {
-            summary.add(corner, contacts);
-            for contact in contacts {
-                let state = contact.committed(&pose);
-                let holds = contact.response.closed || contact.law.adhesion > 0.0;
-                if holds || state.offset < 0.0 {
-                    let (key, position, distance) = (corner.key, contact.position, contact.near.distance);
-                    touches.push(Touch { key, position, distance, state });
-                }
+        let of_a_point = |a: &usize, b: &usize| self.corners[*a].key.is_beside(&self.corners[*b].key);
+        let numbers: Vec<usize> = (0..self.corners.len()).collect();
+        for numbers in numbers.chunk_by(of_a_point) {
+            let from = touches.len();
+            for &number in numbers {
+                summary.add(&self.corners[number], &contacts[number]);
+                self.corners[number].remember(&contacts[number], &pose, &mut touches);
+            }
+            // Only points that touch are remembered.
+            if touches[from..].iter().all(|touch| touch.state.is_none()) {
+                touches.truncate(from);
             }
         }
         self.prepared = Memory { has_begun: true, touches };
@@ -237,9 +253,9 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
 
     fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
         let width = if self.rigid.load.is_some() { Standing::<D>::NUMBERS } else { 0 };
-        let (standing, touches) = saved
-            .split_at_checked(width)
-            .ok_or_else(|| format!("has {} numbers, expected {width} for the pose of a loaded tool", saved.len()))?;
+        let (standing, touches) = saved.split_at_checked(width).ok_or_else(|| {
+            format!("has {} numbers, expected {width} for the pose of a loaded tool", saved.len())
+        })?;
         let present = Memory::restore(touches)?;
         if width > 0 {
             self.standing = Standing::restore(standing)?;

@@ -1,13 +1,14 @@
 //! The corners that a tool may touch in a load step, and the forces on them under a trial.
 
 use super::areas::{Member, sampling, shares};
-use super::memory::{Key, Memory, Sought};
+use super::memory::{Key, Memory, Sought, Touch};
 use crate::body::{Body, PointExtent};
 use crate::contribution::{Refused, StepStart};
 use mpm_basis::Corner;
 use mpm_basis::parallel::each_point;
 use mpm_contact::{
-    Bounds, CornerLaw, CornerState, Interface, Near, Pose, Response, Sample, Tangent, Tool, Trial, respond, tangent,
+    Bounds, CornerLaw, CornerState, Interface, Near, Pose, Response, Sample, Tangent, Tool, Trial, respond,
+    tangent,
 };
 use mpm_grid::{Block, Position, Vector};
 use std::array::from_fn;
@@ -92,6 +93,22 @@ impl<const D: usize> NearCorner<D> {
         contacts.collect()
     }
 
+    /// Appends what the corner remembers of each place of the surface after a step; where it is nothing, that.
+    pub fn remember(&self, contacts: &[Contact<D>], pose: &Pose<D>, to: &mut Vec<Touch<D>>) {
+        let from = to.len();
+        for contact in contacts {
+            let state = contact.committed(pose);
+            if contact.response.closed || contact.law.adhesion > 0.0 || state.offset < 0.0 {
+                let (position, distance) = (contact.position, contact.near.distance);
+                to.push(Touch { key: self.key, position, distance, state: Some(state) });
+            }
+        }
+        if let Some(nearest) = contacts.first().filter(|_| to.len() == from) {
+            let (position, distance) = (nearest.position, nearest.near.distance);
+            to.push(Touch { key: self.key, position, distance, state: None });
+        }
+    }
+
     /// The state of the place whose normal in the tool's frame is nearest to `normal`.
     fn remembered(&self, normal: &Vector<D>) -> Option<usize> {
         let alike = |k: &usize| self.states[*k].normal.dot(normal);
@@ -157,11 +174,13 @@ impl<const D: usize> Search<'_, D> {
         for (index, at_start) in step.bodies.iter().enumerate().filter(|(index, _)| meets(*index)) {
             let body = at_start.body;
             let young = body.young();
-            let of_points = each_point(body.n_points(), &|point| self.of_point(step, (index, body), young, point));
+            let of_points =
+                each_point(body.n_points(), &|point| self.of_point(step, (index, body), young, point));
             for of_point in of_points {
-                found.extend(of_point.map_err(|reason| {
-                    Refused::here(format!("in body `{}` {reason}", at_start.name))
-                })?);
+                found.extend(
+                    of_point
+                        .map_err(|reason| Refused::here(format!("in body `{}` {reason}", at_start.name)))?,
+                );
             }
         }
         self.share_surface(&mut found, samples);
@@ -193,7 +212,8 @@ impl<const D: usize> Search<'_, D> {
                 body.corners(step.mesh, point, &mut corners).map_err(|it| it.to_string())?;
             }
             for (number, corner) in corners.iter().enumerate() {
-                let key = Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
+                let key =
+                    Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
                 let law = CornerLaw::new(self.interface, young, width, D as u8, 0.0);
                 let mut made = NearCorner {
                     key,
@@ -245,7 +265,12 @@ impl<const D: usize> Search<'_, D> {
             made.states =
                 inside.map(|near| CornerState::at_rest(&self.start, &corner.position, near)).collect();
         }
-        is_member.then(|| Member { foot: self.start.recall(&(corner.position - n * nearest.distance)), width })
+        let recall = |x: &Vector<D>| self.start.recall(x);
+        is_member.then(|| {
+            let foot = recall(&(corner.position - n * nearest.distance));
+            let corners = corners.iter().map(|corner| recall(&corner.position));
+            Member::new(foot, &self.start.turn_back(&n), width, corners)
+        })
     }
 
     /// Shares the tool's surface among the corners that belong to the interface.
@@ -287,7 +312,8 @@ impl<const D: usize> Dense<D> {
             stiffness.reserve(n * n);
             for w in &nodes {
                 for j in 0..D {
-                    stiffness.extend(nodes.iter().flat_map(|v| -> [f64; D] { from_fn(|i| v * w * block[(i, j)]) }));
+                    stiffness
+                        .extend(nodes.iter().flat_map(|v| -> [f64; D] { from_fn(|i| v * w * block[(i, j)]) }));
                 }
             }
         }

@@ -116,10 +116,8 @@ impl<const D: usize> Driven<'_, D> {
         let Some(block) = block else { return dense };
         let weights: Vec<f64> = corner.weights().map(|(_, weight)| weight).collect();
         // By each unknown of the tool: ∂F/∂q, and what replaces it in the rows of the tool.
-        let by_motion: Vec<Vector<D>> = motions
-            .iter()
-            .map(|(velocity, spin)| force_by_motion(block, force, velocity, spin))
-            .collect();
+        let by_motion: Vec<Vector<D>> =
+            motions.iter().map(|(velocity, spin)| force_by_motion(block, force, velocity, spin)).collect();
         let of_motion: Vec<Vector<D>> =
             motions.iter().map(|(velocity, spin)| block.tr_mul(velocity) + cross(spin, force)).collect();
         let mut stiffness = Vec::with_capacity(dense.force.len().pow(2));
@@ -135,7 +133,7 @@ impl<const D: usize> Driven<'_, D> {
             for v in &weights {
                 stiffness.extend((0..D).map(|i| -v * by[i]));
             }
-            for (row, (velocity, spin)) in motions.iter().enumerate() {
+            for (velocity, spin) in &motions {
                 // A turn's arm changes with a shift, so that the couplings of both are the same either way.
                 let of_shift = Increment::<D>::turn_axis(self.load.free[column]).is_none();
                 let by_arm = if of_shift { cross(spin, force).dot(&motions[column].0) } else { 0.0 };

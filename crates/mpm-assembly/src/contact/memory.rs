@@ -12,7 +12,15 @@ pub(super) struct Key {
     pub corner: u32,
 }
 
-/// What a corner remembers of a place of a part's surface that it has touched.
+impl Key {
+    /// Whether both are of one point and one part.
+    pub fn is_beside(&self, other: &Self) -> bool {
+        (self.body, self.point, self.part) == (other.body, other.point, other.part)
+    }
+}
+
+/// What a corner remembers of a place of a part's surface. Of a point that has touched a part all corners are kept, so
+/// that its corners can be told from those that it had before, where its domain was shortened or split.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch<const D: usize> {
     pub key: Key,
@@ -20,7 +28,8 @@ pub(super) struct Touch<const D: usize> {
     pub position: Vector<D>,
     /// Signed distance to the surface there `[L]`.
     pub distance: f64,
-    pub state: CornerState<D>,
+    /// None where the corner has touched nothing.
+    pub state: Option<CornerState<D>>,
 }
 
 /// All that is remembered: ascending in the key, and of one corner in the order in which places were found.
@@ -60,13 +69,13 @@ impl<const D: usize> Memory<D> {
         let offset = |touch: &Touch<D>| (touch.position - sought.position).norm();
         let own = touches.iter().filter(|touch| touch.key.corner == sought.key.corner);
         if own.clone().any(|touch| offset(touch) <= SAME * sought.width) {
-            return own.map(|touch| touch.state).collect();
+            return own.filter_map(|touch| touch.state).collect();
         }
         let Some(nearest) = touches.iter().min_by(|a, b| offset(a).total_cmp(&offset(b))) else {
             return Vec::new();
         };
         let of_nearest = touches.iter().filter(|touch| touch.key.corner == nearest.key.corner);
-        of_nearest.map(|touch| handed_on(touch, sought)).collect()
+        of_nearest.filter_map(|touch| Some(handed_on(touch, &touch.state?, sought))).collect()
     }
 
     /// Hands what points remember to the parts that they were split into.
@@ -87,8 +96,11 @@ impl<const D: usize> Memory<D> {
 }
 
 /// The state of a corner that takes the place of another.
-fn handed_on<const D: usize>(touch: &Touch<D>, sought: &Sought<'_, D>) -> CornerState<D> {
-    let state = &touch.state;
+fn handed_on<const D: usize>(
+    touch: &Touch<D>,
+    state: &CornerState<D>,
+    sought: &Sought<'_, D>,
+) -> CornerState<D> {
     let moved = sought.position - touch.position;
     CornerState {
         anchor: state.anchor + sought.pose.turn_back(&moved),
@@ -101,6 +113,9 @@ fn handed_on<const D: usize>(touch: &Touch<D>, sought: &Sought<'_, D>) -> Corner
     }
 }
 
+/// The mode of a corner that has touched nothing, in a file.
+const UNTOUCHED: f64 = 3.0;
+
 /// Numbers of a touch besides its vectors.
 const SCALARS: usize = 9;
 
@@ -112,8 +127,17 @@ impl<const D: usize> Touch<D> {
         let Key { body, point, part, corner } = self.key;
         to.extend([body, point, part, corner].map(f64::from));
         to.extend(self.position.iter());
-        let CornerState { anchor, normal, multiplier, offset, mode, held } = self.state;
+        let nothing = CornerState {
+            anchor: Vector::zeros(),
+            normal: Vector::zeros(),
+            multiplier: 0.0,
+            offset: 0.0,
+            mode: Mode::Open,
+            held: false,
+        };
+        let CornerState { anchor, normal, multiplier, offset, mode, held } = self.state.unwrap_or(nothing);
         let mode = match mode {
+            _ if self.state.is_none() => UNTOUCHED,
             Mode::Open => 0.0,
             Mode::Stuck => 1.0,
             Mode::Slipping => 2.0,
@@ -132,16 +156,18 @@ impl<const D: usize> Touch<D> {
         let vector = |at: usize| Vector::<D>::from_column_slice(&from[at..at + D]);
         let [distance, multiplier, offset, mode, held] = std::array::from_fn(|k| from[4 + D + k]);
         let mode = match mode {
-            0.0 => Mode::Open,
-            1.0 => Mode::Stuck,
-            2.0 => Mode::Slipping,
-            other => return Err(format!("has a corner of mode {other}, expected 0, 1 or 2")),
+            0.0 => Some(Mode::Open),
+            1.0 => Some(Mode::Stuck),
+            2.0 => Some(Mode::Slipping),
+            UNTOUCHED => None,
+            other => return Err(format!("has a corner of mode {other}, expected 0, 1, 2 or 3")),
         };
         if held != 0.0 && held != 1.0 {
             return Err(format!("has a corner that is held by {held}, expected 0 or 1"));
         }
         let (anchor, normal) = (vector(SCALARS + D), vector(SCALARS + 2 * D));
-        let state = CornerState { anchor, normal, multiplier, offset, mode, held: held == 1.0 };
+        let held = held == 1.0;
+        let state = mode.map(|mode| CornerState { anchor, normal, multiplier, offset, mode, held });
         Ok(Self { key, position: vector(4), distance, state })
     }
 }
@@ -168,7 +194,8 @@ impl<const D: usize> Memory<D> {
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
             return Err(format!("has the number {number}, expected finite ones"));
         }
-        let touches: Vec<Touch<D>> = numbers.chunks_exact(width).map(Touch::restore).collect::<Result<_, _>>()?;
+        let touches: Vec<Touch<D>> =
+            numbers.chunks_exact(width).map(Touch::restore).collect::<Result<_, _>>()?;
         if !touches.is_sorted_by_key(|touch| touch.key) {
             return Err("has corners out of their order".into());
         }
@@ -190,12 +217,13 @@ mod tests {
             mode: Mode::Stuck,
             held: false,
         };
-        Touch { key: Key { body: 0, point, part: 0, corner }, position, distance: -0.002, state }
+        Touch { key: Key { body: 0, point, part: 0, corner }, position, distance: -0.002, state: Some(state) }
     }
 
     #[test]
     fn what_was_saved_is_restored() {
-        let touches = vec![touch(1, 0, [0.0, 0.0]), touch(1, 3, [1.0, 0.0]), touch(4, 2, [2.0, 0.5])];
+        let open = Touch { state: None, ..touch(1, 4, [1.0, 1.0]) };
+        let touches = vec![touch(1, 0, [0.0, 0.0]), touch(1, 3, [1.0, 0.0]), open, touch(4, 2, [2.0, 0.5])];
         let memory = Memory { has_begun: true, touches };
         let mut wrong = Vec::new();
         memory.save(&mut wrong);
@@ -210,8 +238,18 @@ mod tests {
     }
 
     #[test]
+    fn a_corner_that_has_touched_nothing_remembers_nothing() {
+        let open = Touch { state: None, ..touch(1, 2, [0.0, 1.0]) };
+        let memory = Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), open] };
+        let (key, position, pose) = (open.key, open.position, Pose::identity());
+        let sought = Sought { key, position, width: 0.5, distance: 0.3, pose: &pose };
+        assert_eq!(memory.recall(&sought), []);
+    }
+
+    #[test]
     fn corners_of_a_split_domain_take_the_state_of_the_nearest_before() {
-        let mut memory = Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), touch(1, 1, [1.0, 0.0])] };
+        let mut memory =
+            Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), touch(1, 1, [1.0, 0.0])] };
         memory.divide(0, &[(0, 1.0), (1, 0.5), (1, 0.5), (2, 1.0)]);
         let points: Vec<u32> = memory.touches.iter().map(|touch| touch.key.point).collect();
         assert_eq!(points, [1, 1, 2, 2]);
@@ -224,7 +262,7 @@ mod tests {
             pose: &pose,
         };
         // The first half keeps its first corner; its second is new, deeper, and nearer to the second of before.
-        assert_eq!(memory.recall(&sought(1, 0, 0.0, -0.002)), [touch(1, 0, [0.0, 0.0]).state]);
+        assert_eq!(memory.recall(&sought(1, 0, 0.0, -0.002)), [touch(1, 0, [0.0, 0.0]).state.unwrap()]);
         let [middle] = memory.recall(&sought(1, 1, 0.6, -0.003))[..] else { panic!("one state") };
         assert_eq!(middle.multiplier, 2.0);
         assert_eq!(middle.offset, -0.003);

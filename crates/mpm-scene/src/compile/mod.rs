@@ -116,7 +116,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
-    add_tools(scene, &mut model)?;
+    add_tools(scene, &mut model, files)?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;

@@ -3,13 +3,17 @@
 use super::mesh::{layout, ramp};
 use super::names::{A_NAME, is_name};
 use crate::error::SceneError;
+use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
-    Coordinates, Direction, FreeInput, PlaneBasis, RampInput, SceneIn, SolidBasis, ToolInput, ToolMotionInput,
-    ToolPartInput, ToolTurnInput,
+    Coordinates, Direction, FreeInput, PlaneBasis, PlanePoint, RampInput, SceneIn, SolidBasis, ToolInput,
+    ToolMotionInput, ToolPartInput, ToolTurnInput,
 };
 use crate::limits::memory_left;
 use mpm_assembly::{RigidTool, ToolContact, ToolLoad};
-use mpm_contact::{Bounds, ContactError, Interface, Plane, Polygon, Shape, Sphere, Tool, ToolMotion};
+use mpm_contact::{
+    Bounds, ContactError, Helix, HelixSize, Interface, Plane, Polygon, Revolution, Shape, Sphere, Surface,
+    Tool, ToolMotion,
+};
 use mpm_grid::{Axis, Layout, LoadFraction, Position, Ramp, Span, Vector, six_digits};
 use mpm_solver::{Model, NamedBody};
 use nalgebra::Vector3;
@@ -19,6 +23,12 @@ const ROUNDING: f64 = 0.25;
 
 /// Widths of a domain that a tool is thick at least: a corner in a thinner one could be nearer to its far side.
 const LEAST_WIDTHS: f64 = 2.0;
+
+/// Squares of the width of a domain (lengths, in the plane) that a tool's surface has at most, for memory's sake.
+const MOST_WIDTHS: f64 = 1e6;
+
+/// Part of a width by which rounding may make a tool thinner.
+const ROUNDING_ERROR: f64 = 1e-9;
 
 /// Load fractions, from 0 to 1, at which a tool is looked for in the mesh.
 const LOOKS: u32 = 16;
@@ -32,11 +42,11 @@ pub(super) trait ToolParts<const D: usize> {
     ///
     /// # Errors
     /// The part does not exist in this space, or a number is none of such a shape.
-    fn part(input: &ToolPartInput<D>, rounding: f64) -> Result<Part<D>, String>;
+    fn part(input: &ToolPartInput<D>, rounding: f64, files: &dyn SceneFiles) -> Result<Part<D>, String>;
 }
 
 impl ToolParts<2> for PlaneBasis {
-    fn part(input: &ToolPartInput<2>, rounding: f64) -> Result<Part<2>, String> {
+    fn part(input: &ToolPartInput<2>, rounding: f64, _: &dyn SceneFiles) -> Result<Part<2>, String> {
         Ok(match input {
             ToolPartInput::Plane { through, normal } => Box::new(plane(through, normal)?),
             ToolPartInput::Disc { centre, radius } => Box::new(disc(centre, radius.0)?),
@@ -44,17 +54,60 @@ impl ToolParts<2> for PlaneBasis {
                 let vertices = vertices.iter().map(|it| Vector::<2>::new(it.0.0.0, it.0.1.0)).collect();
                 Box::new(Polygon::new(vertices, rounding).map_err(told)?)
             }
+            ToolPartInput::Cylinder { .. }
+            | ToolPartInput::Cone { .. }
+            | ToolPartInput::Helix { .. }
+            | ToolPartInput::Surface { .. } => {
+                return Err("in the plane the parts of tools are `Plane`, `Disc` and `Polygon`".into());
+            }
         })
     }
 }
 
 impl ToolParts<3> for SolidBasis {
-    fn part(input: &ToolPartInput<3>, _rounding: f64) -> Result<Part<3>, String> {
+    fn part(input: &ToolPartInput<3>, rounding: f64, files: &dyn SceneFiles) -> Result<Part<3>, String> {
         Ok(match input {
             ToolPartInput::Plane { through, normal } => Box::new(plane(through, normal)?),
             ToolPartInput::Disc { centre, radius } => Box::new(disc(centre, radius.0)?),
-            ToolPartInput::Polygon { .. } => return Err("a polygon is a part of tools in the plane only".into()),
+            ToolPartInput::Polygon { .. } => {
+                return Err("a polygon is a part of tools in the plane only".into());
+            }
+            ToolPartInput::Cylinder { axis, centre, radius, extent: (from, to) } => {
+                let at = |along: f64| on_axis(*axis, centre, along);
+                Box::new(Revolution::cylinder(at(from.0), at(to.0), radius.0, rounding).map_err(told)?)
+            }
+            ToolPartInput::Cone { axis, tip, radius, tip_radius, length } => {
+                let tip = Vector::from(tip.0);
+                let base = tip + Vector3::ith(axis.index(), length.0);
+                Box::new(Revolution::cone(tip, base, [tip_radius.0, radius.0], rounding).map_err(told)?)
+            }
+            ToolPartInput::Helix { axis, start, radii, pitch, turns, thickness } => {
+                let (along, from) =
+                    (Vector3::ith(axis.index(), 1.0), Vector3::ith((axis.index() + 1) % 3, 1.0));
+                let size = HelixSize {
+                    radii: [radii.0.0, radii.1.0],
+                    pitch: pitch.0,
+                    turns: turns.0,
+                    thickness: thickness.0,
+                };
+                Box::new(Helix::new(Vector::from(start.0), along, from, &size).map_err(told)?)
+            }
+            ToolPartInput::Surface { file, scale, shift } => {
+                let surface = files.surface(file)?.placed(scale.0, &shift.0);
+                let (vertices, facets) = (surface.vertices().to_vec(), surface.facets().to_vec());
+                Box::new(Surface::new(vertices, facets, rounding).map_err(told)?)
+            }
         })
+    }
+}
+
+/// A point of an axis, by the coordinates across it and the one along it.
+fn on_axis(axis: Direction, centre: &PlanePoint, along: f64) -> Vector<3> {
+    let PlanePoint((a, b)) = centre;
+    match axis {
+        Direction::X => Vector3::new(along, a.0, b.0),
+        Direction::Y => Vector3::new(a.0, along, b.0),
+        Direction::Z => Vector3::new(a.0, b.0, along),
     }
 }
 
@@ -74,6 +127,7 @@ fn disc<const D: usize>(centre: &Coordinates<D>, radius: f64) -> Result<Sphere<D
 pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
     scene: &SceneIn<D, B>,
     model: &mut Model<D>,
+    files: &dyn SceneFiles,
 ) -> Result<(), SceneError> {
     for (k, input) in scene.tools.iter().enumerate() {
         let path = format!("tools[{k}]");
@@ -82,7 +136,7 @@ pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
             let reason = format!("expected {A_NAME}, got {:?}", input.name);
             return Err(SceneError::new(format!("{path}.name"), reason));
         }
-        let rigid = rigid::<D, B>(input, &path, &model.layout)?;
+        let rigid = rigid::<D, B>(input, &path, &model.layout, files)?;
         check_bodies(input, &path, &model.bodies)?;
         if model.path.is_some() && input.interface.augment > 0 {
             let reason = "is above 0, expected 0 under path control, which cannot balance a step again";
@@ -103,6 +157,7 @@ fn rigid<const D: usize, B: ToolParts<D>>(
     input: &ToolInput<D>,
     path: &str,
     layout: &Layout<D>,
+    files: &dyn SceneFiles,
 ) -> Result<RigidTool<D>, SceneError> {
     if let Some(rounding) = input.rounding.filter(|rounding| rounding.0 < 0.0) {
         let reason = format!("is {}, expected at least 0", rounding.0);
@@ -110,10 +165,11 @@ fn rigid<const D: usize, B: ToolParts<D>>(
     }
     let rounding = input.rounding.map_or_else(|| ROUNDING * smallest_edge(layout), |it| it.0);
     let part = |(k, part)| {
-        B::part(part, rounding).map_err(|it| SceneError::new(format!("{path}.parts[{k}]"), it))
+        B::part(part, rounding, files).map_err(|it| SceneError::new(format!("{path}.parts[{k}]"), it))
     };
     let parts = input.parts.iter().enumerate().map(part).collect::<Result<_, _>>()?;
-    let tool = Tool::new(parts).map_err(|_| SceneError::new(format!("{path}.parts"), "expected at least one part"))?;
+    let tool =
+        Tool::new(parts).map_err(|_| SceneError::new(format!("{path}.parts"), "expected at least one part"))?;
     let from = &input.interface;
     let interface = Interface {
         friction: from.friction.0,
@@ -142,6 +198,9 @@ fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Tool
             (std::iter::once((by, first)).chain(then).collect(), turn.as_ref())
         }
         ToolMotionInput::Loaded { by, by_ramp, .. } => (vec![(by, by_ramp)], None),
+        ToolMotionInput::Screw { axis, through, angle, advance, ramp: input } => {
+            return screw((*axis, through), [angle.0.to_radians(), advance.0], input, path);
+        }
     };
     let along = |d: usize| sum(&shifts, d, path);
     let along: Vec<Ramp> = (0..D).map(along).collect::<Result<_, _>>()?;
@@ -158,11 +217,25 @@ fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Tool
     ToolMotion::turning(along, Vector::from(centre.0), axis, angle).map_err(refuse)
 }
 
-/// The load on a tool that is moved by one.
-fn load<const D: usize>(
-    input: &ToolMotionInput<D>,
+/// A turn about an axis with an advance along it.
+fn screw<const D: usize>(
+    (axis, through): (Direction, &PlanePoint),
+    [angle, advance]: [f64; 2],
+    input: &RampInput,
     path: &str,
-) -> Result<Option<ToolLoad<D>>, SceneError> {
+) -> Result<ToolMotion<D>, SceneError> {
+    if D == 2 {
+        return Err(SceneError::new(path, "a screw moves in space only"));
+    }
+    let through = on_axis(axis, through, 0.0);
+    let [angle, advance] = [ramp(input, angle, path)?, ramp(input, advance, path)?];
+    let along = Vector3::ith(axis.index(), 1.0);
+    let through = Vector::from_fn(|d, _| through[d]);
+    ToolMotion::screw(through, along, angle, advance).map_err(|it| SceneError::new(path, it.to_string()))
+}
+
+/// The load on a tool that is moved by one.
+fn load<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Option<ToolLoad<D>>, SceneError> {
     let ToolMotionInput::Loaded { free, force, moment, ramp: input, by, .. } = input else { return Ok(None) };
     let mut components = Vec::new();
     for (k, component) in free.iter().enumerate() {
@@ -206,7 +279,8 @@ fn sum<const D: usize>(
     let moving = shifts.iter().filter(|(by, _)| by.0[d] != 0.0);
     let ramps = moving.map(|(by, input)| ramp(input, by.0[d], &format!("{path}.ramp")));
     let ramps: Vec<Ramp> = ramps.collect::<Result<_, _>>()?;
-    let mut fractions: Vec<f64> = ramps.iter().flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect();
+    let mut fractions: Vec<f64> =
+        ramps.iter().flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect();
     fractions.sort_by(f64::total_cmp);
     fractions.dedup();
     if fractions.is_empty() {
@@ -248,11 +322,21 @@ fn check_place<const D: usize>(
     let extents = || meeting().flat_map(|named| (0..named.body.n_points()).map(|p| named.body.extent(p)));
     let width = extents().map(|extent| extent.width).fold(f64::INFINITY, f64::min);
     let thickness = tool.thickness();
-    if thickness < LEAST_WIDTHS * width {
+    if thickness < (1.0 - ROUNDING_ERROR) * LEAST_WIDTHS * width {
         let reason = format!(
             "the tool is {} thick, expected at least {}: twice the width of the smallest point's domain",
             six_digits(thickness),
             six_digits(LEAST_WIDTHS * width)
+        );
+        return Err(SceneError::new(format!("{path}.parts"), reason));
+    }
+    let bounds = tool.bounds();
+    let across = (bounds.to - bounds.from).norm() / width;
+    if bounds.is_finite() && across.powi(D as i32 - 1) > MOST_WIDTHS {
+        let reason = format!(
+            "the tool is {} widths of the smallest point's domain long, expected at most {}: its surface is sampled",
+            six_digits(across),
+            six_digits(MOST_WIDTHS.powf(1.0 / (D as f64 - 1.0)))
         );
         return Err(SceneError::new(format!("{path}.parts"), reason));
     }
@@ -271,9 +355,9 @@ fn check_place<const D: usize>(
         }
     }
     let mesh = mesh_bounds(&model.layout);
-    let leaves = (0..=LOOKS).map(|look| f64::from(look) / f64::from(LOOKS)).find(|fraction| {
-        !tool.bounds().placed(&motion.pose(LoadFraction::clamped(*fraction))).meets(&mesh)
-    });
+    let leaves = (0..=LOOKS)
+        .map(|look| f64::from(look) / f64::from(LOOKS))
+        .find(|fraction| !tool.bounds().placed(&motion.pose(LoadFraction::clamped(*fraction))).meets(&mesh));
     match leaves {
         None => Ok(()),
         Some(fraction) => {
@@ -286,10 +370,9 @@ fn check_place<const D: usize>(
 /// A box around the mesh at rest.
 fn mesh_bounds<const D: usize>(layout: &Layout<D>) -> Bounds<D> {
     match layout {
-        Layout::Box { axes, .. } => Bounds {
-            from: Vector::from_fn(|d, _| axes[d].first()),
-            to: Vector::from_fn(|d, _| axes[d].last()),
-        },
+        Layout::Box { axes, .. } => {
+            Bounds { from: Vector::from_fn(|d, _| axes[d].first()), to: Vector::from_fn(|d, _| axes[d].last()) }
+        }
         Layout::Ring { centre, radii, height, .. } => {
             let side = |d: usize, sign: f64| match height {
                 Some(height) if d == 2 && sign < 0.0 => height.first(),
@@ -303,7 +386,8 @@ fn mesh_bounds<const D: usize>(layout: &Layout<D>) -> Bounds<D> {
 
 /// The smallest edge of a cell at rest `[L]`.
 fn smallest_edge<const D: usize>(layout: &Layout<D>) -> f64 {
-    let least = |axis: &Axis| (0..axis.cells()).map(|k| axis.node(k + 1) - axis.node(k)).fold(f64::INFINITY, f64::min);
+    let least =
+        |axis: &Axis| (0..axis.cells()).map(|k| axis.node(k + 1) - axis.node(k)).fold(f64::INFINITY, f64::min);
     match layout {
         Layout::Box { axes, .. } => axes.iter().map(least).fold(f64::INFINITY, f64::min),
         Layout::Ring { radii, sectors, span, height, .. } => {
@@ -336,7 +420,7 @@ pub fn tool_outlines(scene: &SceneIn<2, PlaneBasis>) -> Result<Vec<ToolOutline>,
     let layout = layout(&scene.mesh, memory_left())?;
     let (within, spacing) = (mesh_bounds(&layout), smallest_edge(&layout));
     let outline = |(k, input): (usize, &ToolInput<2>)| {
-        let rigid = rigid::<2, PlaneBasis>(input, &format!("tools[{k}]"), &layout)?;
+        let rigid = rigid::<2, PlaneBasis>(input, &format!("tools[{k}]"), &layout, &NoFiles)?;
         let outline = rigid.tool.outline(spacing, &within);
         let place = |vertex: u32| {
             let x = outline.vertices[vertex as usize];

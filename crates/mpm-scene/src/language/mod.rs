@@ -45,4 +45,6 @@ pub use run::{
     StepControlInput, ToleranceInput, UnheldMotionInput,
 };
 pub use scene::{Scene, SceneIn};
-pub use tools::{FreeInput, InterfaceInput, ShiftInput, ToolInput, ToolMotionInput, ToolPartInput, ToolTurnInput};
+pub use tools::{
+    FreeInput, InterfaceInput, ShiftInput, ToolInput, ToolMotionInput, ToolPartInput, ToolTurnInput,
+};

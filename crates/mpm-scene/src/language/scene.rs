@@ -8,7 +8,7 @@ use super::mesh::{MeshInput, MotionInput};
 use super::number;
 use super::read::{ReadError, read};
 use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput, UnheldMotionInput};
-use super::tools::ToolInput;
+use super::tools::{ToolInput, ToolPartInput};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -77,10 +77,15 @@ pub struct SceneIn<const D: usize, B> {
 
 impl<const D: usize, B> SceneIn<D, B> {
     fn files(&self) -> impl Iterator<Item = &str> {
-        self.bodies.iter().filter_map(|body| match &body.shape {
+        let of_bodies = self.bodies.iter().filter_map(|body| match &body.shape {
             ShapeInput::Surface { file, .. } | ShapeInput::Points { file } => Some(file.as_str()),
             _ => None,
-        })
+        });
+        let of_tools = self.tools.iter().flat_map(|tool| &tool.parts).filter_map(|part| match part {
+            ToolPartInput::Surface { file, .. } => Some(file.as_str()),
+            _ => None,
+        });
+        of_bodies.chain(of_tools)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Rigid tools that bodies meet.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Finite, PlanePoint, Positive, RampInput};
+use super::number::{Coordinates, Finite, PlanePoint, Positive, RampInput, one};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +55,61 @@ pub enum ToolPartInput<const D: usize> {
         /// Its vertices round the outline, either way `[L]`.
         vertices: Vec<PlanePoint>,
     },
+    /// A cylinder along an axis, in space.
+    Cylinder {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+        #[serde(default)]
+        centre: PlanePoint,
+        /// Radius `[L]`.
+        radius: Positive,
+        /// First and last coordinate along the axis `[L]`.
+        extent: (Finite, Finite),
+    },
+    /// A cone along an axis, in space; a frustum, if its tip is blunt.
+    Cone {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Its tip `[L]`.
+        tip: Coordinates<D>,
+        /// Radius of its base `[L]`.
+        radius: Positive,
+        /// Radius of its blunt tip; 0 if left out `[L]`.
+        #[serde(default)]
+        tip_radius: Finite,
+        /// How far its base lies from the tip, along the axis if positive `[L]`.
+        length: Finite,
+    },
+    /// The helical plate of a screw, in space. Its edges are round.
+    Helix {
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the plate begins on the axis; in the direction of the next coordinate: x for `Z`, y for `X`, z for `Y` `[L]`.
+        start: Coordinates<D>,
+        /// Inner and outer radius `[L]`.
+        radii: (Finite, Finite),
+        /// Rise along the axis per turn; positive where it is right-handed `[L]`.
+        pitch: Finite,
+        /// Number of turns.
+        turns: Positive,
+        /// Thickness of the plate `[L]`.
+        thickness: Positive,
+    },
+    /// What a closed surface encloses, in space; it grows by the tool's `rounding`.
+    Surface {
+        /// An STL file, binary or text, beside the scene.
+        file: String,
+        /// How many times as large the part is as the file says, about the origin.
+        #[serde(default = "one")]
+        scale: Positive,
+        /// How far it is then moved; not at all if left out `[L]`.
+        #[serde(default)]
+        shift: Coordinates<D>,
+    },
 }
 
 /// How a tool moves.
@@ -78,6 +133,22 @@ pub enum ToolMotionInput<const D: usize> {
         /// The turn.
         #[serde(default)]
         turn: Option<ToolTurnInput<D>>,
+    },
+    /// It turns about an axis and moves along it, as a screw does.
+    Screw {
+        /// Direction of the axis; `Z` if left out, and in space only.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// Where the axis passes, by the coordinates across it: (x, y) of `Z`, (y, z) of `X`, (x, z) of `Y` `[L]`.
+        #[serde(default)]
+        through: PlanePoint,
+        /// Angle in all, right-handed about the axis `[degrees]`.
+        angle: Finite,
+        /// Way along the axis in all `[L]`.
+        advance: Finite,
+        /// Part of both against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
     },
     /// A load moves it, in some components; in the others it moves as prescribed. The load acts at `moment_about`.
     Loaded {

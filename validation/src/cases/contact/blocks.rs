@@ -12,7 +12,7 @@ use mpm_scene::language::Scene;
 pub(in crate::cases) const CASE: Case = Case {
     name: "blocks under rigid plates",
     goal: "A plate that moves through cells presses a block to a uniform state, exactly.",
-    setup: "A block of 0.5 × 1 between smooth walls, Hencky, E = 10⁶, ν = 0.25, pressed by 30 % in 10 load steps by a smooth plate, whose rim crosses three rows of cells; and a block of 1 × 0.5 of von Mises soil, s_u = 10⁴, pushed by 20 % in 20 load steps by a smooth wall whose contact is augmented. Cells of 0.1, 2² points a cell, GIMP and CPDI1.",
+    setup: "A block of 0.5 × 1 between smooth walls, Hencky, E = 10⁶, ν = 0.25, pressed by 30 % in 10 load steps by a smooth plate, whose rim crosses three rows of cells; and a block of 1 × 0.5 of von Mises soil, s_u = 10⁴, pushed by 20 % in 20 load steps by a smooth wall whose contact is augmented. Cells of 0.1, 2² points a cell, GIMP and CPDI1; the first block as a slice in space, too.",
     reference: "Compression of one point in series with the springs of 20 corners; without penetration, where it is augmented. One point of soil that is driven along the same load steps, which ends at 2 s_u H/l.",
     run: blocks,
 };
@@ -68,9 +68,14 @@ fn blocks(_: Extent) -> Result<Findings, Broken> {
         let supports = history.series("reaction/total", component);
         let balance = found.iter().zip(&supports).map(|(tool, support)| (tool - support).abs());
         let size = largest(found.iter().map(|force| force.abs()));
-        let what = format!("{scene}, {}, {augment} augmentations: force against the supports' reactions", method.name);
+        let what =
+            format!("{scene}, {}, {augment} augmentations: force against the supports' reactions", method.name);
         findings.checks.push(Check::new(what, largest(balance) / size, 1e-10));
     }
     findings.tables.push(table);
+    let history = run(&load_own("contact/compression_solid")?)?.completed()?;
+    let found: Vec<f64> = of_tool(&history, "plate", "force", 2).iter().map(|force| force / 0.1).collect();
+    let error = error(&found, &compression.column("force_penalty")?);
+    findings.checks.push(Check::new("compression in space, CPDI1: force, relative", error, 1e-11));
     Ok(findings)
 }

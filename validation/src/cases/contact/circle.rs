@@ -19,7 +19,8 @@ pub(in crate::cases) const CASE: Case = Case {
 fn circle(_: Extent) -> Result<Findings, Broken> {
     let mut findings = Findings::default();
     let heads = ["basis", "force, moment", "corners", "linear solutions beyond those of the table"];
-    let mut table = Table::new("Largest differences from the tables, force and moment relative to the largest:", &heads);
+    let mut table =
+        Table::new("Largest differences from the tables, force and moment relative to the largest:", &heads);
     for (method, name) in [(&GIMP, "gimp"), (&CPDI1, "cpdi1")] {
         let reference = Reference::read(&format!("contact/circle_on_block_{name}"))?;
         let scene = on(method, plane(load_own("contact/circle_on_block")?)?);

@@ -29,7 +29,9 @@ fn friction(extent: Extent) -> Result<Findings, Broken> {
             scene.tools[0].interface.friction = Finite(coefficient);
             scene.tools[0].interface.exact_friction = exact;
             let history = run(&Scene::PlaneStrain(scene))?.completed()?;
-            let last = |column: &str, component| *of_tool(&history, "plane", column, component).last().unwrap_or(&f64::NAN);
+            let last = |column: &str, component| {
+                *of_tool(&history, "plane", column, component).last().unwrap_or(&f64::NAN)
+            };
             let (along, across) = (last("force", 0), last("force", 1));
             let name = format!("drawn, μ = {coefficient}, {}", if exact { "exact" } else { "lagged" });
             findings.checks.push(Check::new(
@@ -58,9 +60,14 @@ fn friction(extent: Extent) -> Result<Findings, Broken> {
             let outcome = run(&Scene::PlaneStrain(scene))?;
             let reached = outcome.history.last().fraction;
             let expected = 0.25 + 0.75 * coefficient;
-            errors.push(if outcome.outcome.is_err() { (reached - expected).abs() / smallest } else { f64::NAN });
+            errors.push(if outcome.outcome.is_err() {
+                (reached - expected).abs() / smallest
+            } else {
+                f64::NAN
+            });
         }
-        let what = format!("slid off, μ = {coefficient}: load fraction against μ times the weight [smallest steps]");
+        let what =
+            format!("slid off, μ = {coefficient}: load fraction against μ times the weight [smallest steps]");
         findings.checks.push(Check::new(what, largest(errors), 1.0 + 1e-6));
     }
     Ok(findings)

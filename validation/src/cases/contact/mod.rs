@@ -2,11 +2,17 @@
 
 mod blocks;
 mod circle;
+mod cylinder;
+mod edges;
 mod friction;
+mod hertz;
 
 pub(super) use blocks::CASE as BLOCKS;
 pub(super) use circle::CASE as CIRCLE;
+pub(super) use cylinder::CASE as CYLINDER;
+pub(super) use edges::CASE as EDGES;
 pub(super) use friction::CASE as FRICTION;
+pub(super) use hertz::CASE as HERTZ;
 
 use crate::history::History;
 use crate::variants::{Method, PlaneScene};
