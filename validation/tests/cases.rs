@@ -183,36 +183,6 @@ fn every_case_has_a_test() {
 }
 
 #[test]
-fn blocks_under_rigid_plates() {
-    passes("blocks under rigid plates");
-}
-
-#[test]
-fn circle_on_a_block() {
-    passes("circle on a block");
-}
-
-#[test]
-fn cylinder_in_clay() {
-    passes("cylinder in clay");
-}
-
-#[test]
-fn cylinder_on_a_block() {
-    passes("cylinder on a block");
-}
-
-#[test]
-fn footing_and_blade() {
-    passes("footing and blade");
-}
-
-#[test]
-fn sliding_blocks() {
-    passes("sliding blocks");
-}
-
-#[test]
 fn the_pages_tell_of_every_case() {
     for case in CASES {
         let page = page(case);

@@ -4,7 +4,6 @@ mod bar;
 mod cantilever;
 mod collapse;
 mod column;
-mod contact;
 mod corner_stretch;
 mod determinism;
 mod domain_control;
@@ -68,12 +67,6 @@ pub const CASES: &[Case] = &[
     path::SNAP_BACK,
     domain_control::CASE,
     footing::CASE,
-    contact::BLOCKS,
-    contact::CIRCLE,
-    contact::HERTZ,
-    contact::FRICTION,
-    contact::CYLINDER,
-    contact::EDGES,
     determinism::CASE,
     faults::CASE,
 ];
