@@ -10,7 +10,7 @@ use crate::motion::{MeshMotion, MotionError, Reindexing};
 use crate::placed::{PlacedMotion, Stretching, turn};
 use crate::ramp::LoadFraction;
 use crate::ring::PlacedRing;
-use crate::{Axis, Block, Lattice, NodeId, Vector};
+use crate::{Axis, Block, CellId, Lattice, NodeId, Vector};
 
 /// Cells that location in a ring may cross from its first guess to the cell sought.
 const WALK: usize = 32;
@@ -140,6 +140,11 @@ impl<const D: usize> Mesh<D> {
             true => self.position_at(&self.lattice.corner_index(&cell, c)),
             false => Vector::zeros(),
         })
+    }
+
+    /// Indices of all cells, the first direction fastest.
+    pub fn cells(&self) -> impl Iterator<Item = [u32; D]> + '_ {
+        (0..self.lattice.n_cells()).filter_map(CellId::from_index).map(|cell| self.lattice.cell_index(cell))
     }
 
     /// A cell as a map from local coordinates to positions.

@@ -12,9 +12,9 @@ pub enum Error {
     /// The first load step cannot begin: the mesh cannot be placed, or does not cover the points.
     #[error("the first load step cannot begin: {0}")]
     Start(StepFailure),
-    /// Parts of the model need different nodes.
+    /// The model cannot be run.
     #[error(transparent)]
-    Nodes(#[from] crate::nodes::NodeMismatch),
+    Model(#[from] crate::check::ModelError),
     /// A load step could not be solved, however short.
     #[error(
         "load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}{}",

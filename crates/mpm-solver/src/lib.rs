@@ -8,6 +8,7 @@
 //! an [`observe::Observer`]. Start reading at `load_step.rs`, then `run.rs`.
 
 mod cancellation;
+mod check;
 mod clock;
 mod connection;
 mod domain_control;
@@ -30,6 +31,7 @@ mod state;
 mod steps;
 mod timing;
 
+pub use check::ModelError;
 pub use error::{Error, PathFailure, Remedy, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
 pub use model::{

@@ -27,7 +27,7 @@ use mpm_grid::LoadFraction;
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    model.check_nodes()?;
+    model.check()?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let solver = Solver::new(model.linear_solver(), observer.cancellation(), Timings::new());
@@ -46,7 +46,7 @@ pub fn resume<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
-    model.check_nodes()?;
+    model.check()?;
     let mut record = Record::new(model);
     state.restore(model)?;
     record.restore(&state.progress).map_err(wrong)?;

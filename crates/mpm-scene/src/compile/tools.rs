@@ -148,7 +148,7 @@ pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
         }
         let contact = ToolContact::new(&input.name, rigid);
         check_place(&contact, &path, model)?;
-        model.add_contribution(&input.name, Box::new(contact));
+        model.add_contribution(format!("tool {}", input.name), Box::new(contact));
     }
     Ok(())
 }

@@ -112,7 +112,7 @@ impl Memory {
 /// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
 /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
 pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
-    model.check_nodes()?;
+    model.check()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;

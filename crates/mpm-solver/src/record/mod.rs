@@ -1,6 +1,6 @@
 //! What a run leaves behind: the history of its load steps, fields of its points, and a summary.
 
-mod columns;
+pub(crate) mod columns;
 pub(crate) mod energy;
 mod fields;
 pub(crate) mod grip;
