@@ -5,7 +5,7 @@ use mpm_basis::{Basis, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, Mesh, MeshMotion, NodeId, NodeSpace, Region, Vector};
 use mpm_material::{Elasticity, Hencky, Material};
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
-use mpm_solver::{Model, PredictorKind, Prescribed, Schedule, Support, Tolerance};
+use mpm_solver::{Active, Model, PredictorKind, Prescribed, Stage, Support, Tolerance};
 use std::error::Error;
 
 /// The square [0, 1]² `[L]`.
@@ -29,7 +29,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     let mut model = Model::on(layout, nodes);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
-    model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(steps) };
+    model.stages = vec![Stage { cuts: 0, predictor: PredictorKind::Rest, ..Stage::equal(steps) }];
     model.tolerance = Tolerance { residual: 1e-10, iterations: 10, ..Tolerance::default() };
     Ok(model)
 }
@@ -45,6 +45,7 @@ pub fn support(
         nodes: region.nodes(&NodeSpace::vertices(layout()?.lattice()), &layout()?),
         components,
         moment_about: None,
+        active: Active::default(),
     })
 }
 

@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 
 /// How a tool moves with the load.
 ///
-/// At load fraction 0 every motion is at rest, whatever its ramps say there, as mesh motions are.
+/// At load fraction 0 every motion is at rest, and at the start of a later stage where the stage before has left it, whatever
+/// its ramps say there, as mesh motions are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolMotion<const D: usize> {
     displacement: Option<[Ramp; D]>,
@@ -127,7 +128,7 @@ impl<const D: usize> Turn<D> {
 }
 
 fn finite(name: &'static str, ramp: &Ramp) -> Result<(), ContactError> {
-    ramp.knots().iter().try_for_each(|&(_, value)| ContactError::unless_finite(name, &[value]))
+    ramp.knots().try_for_each(|(_, value)| ContactError::unless_finite(name, &[value]))
 }
 
 #[cfg(test)]

@@ -245,7 +245,7 @@ impl<const D: usize> MeshMotion<D> {
             _ => Reindexing::Off,
         };
         let motion = self.placed(layout, at)?;
-        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.get() })
+        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.total() })
     }
 
     /// Displacement `[L]` that the motion prescribes from fraction `start` to `end` for the

@@ -13,6 +13,17 @@ pub enum ModelError {
     /// Parts of the model need different nodes.
     #[error(transparent)]
     Nodes(#[from] NodeMismatch),
+    /// No stage, and so no load steps.
+    #[error("there are no load steps, expected a stage at least")]
+    NoStages,
+    /// A stage that resets displacements, and a force that is a function of positions at rest.
+    #[error(
+        "stage `{stage}` resets displacements, and with them the positions at rest, of which a force per volume is a function"
+    )]
+    NoRestAfterReset {
+        /// Name of the stage.
+        stage: String,
+    },
     /// Two contributions of one name, which checkpoints could not tell apart.
     #[error("there are two contributions of the name `{name}`, expected a name for each")]
     SameContribution {
@@ -55,6 +66,7 @@ impl<const D: usize> Model<D> {
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), ModelError> {
         self.check_nodes()?;
+        self.check_stages()?;
         let weightless = self.bodies.iter().find(|named| !named.body.has_masses());
         if let Some(named) = weightless.filter(|_| !self.loads.body_forces.is_empty()) {
             return Err(ModelError::NoMasses { body: named.name.clone() });
@@ -78,5 +90,16 @@ impl<const D: usize> Model<D> {
             return Err(ModelError::SameColumn { contribution: last.into(), column });
         }
         Ok(())
+    }
+
+    fn check_stages(&self) -> Result<(), ModelError> {
+        if self.stages.is_empty() {
+            return Err(ModelError::NoStages);
+        }
+        let mut resets = self.stages.iter().filter(|stage| stage.resets_displacements);
+        match resets.next().filter(|_| !self.loads.fields.is_empty()) {
+            Some(stage) => Err(ModelError::NoRestAfterReset { stage: stage.name.clone() }),
+            None => Ok(()),
+        }
     }
 }

@@ -15,6 +15,7 @@ mod domain_control;
 mod equilibrium;
 mod error;
 mod estimate;
+mod extension;
 mod load_step;
 mod loading;
 mod model;
@@ -23,6 +24,7 @@ pub mod observe;
 mod predictor;
 mod progress;
 mod record;
+mod release;
 mod remedy;
 mod rigid;
 mod run;
@@ -33,11 +35,12 @@ mod timing;
 
 pub use check::ModelError;
 pub use error::{Error, PathFailure, Remedy, StepFailure};
-pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
+pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, estimate};
+pub use extension::{Kept, extended};
 pub use model::{
-    BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure, PointLoad,
-    PredictorKind, Prescribed, Probe, Schedule, Share, SolverChoice, SolverFactory, Support, Tolerance, Turn,
-    UnheldMotion, across,
+    Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,
+    PointLoad, PredictorKind, Prescribed, Probe, Release, Share, SolverChoice, SolverFactory, Stage, Support,
+    Tolerance, Turn, UnheldMotion, across,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

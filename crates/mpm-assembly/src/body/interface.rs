@@ -148,6 +148,9 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Makes the prepared points the present ones.
     fn commit(&mut self);
 
+    /// Makes the present positions those at rest, where the body keeps these: displacements count from here on.
+    fn reset_displacements(&mut self);
+
     /// Shortens or splits the domains of the present points that are too long in `mesh`.
     ///
     /// # Errors

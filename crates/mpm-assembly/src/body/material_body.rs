@@ -299,6 +299,12 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         }
     }
 
+    fn reset_displacements(&mut self) {
+        if !self.points.reference_position.is_empty() {
+            self.points.reference_position.clone_from(&self.points.position);
+        }
+    }
+
     fn control(
         &mut self,
         mesh: &Mesh<D>,

@@ -1,7 +1,8 @@
 //! Rigid tools.
 
-use super::mesh::{layout, ramp};
+use super::mesh::layout;
 use super::names::{A_NAME, is_name};
+use super::stages::Stages;
 use crate::error::SceneError;
 use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
@@ -15,7 +16,7 @@ use mpm_contact::{
     Tool, ToolMotion,
 };
 use mpm_grid::{Axis, Layout, LoadFraction, Position, Ramp, Span, Vector, six_digits};
-use mpm_solver::{Model, NamedBody};
+use mpm_solver::{Active, Model, NamedBody};
 use nalgebra::Vector3;
 
 /// Part of the smallest edge of a cell by which tools are rounded where the scene does not say.
@@ -129,6 +130,7 @@ pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
     model: &mut Model<D>,
     files: &dyn SceneFiles,
 ) -> Result<(), SceneError> {
+    let stages = Stages::of(&scene.schedule);
     for (k, input) in scene.tools.iter().enumerate() {
         let path = format!("tools[{k}]");
         let is_taken = scene.tools[..k].iter().any(|before| before.name == input.name);
@@ -136,19 +138,33 @@ pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
             let reason = format!("expected {A_NAME}, got {:?}", input.name);
             return Err(SceneError::new(format!("{path}.name"), reason));
         }
-        let rigid = rigid::<D, B>(input, &path, &model.layout, files)?;
+        let rigid = rigid::<D, B>(input, &path, &model.layout, (stages, files))?;
         check_bodies(input, &path, &model.bodies)?;
-        if model.path.is_some() && input.interface.augment > 0 {
-            let reason = "is above 0, expected 0 under path control, which cannot balance a step again";
-            return Err(SceneError::new(format!("{path}.interface.augment"), reason));
-        }
-        if model.path.is_some() && rigid.motion.ramps().iter().any(|ramp| ramp.jumps()) {
-            let reason = "the ramp is not 0 at load fraction 0, where path control begins at rest";
-            return Err(SceneError::new(format!("{path}.motion"), reason));
-        }
+        refuse_along_a_path(input, &rigid, &path, model)?;
         let contact = ToolContact::new(&input.name, rigid);
         check_place(&contact, &path, model)?;
         model.add_contribution(format!("tool {}", input.name), Box::new(contact));
+    }
+    Ok(())
+}
+
+/// Path control begins at rest, and cannot balance a step again.
+fn refuse_along_a_path<const D: usize>(
+    input: &ToolInput<D>,
+    rigid: &RigidTool<D>,
+    path: &str,
+    model: &Model<D>,
+) -> Result<(), SceneError> {
+    let paths = model.stages.iter().enumerate().filter(|(_, stage)| stage.path.is_some());
+    for (number, _) in paths {
+        if input.interface.augment > 0 {
+            let reason = "is above 0, expected 0 under path control, which cannot balance a step again";
+            return Err(SceneError::new(format!("{path}.interface.augment"), reason));
+        }
+        if rigid.motion.ramps().iter().any(|ramp| ramp.jumps_in(number as u32)) {
+            let reason = "the ramp begins elsewhere than where the tool is, and path control begins there";
+            return Err(SceneError::new(format!("{path}.motion"), reason));
+        }
     }
     Ok(())
 }
@@ -157,7 +173,7 @@ fn rigid<const D: usize, B: ToolParts<D>>(
     input: &ToolInput<D>,
     path: &str,
     layout: &Layout<D>,
-    files: &dyn SceneFiles,
+    (stages, files): (Stages<'_>, &dyn SceneFiles),
 ) -> Result<RigidTool<D>, SceneError> {
     if let Some(rounding) = input.rounding.filter(|rounding| rounding.0 < 0.0) {
         let reason = format!("is {}, expected at least 0", rounding.0);
@@ -181,8 +197,8 @@ fn rigid<const D: usize, B: ToolParts<D>>(
     interface.check().map_err(|it| SceneError::new(format!("{path}.interface"), it.to_string()))?;
     Ok(RigidTool {
         tool,
-        motion: motion(&input.motion, &format!("{path}.motion"))?,
-        load: load(&input.motion, &format!("{path}.motion"))?,
+        motion: motion(&input.motion, stages, &format!("{path}.motion"))?,
+        load: load(&input.motion, stages, &format!("{path}.motion"))?,
         interface,
         exact_friction: from.exact_friction,
         bodies: input.bodies.clone(),
@@ -190,7 +206,11 @@ fn rigid<const D: usize, B: ToolParts<D>>(
     })
 }
 
-fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<ToolMotion<D>, SceneError> {
+fn motion<const D: usize>(
+    input: &ToolMotionInput<D>,
+    stages: Stages<'_>,
+    path: &str,
+) -> Result<ToolMotion<D>, SceneError> {
     let (shifts, turn): (Vec<(&Coordinates<D>, &RampInput)>, _) = match input {
         ToolMotionInput::Rest => return Ok(ToolMotion::rest()),
         ToolMotionInput::Move { by, ramp: first, then, turn } => {
@@ -199,10 +219,10 @@ fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Tool
         }
         ToolMotionInput::Loaded { by, by_ramp, .. } => (vec![(by, by_ramp)], None),
         ToolMotionInput::Screw { axis, through, angle, advance, ramp: input } => {
-            return screw((*axis, through), [angle.0.to_radians(), advance.0], input, path);
+            return screw((*axis, through), [angle.0.to_radians(), advance.0], (stages, input), path);
         }
     };
-    let along = |d: usize| sum(&shifts, d, path);
+    let along = |d: usize| sum(&shifts, stages, d, path);
     let along: Vec<Ramp> = (0..D).map(along).collect::<Result<_, _>>()?;
     let along: [Ramp; D] = along.try_into().expect("one for each direction");
     let refuse = |it: ContactError| SceneError::new(path, it.to_string());
@@ -212,7 +232,7 @@ fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Tool
     if D == 2 && *axis != Direction::Z {
         return Err(SceneError::new(format!("{path}.turn.axis"), "in the plane a tool turns about `Z` only"));
     }
-    let angle = ramp(input, angle.0.to_radians(), &format!("{path}.turn.ramp"))?;
+    let angle = ramp(stages, input, angle.0.to_radians(), &format!("{path}.turn.ramp"))?;
     let axis = Vector3::ith(axis.index(), 1.0);
     ToolMotion::turning(along, Vector::from(centre.0), axis, angle).map_err(refuse)
 }
@@ -221,14 +241,14 @@ fn motion<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Tool
 fn screw<const D: usize>(
     (axis, through): (Direction, &PlanePoint),
     [angle, advance]: [f64; 2],
-    input: &RampInput,
+    (stages, input): (Stages<'_>, &RampInput),
     path: &str,
 ) -> Result<ToolMotion<D>, SceneError> {
     if D == 2 {
         return Err(SceneError::new(path, "a screw moves in space only"));
     }
     let through = on_axis(axis, through, 0.0);
-    let [angle, advance] = [ramp(input, angle, path)?, ramp(input, advance, path)?];
+    let [angle, advance] = [ramp(stages, input, angle, path)?, ramp(stages, input, advance, path)?];
     let along = Vector3::ith(axis.index(), 1.0);
     let through = Vector::from_fn(|d, _| through[d]);
     ToolMotion::screw(through, along, angle, advance).map_err(|it| SceneError::new(path, it.to_string()))
@@ -266,31 +286,38 @@ fn load<const D: usize>(input: &ToolMotionInput<D>, path: &str) -> Result<Option
         free: components,
         force: Vector::from(force.0),
         moment: Vector3::new(0.0, 0.0, moment.0),
-        ramp: ramp(input, 1.0, &format!("{path}.ramp"))?,
+        ramp: ramp(stages, input, 1.0, &format!("{path}.ramp"))?,
     }))
+}
+
+/// The ramp of a tool, which is there in all stages.
+fn ramp(stages: Stages<'_>, input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
+    stages.ramp(input, scale, Active::default(), path)
 }
 
 /// The sum of displacements along a direction, each with its ramp.
 fn sum<const D: usize>(
     shifts: &[(&Coordinates<D>, &RampInput)],
+    stages: Stages<'_>,
     d: usize,
     path: &str,
 ) -> Result<Ramp, SceneError> {
     let moving = shifts.iter().filter(|(by, _)| by.0[d] != 0.0);
-    let ramps = moving.map(|(by, input)| ramp(input, by.0[d], &format!("{path}.ramp")));
+    let ramps = moving.map(|(by, input)| ramp(stages, input, by.0[d], &format!("{path}.ramp")));
     let ramps: Vec<Ramp> = ramps.collect::<Result<_, _>>()?;
-    let mut fractions: Vec<f64> =
-        ramps.iter().flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect();
-    fractions.sort_by(f64::total_cmp);
-    fractions.dedup();
-    if fractions.is_empty() {
+    let mut knots: Vec<LoadFraction> = ramps.iter().flat_map(|ramp| ramp.knots().map(|knot| knot.0)).collect();
+    // In a stage in which one of them has knots, the others hold from its start to its end.
+    let ends = knots.iter().flat_map(|at| [at.with_value(0.0), at.with_value(1.0)]);
+    knots.extend(ends.collect::<Vec<_>>());
+    knots.sort_by(|a, b| a.total().total_cmp(&b.total()).then(a.stage().cmp(&b.stage())));
+    knots.dedup();
+    if knots.is_empty() {
         return Ok(Ramp::constant(0.0));
     }
-    let at = |fraction: &f64| {
-        let here = LoadFraction::clamped(*fraction);
-        (*fraction, ramps.iter().map(|ramp| ramp.value(here)).sum())
-    };
-    Ramp::new(fractions.iter().map(at).collect()).map_err(|it| SceneError::new(path, it))
+    let value = |at: &LoadFraction| (at.get(), ramps.iter().map(|ramp| ramp.value(*at)).sum());
+    let of_stages = knots.chunk_by(|a, b| a.stage() == b.stage());
+    let pieces = of_stages.map(|knots| (knots[0].stage(), knots.iter().map(value).collect()));
+    Ramp::of_stages(pieces).map_err(|it| SceneError::new(path, it))
 }
 
 /// The bodies that meet a tool exist, and have corners.
@@ -355,13 +382,15 @@ fn check_place<const D: usize>(
         }
     }
     let mesh = mesh_bounds(&model.layout);
-    let leaves = (0..=LOOKS)
-        .map(|look| f64::from(look) / f64::from(LOOKS))
-        .find(|fraction| !tool.bounds().placed(&motion.pose(LoadFraction::clamped(*fraction))).meets(&mesh));
+    let looks = (0..model.stages.len() as u32)
+        .flat_map(|stage| (0..=LOOKS).map(move |look| (stage, f64::from(look) / f64::from(LOOKS))));
+    let leaves = looks
+        .map(|(stage, value)| LoadFraction::start_of(stage).with_value(value))
+        .find(|at| !tool.bounds().placed(&motion.pose(*at)).meets(&mesh));
     match leaves {
         None => Ok(()),
-        Some(fraction) => {
-            let reason = format!("the tool is outside the mesh at load fraction {fraction}");
+        Some(at) => {
+            let reason = format!("the tool is outside the mesh at load fraction {}", at.total());
             Err(SceneError::new(format!("{path}.motion"), reason))
         }
     }
@@ -419,8 +448,9 @@ pub struct ToolOutline {
 pub fn tool_outlines(scene: &SceneIn<2, PlaneBasis>) -> Result<Vec<ToolOutline>, SceneError> {
     let layout = layout(&scene.mesh, memory_left())?;
     let (within, spacing) = (mesh_bounds(&layout), smallest_edge(&layout));
+    let stages = Stages::of(&scene.schedule);
     let outline = |(k, input): (usize, &ToolInput<2>)| {
-        let rigid = rigid::<2, PlaneBasis>(input, &format!("tools[{k}]"), &layout, &NoFiles)?;
+        let rigid = rigid::<2, PlaneBasis>(input, &format!("tools[{k}]"), &layout, (stages, &NoFiles))?;
         let outline = rigid.tool.outline(spacing, &within);
         let place = |vertex: u32| {
             let x = outline.vertices[vertex as usize];

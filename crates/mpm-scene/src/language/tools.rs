@@ -1,7 +1,8 @@
 //! Rigid tools that bodies meet.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Finite, PlanePoint, Positive, RampInput, one};
+use super::number::{Coordinates, Finite, PlanePoint, Positive, one};
+use super::ramp::RampInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

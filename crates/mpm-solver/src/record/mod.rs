@@ -7,6 +7,7 @@ pub(crate) mod grip;
 pub(crate) mod history;
 mod probe;
 pub(crate) mod summary;
+mod supports;
 
 use crate::connection::{Connected, Former};
 use crate::equilibrium::problem::Equilibrium;

@@ -6,7 +6,7 @@ use mpm_assembly::{
 };
 use mpm_basis::Smpm;
 use mpm_grid::{LoadFraction, Ramp, Vector};
-use mpm_solver::{BodyForce, ModelError, run};
+use mpm_solver::{BodyForce, ModelError, Stage, run};
 use std::sync::Arc;
 
 /// Does nothing, and says so in one column.
@@ -75,4 +75,18 @@ fn forces_on_points_that_lack_what_they_need_are_refused() {
     assert_eq!(model.check(), Ok(()));
     model.loads.fields.push((0, Arc::new(Push)));
     assert_eq!(model.check(), Err(ModelError::NoRest { body: "square".into() }));
+}
+
+#[test]
+fn stages_that_cannot_be_run_are_refused() {
+    let mut model = square(1);
+    model.stages.clear();
+    assert_eq!(model.check(), Err(ModelError::NoStages));
+    assert!(run(&mut model, &mut ()).is_err_and(|error| error.to_string().contains("no load steps")));
+    model.stages.push(Stage { name: "late".into(), resets_displacements: true, ..Stage::equal(1) });
+    assert_eq!(model.check(), Ok(()));
+    let body = MaterialBody::new(Smpm, law(), seeds(1, |_, _| true)).with_reference_positions();
+    model.bodies[0].body = Box::new(body);
+    model.loads.fields.push((0, Arc::new(Push)));
+    assert_eq!(model.check(), Err(ModelError::NoRestAfterReset { stage: "late".into() }));
 }

@@ -5,7 +5,7 @@ use mpm_basis::{Seed, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, Mesh, Region};
 use mpm_material::{Elasticity, Hencky};
 use mpm_solver::observe::{Entry, LoadStep, Observer, ObserverError, RunStart};
-use mpm_solver::{Model, PredictorKind, Prescribed, Schedule};
+use mpm_solver::{Model, PredictorKind, Prescribed, Stage};
 use std::collections::BTreeMap;
 
 fn layout(cells: u32) -> Layout<2> {
@@ -29,7 +29,7 @@ pub fn square(cells: u32) -> Model<2> {
     model.add_body("square", Box::new(MaterialBody::new(Smpm, law(), seeds(cells, |_, _| true))));
     let base = Region::<2>::Plane { axis: 1, at: 0.0 };
     model.add_support("base", &base, [Some(Prescribed::Held), Some(Prescribed::Held)]);
-    model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(1) };
+    model.stages = vec![Stage { cuts: 0, predictor: PredictorKind::Rest, ..Stage::equal(1) }];
     model.tolerance.residual = 1e-11;
     model
 }
