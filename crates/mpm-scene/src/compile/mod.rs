@@ -13,6 +13,7 @@ mod quantity;
 mod shapes;
 mod stages;
 mod supports;
+mod tool_motion;
 mod tools;
 
 use crate::compiled::{Compiled, fields};
