@@ -141,7 +141,7 @@ fn augment<const D: usize>(
     if model.contributions.is_empty() || !matches!(plan.kind, StepKind::Load(_) | StepKind::Relaxed) {
         return Ok(false);
     }
-    let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[] };
+    let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[], carried: &[] };
     let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
     let increment = &balanced.equilibrium.increment;
     let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
