@@ -73,6 +73,7 @@ fn screw<const D: usize>(
 /// The load on a tool that is moved by one.
 pub(super) fn load<const D: usize>(
     input: &ToolMotionInput<D>,
+    stages: Stages<'_>,
     path: &str,
 ) -> Result<Option<ToolLoad<D>>, SceneError> {
     let ToolMotionInput::Loaded { free, force, moment, ramp: input, by, .. } = input else { return Ok(None) };
