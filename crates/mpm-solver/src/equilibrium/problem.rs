@@ -107,9 +107,9 @@ impl Effort {
         self.dropped += earlier.dropped;
         self.relaxations += earlier.relaxations;
         self.unstable_node = self.unstable_node.or(earlier.unstable_node);
-        self.backward_error = self.backward_error.max(earlier.backward_error);
+        self.backward_error = larger(self.backward_error, earlier.backward_error);
         self.refinements += earlier.refinements;
-        self.pivot_spread = self.pivot_spread.max(earlier.pivot_spread);
+        self.pivot_spread = larger(self.pivot_spread, earlier.pivot_spread);
     }
 }
 
