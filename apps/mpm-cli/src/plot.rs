@@ -4,6 +4,7 @@ mod arguments;
 mod body;
 mod drawn;
 mod histories;
+mod tools;
 
 use crate::complaint::Complaint;
 use arguments::BodyArguments;
@@ -46,6 +47,8 @@ enum Show {
     Convergence,
     /// Energies against the load fraction, where the scene asks for them.
     Energy,
+    /// Forces on rigid tools against their way, or against the load fraction.
+    Tool,
 }
 
 /// Size of a panel beside others.
@@ -63,7 +66,7 @@ pub fn plot(arguments: &PlotArguments) -> Result<String, Complaint> {
 
 fn picture(arguments: &PlotArguments, file: &Drawn) -> Result<PathBuf, Complaint> {
     let path = arguments.output.clone().unwrap_or_else(|| arguments.results.with_extension("png"));
-    let all = [Show::Body, Show::Reaction, Show::Moment, Show::Convergence, Show::Energy];
+    let all = [Show::Body, Show::Reaction, Show::Moment, Show::Tool, Show::Convergence, Show::Energy];
     let asked = !arguments.show.is_empty();
     let mut panels = Vec::new();
     let mut alone = PANEL;
@@ -78,6 +81,7 @@ fn picture(arguments: &PlotArguments, file: &Drawn) -> Result<PathBuf, Complaint
             }
             Show::Reaction => histories::reactions(file)?,
             Show::Moment => histories::moments(file)?,
+            Show::Tool => tools::forces(file)?,
             Show::Convergence => histories::convergence(file)?,
             Show::Energy => histories::energies(file)?,
         };

@@ -3,7 +3,7 @@
 use crate::body::{AssemblyPlan, Body, InadmissiblePoint, PassInput, Sums, TangentSums};
 use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownId, UnknownVector, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
-use mpm_grid::{LoadFraction, Mesh};
+use mpm_grid::{LoadFraction, Mesh, Ramp};
 use mpm_linear::Symmetry;
 
 /// Adds to the out-of-balance force and to the tangent of a load step.
@@ -12,8 +12,11 @@ use mpm_linear::Symmetry;
 /// 1. [`begin`](Self::begin) freezes what does not change while the step is balanced, and
 ///    [`locate`](Self::locate) finds where the contribution's couplings are stored, if the pattern is new;
 /// 2. [`add`](Self::add), for every trial; it is pure, so that any trial may be the last one;
-/// 3. [`prepare`](Self::prepare) once the step is balanced, and [`commit`](Self::commit) once the points are committed.
-///    A step that fails is begun again from 1, so that what was prepared is dropped.
+/// 3. [`augment`](Self::augment) once the step is balanced; where it has changed what it holds fixed, the step is balanced
+///    again from where it is,
+/// 4. [`prepare`](Self::prepare), and [`commit`](Self::commit) once the points are committed. A step that fails is begun
+///    again from 1, so that what was prepared is dropped,
+/// 5. [`divide`](Self::divide) where points were split after the step.
 ///
 /// A contribution that remembers something from step to step (a slip, an anchor, a carried force) keeps it apart from
 /// what it has prepared, and [saves](Self::save) it for a run that is resumed.
@@ -57,6 +60,12 @@ pub trait Contribution<const D: usize>: Send + Sync {
         0.0
     }
 
+    /// Adds to every active node the size of what its force is a small difference of, such as stiffness times position:
+    /// rounding takes the last digits of that `[F]`.
+    fn round_off(&self, sizes: &mut [f64]) {
+        let _ = sizes;
+    }
+
     /// The size with which the residuals of its own unknowns are compared; in the units of those residuals.
     fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
         let _ = trial;
@@ -66,6 +75,17 @@ pub trait Contribution<const D: usize>: Send + Sync {
     /// Whether its force depends on the load fraction besides the displacement, as where a wall or a tool moves.
     fn moves_with_load(&self) -> bool {
         false
+    }
+
+    /// Ramps that it follows: load steps end at their knots.
+    fn ramps(&self) -> Vec<&Ramp> {
+        Vec::new()
+    }
+
+    /// What in it is probably not meant on the mesh at the start, though it can be run: sentences that name it.
+    fn remarks(&self, mesh: &Mesh<D>) -> Vec<String> {
+        let _ = mesh;
+        Vec::new()
     }
 
     /// Whether it takes nodes for the corners of cells, so that it exists on the vertices of a mesh only.
@@ -82,6 +102,18 @@ pub trait Contribution<const D: usize>: Send + Sync {
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
         let _ = trial;
         ContributionEnergy::default()
+    }
+
+    /// Looks at a balanced trial, and may change what [`begin`](Self::begin) has frozen, such as the multipliers of a
+    /// constraint; `round` counts from 0. Returns whether the step has to be balanced again, which ends at some round.
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
+        let _ = (trial, round);
+        false
+    }
+
+    /// Points of a body were split: `parts` tells for every point of now its point of before, and its share of that.
+    fn divide(&mut self, body: usize, parts: &[(usize, f64)]) {
+        let _ = (body, parts);
     }
 
     /// Works out its state at the end of a balanced step, apart from the present one.

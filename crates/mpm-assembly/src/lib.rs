@@ -17,6 +17,7 @@
 //! that is derived from what contributions couple.
 
 mod body;
+pub mod contact;
 mod contribution;
 mod differences;
 mod ghost;
@@ -25,10 +26,11 @@ mod unknowns;
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
     DomainsOfBody, ForeignPoints, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
-    MeanDilatation, OccupiedCell, PassInput, PointForce, PointStart, PointView, RefusedStart, ShippedBasis,
-    ShippedLaw, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent,
-    views,
+    MeanDilatation, OccupiedCell, PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart,
+    ShippedBasis, ShippedLaw, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
+    finish_tangent, views,
 };
+pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
     RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,

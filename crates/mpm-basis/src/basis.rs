@@ -1,6 +1,7 @@
 //! What a basis is: how a point, with its domain, influences nodes.
 
 use crate::active::ActiveNodes;
+use crate::corner::{Corner, CornerPoint};
 use crate::domain::Domain;
 use crate::influence::Stencil;
 use mpm_grid::{Block, LinearCell, Mesh, NodeId, NodeKind, OutsideMesh, Vector};
@@ -60,6 +61,26 @@ pub trait Basis<const D: usize>: Send + Sync {
         position: &mut Vector<D>,
         step: &Convection<'_, D>,
     ) -> Result<(), ConvectionError>;
+
+    /// Corners of a point's domain, at most; none where the basis has no corners that a tool could touch.
+    fn n_corners(&self) -> usize {
+        0
+    }
+
+    /// Adds the corners of a point's domain, always in the same order. Their nodes are among those that the point
+    /// [influences](Self::influences).
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn corners(
+        &self,
+        _mesh: &Mesh<D>,
+        _point: &CornerPoint<D>,
+        _domain: &Self::Domain,
+        _to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        Ok(())
+    }
 
     /// Cuts the domain of the point at `x` in two, across the side that `to_cells` (which takes half
     /// the edges of a cell to length 1) makes longest; `None` where it has none or cannot be cut.

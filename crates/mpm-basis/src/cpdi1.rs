@@ -5,6 +5,7 @@
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, block};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
@@ -155,6 +156,20 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         half.initial.column_mut(d).scale_mut(0.5);
         let r = half.current.column(d).into_owned();
         Some([x - r, x + r].map(|position| DomainPart { position, domain: half, share: 0.5 }))
+    }
+
+    fn n_corners(&self) -> usize {
+        1 << D
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: &CornerPoint<D>,
+        domain: &Parallelepiped<D>,
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        corner::of_samples(mesh, point, &domain.samples(&point.position)[..1 << D], to)
     }
 
     fn diagnose(

@@ -6,6 +6,7 @@
 //! 2×2×2 Gauss points are exact.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
@@ -180,6 +181,20 @@ impl Basis<3> for Cpdi2Hexahedron {
             let half = Hexahedron { corners, initial_volume: domain.initial_volume * share };
             DomainPart { position: m.position(&corners), domain: half, share }
         }))
+    }
+
+    fn n_corners(&self) -> usize {
+        8
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<3>,
+        point: &CornerPoint<3>,
+        domain: &Hexahedron,
+        to: &mut Vec<Corner<3>>,
+    ) -> Result<(), OutsideMesh<3>> {
+        corner::of_samples(mesh, point, &samples(domain), to)
     }
 
     fn diagnose(

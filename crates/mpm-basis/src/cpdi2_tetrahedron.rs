@@ -2,6 +2,7 @@
 //! [`crate::Simplex`].
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{Corner, CornerPoint};
 use crate::influence::Stencil;
 use crate::simplex::Simplex;
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
@@ -58,6 +59,20 @@ impl Basis<3> for Cpdi2Tetrahedron {
         to_cells: &Block<3>,
     ) -> Option<[DomainPart<3, Simplex<3>>; 2]> {
         domain.halve(to_cells)
+    }
+
+    fn n_corners(&self) -> usize {
+        4
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<3>,
+        point: &CornerPoint<3>,
+        domain: &Simplex<3>,
+        to: &mut Vec<Corner<3>>,
+    ) -> Result<(), OutsideMesh<3>> {
+        domain.domain_corners(mesh, point, to)
     }
 
     fn diagnose(

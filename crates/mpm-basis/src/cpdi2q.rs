@@ -10,6 +10,7 @@
 //! nothing resists its growth; past 3 a weight is negative.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
@@ -228,6 +229,20 @@ impl Basis<2> for Cpdi2q {
             let position = Self::position(&self.weights(&half, &Shape::of(&half.corners)), &half.corners);
             DomainPart { position, domain: half, share }
         }))
+    }
+
+    fn n_corners(&self) -> usize {
+        4
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<2>,
+        point: &CornerPoint<2>,
+        domain: &Quadrilateral,
+        to: &mut Vec<Corner<2>>,
+    ) -> Result<(), OutsideMesh<2>> {
+        corner::of_samples(mesh, point, &self.samples(domain), to)
     }
 
     fn diagnose(

@@ -7,6 +7,7 @@
 //! [`crate::Fallback`] replaces slivers.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{Corner, CornerPoint};
 use crate::influence::Stencil;
 use crate::simplex::Simplex;
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
@@ -96,6 +97,20 @@ impl Basis<2> for Cpdi2t {
         to_cells: &Block<2>,
     ) -> Option<[DomainPart<2, Simplex<2>>; 2]> {
         domain.halve(to_cells)
+    }
+
+    fn n_corners(&self) -> usize {
+        3
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<2>,
+        point: &CornerPoint<2>,
+        domain: &Simplex<2>,
+        to: &mut Vec<Corner<2>>,
+    ) -> Result<(), OutsideMesh<2>> {
+        domain.domain_corners(mesh, point, to)
     }
 
     fn diagnose(

@@ -1,6 +1,7 @@
 //! A remedy for convected domains that degenerate: the point goes on with a CPDI1 domain.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{Corner, CornerPoint};
 use crate::cpdi1::{Cpdi1, Parallelepiped};
 use crate::domain::{Domain, block};
 use crate::influence::Stencil;
@@ -207,6 +208,26 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
                 domain: FallbackDomain::Fallen(it.domain),
                 share: it.share,
             })),
+        }
+    }
+
+    fn n_corners(&self) -> usize {
+        match self.basis.n_corners() {
+            0 => 0,
+            n => n.max(1 << D),
+        }
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: &CornerPoint<D>,
+        domain: &Self::Domain,
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.corners(mesh, point, domain, to),
+            FallbackDomain::Fallen(domain) => Cpdi1.corners(mesh, point, domain, to),
         }
     }
 

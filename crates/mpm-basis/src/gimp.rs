@@ -6,6 +6,7 @@
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, vector};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
@@ -261,6 +262,20 @@ impl<const D: usize> Basis<D> for Gimp {
             position[d] += side * half.current[d];
             DomainPart { position, domain: half, share: 0.5 }
         }))
+    }
+
+    fn n_corners(&self) -> usize {
+        1 << D
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: &CornerPoint<D>,
+        domain: &HalfLengths<D>,
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        corner::of_box(mesh, &point.position, &domain.current, to)
     }
 
     fn diagnose(

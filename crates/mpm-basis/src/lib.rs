@@ -30,6 +30,7 @@ mod basis;
 mod cells;
 mod completeness;
 mod connectivity;
+mod corner;
 mod cpdi1;
 mod cpdi2_hexahedron;
 mod cpdi2_tetrahedron;
@@ -54,6 +55,7 @@ pub use basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Se
 pub use cells::{CellPart, Cells};
 pub use completeness::Completeness;
 pub use connectivity::{Connectivity, Group};
+pub use corner::{Corner, CornerPoint};
 pub use cpdi1::{Cpdi1, Parallelepiped};
 pub use cpdi2_hexahedron::{Cpdi2Hexahedron, Hexahedron};
 pub use cpdi2_tetrahedron::Cpdi2Tetrahedron;

@@ -7,6 +7,7 @@
 //! `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, exactly, so that the domain's volume follows `det F`.
 
 use crate::basis::{Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners};
 use crate::influence::Stencil;
@@ -104,6 +105,16 @@ impl<const D: usize> Simplex<D> {
             }
             DomainPart { position: half.centroid(), domain: half, share: 0.5 }
         }))
+    }
+
+    /// See [`crate::Basis::corners`].
+    pub(crate) fn domain_corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: &CornerPoint<D>,
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        corner::of_samples(mesh, point, &self.samples()[..=D], to)
     }
 
     /// See [`crate::Basis::diagnose`].

@@ -3,6 +3,7 @@
 //! `S_vp = N_v(x_p)`, `∇S_vp = ∇N_v(x_p)` (Sulsky, Chen & Schreyer 1994).
 
 use crate::basis::{Basis, Convection, ConvectionError, Seed};
+use crate::corner::{self, Corner, CornerPoint};
 use crate::influence::Stencil;
 use mpm_grid::{LinearCell, Mesh, OutsideMesh, Vector};
 
@@ -42,5 +43,19 @@ impl<const D: usize> Basis<D> for Smpm {
     ) -> Result<(), ConvectionError> {
         *position += step.displacement;
         Ok(())
+    }
+
+    fn n_corners(&self) -> usize {
+        1 << D
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: &CornerPoint<D>,
+        _domain: &(),
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        corner::of_point(mesh, point, to)
     }
 }

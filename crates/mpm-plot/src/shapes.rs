@@ -28,6 +28,8 @@ pub struct Shapes {
     pub radius: f64,
     /// Lines of the mesh.
     pub lines: Vec<[(f64, f64); 2]>,
+    /// Outlines of what is rigid, over everything else.
+    pub outlines: Vec<[(f64, f64); 2]>,
     /// What the colours say; drawn at the right.
     pub bar: Option<ColourBar>,
 }
@@ -101,6 +103,10 @@ impl Shapes {
         let grid = RGBColor(200, 30, 30);
         let lines = self.lines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
         chart.draw_series(lines.map(|line| PathElement::new(line, grid.mix(0.7)))).map_err(PlotError::draw)?;
+        let outlines =
+            self.outlines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
+        let stroke = BLACK.stroke_width(2);
+        chart.draw_series(outlines.map(|line| PathElement::new(line, stroke))).map_err(PlotError::draw)?;
         let points = self.points.iter().filter(|at| inside(**at));
         chart.draw_series(points.map(|&at| Circle::new(at, 2, BLACK.filled()))).map_err(PlotError::draw)?;
         Ok(())

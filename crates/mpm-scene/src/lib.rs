@@ -18,7 +18,9 @@ mod pieces;
 mod vortex;
 
 pub use added_stages::AddedStages;
-pub use compile::{DrivenPath, compile, compile_with, compile_within, drive, mesh_of};
+pub use compile::{
+    DrivenPath, ToolOutline, compile, compile_with, compile_within, drive, mesh_of, tool_outlines,
+};
 pub use compiled::Compiled;
 pub use error::SceneError;
 pub use files::{NamedColumns, NoFiles, PointTable, SceneFiles};

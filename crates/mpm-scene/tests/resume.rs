@@ -212,6 +212,36 @@ fn where_domains_are_split_and_loads_with_them() {
     assert!(seen.rows[9].len() > seen.rows[1].len(), "points are split");
 }
 
+/// A block on which a disc rolls and slides, and a weight that sinks and tilts.
+const TOOLS: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 3, cells: 6), Uniform(from: 0, to: 3, cells: 6)]),
+    basis: Cpdi1 DOMAINS, stabilisation: Ghost(),
+    materials: { "clay": VonMises(young: 1e3, poisson: 0.3, yield_radius: 20, density: 1) },
+    bodies: [(name: "block", material: "clay", shape: Box(from: (0, 0), to: (3, 1.6)), points_per_cell: 2)],
+    supports: [
+        (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
+        (name: "left", region: Plane(axis: X, at: 0), fix: [X]), (name: "right", region: Plane(axis: X, at: 3), fix: [X]),
+    ],
+    tools: [
+        (name: "wheel", parts: [Disc(centre: (1, 2.2), radius: 0.6)],
+            motion: Move(by: (0, -0.08), ramp: [(0, 0), (0.5, 1)], then: [(by: (0.3, 0), ramp: [(0.5, 0), (1, 1)])],
+                turn: (centre: (1, 2.2), angle: -20)),
+            interface: (friction: 0.3, adhesion: 1), moment_about: (1, 2.2)),
+        (name: "weight", parts: [Polygon(vertices: [(2.2, 1.6), (3, 1.6), (3, 2.2), (2.2, 2.2)])], moment_about: (2.5, 1.6),
+            motion: Loaded(free: [Y, Turn], force: (0, -20)), interface: (friction: 0.2, augment: 1)),
+    ],
+    schedule: (steps: 8),
+    output: (energies: true),
+)"#;
+
+#[test]
+fn while_tools_press_slide_and_sink() {
+    goes_on_bit_for_bit("tools", &TOOLS.replace("DOMAINS", ""));
+    let split = TOOLS.replace("DOMAINS", ", domains: (control: Split(cells: 0.6, growth: 9))");
+    let seen = goes_on_bit_for_bit("tools, split", &split);
+    assert!(seen.rows[8].len() > seen.rows[1].len(), "points are split");
+}
+
 #[test]
 fn on_a_moving_mesh_with_a_vortex() {
     goes_on_bit_for_bit("stretch", &shipped("simple_stretch", &[]));

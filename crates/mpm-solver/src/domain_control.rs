@@ -34,6 +34,9 @@ pub(crate) fn control_domains<const D: usize>(
         counts.split += controlled.split as u64;
         if !controlled.parts.is_empty() {
             divide_shares(&mut model.loads, index, &controlled.parts);
+            for named in &mut model.contributions {
+                named.contribution.divide(index, &controlled.parts);
+            }
         }
     }
     Ok(counts)

@@ -9,7 +9,7 @@
 //! `run.rs` calls [`load_step`] in a loop and commits what it prepared; a step that fails leaves the points as they were.
 
 use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods, position};
-use crate::equilibrium::problem::Problem;
+use crate::equilibrium::problem::{Equilibrium, Problem};
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
 use crate::error::StepFailure;
@@ -47,7 +47,12 @@ pub(crate) fn load_step<const D: usize>(
     let Tools { solver, former } = tools;
     let interval = Interval { from: plan.start, to: plan.end };
     let connected = connect_step(model, &mesh, interval, former, &mut solver.timings)?;
-    let balanced = balance(model, &mesh, &connected, plan, solver).and_then(|balanced| {
+    let balanced = balance(model, &mesh, &connected, plan, None, solver).and_then(|mut balanced| {
+        let mut round = 0;
+        while augment(model, &mesh, &connected, plan, &balanced, round)? {
+            balanced = balance(model, &mesh, &connected, plan, Some(balanced.equilibrium), solver)?;
+            round += 1;
+        }
         advance(model, &mesh, &connected, plan.start, &balanced, &mut solver.timings)?;
         Ok(balanced)
     });
@@ -60,12 +65,14 @@ pub(crate) fn load_step<const D: usize>(
     }
 }
 
-/// Finds the displacements that balance the forces.
+/// Finds the displacements that balance the forces; from `found` on, where the step was balanced before contributions
+/// changed what they hold fixed.
 fn balance<const D: usize>(
     model: &Model<D>,
     mesh: &Mesh<D>,
     connected: &Connected<D>,
     plan: &mut Plan<D>,
+    found: Option<Equilibrium<D>>,
     solver: &mut Solver<D>,
 ) -> Result<Balanced<D>, StepFailure> {
     let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[], carried: &[] };
@@ -101,14 +108,15 @@ fn balance<const D: usize>(
     let analysis = solver.analyse(&connected.pattern, &hints)?;
     connected.is_analysed.set(true);
     let (mut end, span) = (plan.end, plan.end.get() - plan.start.get());
-    let mut equilibrium = match &mut plan.kind {
-        StepKind::Load(predictor) => {
+    let mut equilibrium = match (found, &mut plan.kind) {
+        (Some(found), _) => newton::go_on(&problem, found, solver)?,
+        (None, StepKind::Load(predictor)) => {
             let guess = predictor.as_ref().map(|last| last.displacement(connected, span, &constraints));
             newton::solve(&problem, guess, solver)?
         }
-        StepKind::Relaxed => relaxation::solve(&problem, solver)?,
-        StepKind::Measured(step) => path::solve_measured(&problem, step, plan.end, solver)?,
-        StepKind::Along(step) => {
+        (None, StepKind::Relaxed) => relaxation::solve(&problem, solver)?,
+        (None, StepKind::Measured(step)) => path::solve_measured(&problem, step, plan.end, solver)?,
+        (None, StepKind::Along(step)) => {
             let equilibrium = path::solve(&problem, &loading, step, solver)?;
             end = plan.end.with_value(step.end);
             equilibrium
@@ -119,6 +127,26 @@ fn balance<const D: usize>(
     let energy = model.energies.then(energy).transpose()?;
     let condition = if model.condition_history { solver.condition(&problem) } else { None };
     Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
+}
+
+/// Lets contributions change what they hold fixed in a balanced step of a given load fraction; whether any did.
+fn augment<const D: usize>(
+    model: &mut Model<D>,
+    mesh: &Mesh<D>,
+    connected: &Connected<D>,
+    plan: &Plan<D>,
+    balanced: &Balanced<D>,
+    round: u32,
+) -> Result<bool, StepFailure> {
+    if model.contributions.is_empty() || !matches!(plan.kind, StepKind::Load(_) | StepKind::Relaxed) {
+        return Ok(false);
+    }
+    let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[], carried: &[] };
+    let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
+    let increment = &balanced.equilibrium.increment;
+    let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
+    let augmented = model.contributions.iter_mut().map(|named| named.contribution.augment(&trial, round));
+    Ok(augmented.fold(false, |any, changed| any | changed))
 }
 
 /// Prepares the points, and what contributions remember, for the equilibrium that has been found.

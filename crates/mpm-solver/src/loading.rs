@@ -121,6 +121,9 @@ impl<const D: usize> StepLoading<'_, D> {
             bodies.push(BodyScale { nodes, stiffness: norm_of(&own) });
             stiffness.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
         }
+        for named in &self.model.contributions {
+            named.contribution.round_off(&mut stiffness);
+        }
         let all = 2.0 * f64::EPSILON * norm_of(&stiffness);
         RoundOff { stiffness, all, bodies }
     }

@@ -2,7 +2,7 @@
 
 use crate::connection::Connected;
 use crate::error::{Error, Remedy};
-use crate::model::Model;
+use crate::model::{Model, NamedContribution};
 use mpm_grid::{MeshMotion, NodeKind};
 
 /// Stiffness of the node that bodies reach least, over the median, from which on no node is barely reached: at the
@@ -48,10 +48,14 @@ fn least_reached<const D: usize>(model: &Model<D>, connected: &Connected<D>) -> 
 
 /// What can be said of a model before it runs.
 pub(crate) fn advice<const D: usize>(model: &Model<D>) -> Option<String> {
-    // A mesh that moves with the material keeps the cells filled.
-    (can_be_stabilised(model) && model.motion == MeshMotion::Fixed).then(|| {
-        "the mesh is fixed, so that bodies which move far come to barely reach some nodes, which makes steps fail: \
-         the remedy is `stabilisation: Ghost()`"
-            .into()
+    let moves = |named: &NamedContribution<D>| named.contribution.moves_with_load();
+    let why = match model.contributions.iter().find(|named| moves(named)) {
+        // A mesh that moves with the material keeps the cells filled.
+        _ if model.motion == MeshMotion::Fixed => "the mesh is fixed, so that bodies which move far".to_owned(),
+        Some(tool) => format!("`{}` moves through the mesh, so that bodies which it pushes", tool.name),
+        None => return None,
+    };
+    can_be_stabilised(model).then(|| {
+        format!("{why} come to barely reach some nodes, which makes steps fail: the remedy is `stabilisation: Ghost()`")
     })
 }

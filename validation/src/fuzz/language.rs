@@ -190,6 +190,38 @@ pub(super) const SMALL: &[&str] = &[
     supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
     schedule: (steps: 1),
 )"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 3, cells: 3), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: Cpdi1, stabilisation: Ghost(),
+    materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "block", material: "a", shape: Box(from: (0, 0), to: (3, 2)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
+    tools: [
+        (name: "wheel", parts: [Disc(centre: (0.8, 2.6), radius: 0.6)],
+            motion: Move(by: (0, -0.02), ramp: [(0, 0), (0.5, 1)], then: [(by: (0.1, 0), ramp: [(0.5, 0), (1, 1)])],
+                turn: (axis: Z, centre: (0.8, 2.6), angle: -10, ramp: [(0.5, 0), (1, 1)])),
+            interface: (friction: 0.3, adhesion: 1, stiffness: 20, separates: true, augment: 0, exact_friction: false),
+            bodies: ["block"], moment_about: (0.8, 2.6)),
+        (name: "weight", parts: [Disc(centre: (2.2, 2.6), radius: 0.6)], moment_about: (2.2, 2.6),
+            motion: Loaded(free: [Y, Turn], force: (0, -2), moment: 0.01, ramp: [(0, 0), (1, 1)], by: (0.01, 0), by_ramp: [(0, 0), (1, 1)])),
+        (name: "wall", parts: [Plane(through: (3, 0), normal: (-1, 0)), Polygon(vertices: [(2, 2), (3, 2), (3, 3), (2, 3)])],
+            rounding: 0.1, motion: Rest, interface: (friction: 0.1, augment: 2)),
+    ],
+    schedule: (steps: 2),
+)"#,
+    r#"Solid(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 3, cells: 3)]),
+    basis: Cpdi1, stabilisation: Ghost(),
+    materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "block", material: "a", shape: Box(from: (0, 0, 0), to: (2, 2, 1)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z])],
+    tools: [
+        (name: "pile", rounding: 0.01, moment_about: (1, 1, 0), motion: Screw(axis: Z, through: (1, 1), angle: -20, advance: -0.02, ramp: [(0, 0), (1, 1)]),
+            parts: [Cylinder(axis: Z, centre: (1, 1), radius: 0.4, extent: (1.4, 3)), Cone(axis: Z, tip: (1, 1, 1), radius: 0.4, tip_radius: 0.1, length: 0.4),
+                Helix(axis: Z, start: (1, 1, 1.5), radii: (0.3, 0.8), pitch: 0.9, turns: 1, thickness: 0.7)]),
+    ],
+    schedule: (steps: 2),
+)"#,
 ];
 
 /// Words of the language that none of the scenes says.
@@ -206,6 +238,8 @@ pub(super) const WORDS: &[&str] = &[
     "Slash",
     "SmallestCornerWeight",
     "Table",
+    "TurnX",
+    "TurnY",
     "Zero",
     "column",
     "moment_axis",

@@ -2,6 +2,7 @@
 
 use super::arguments::{BodyArguments, View};
 use super::drawn::{Drawn, complain};
+use super::tools::Tools;
 use crate::complaint::Complaint;
 use mpm_grid::six_digits;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
@@ -25,6 +26,7 @@ pub struct Bodies<'a> {
     colour: Option<Colour>,
     /// The mesh of the scene, if it is to be drawn.
     mesh: Option<(Layout<2>, MeshMotion<2>)>,
+    tools: Tools,
     solid: bool,
 }
 
@@ -79,7 +81,7 @@ impl<'a> Bodies<'a> {
             _ => None,
         };
         let colour = Colour::of(file, arguments.field.as_deref())?;
-        Ok(Self { file, arguments, colour, mesh, solid })
+        Ok(Self { file, arguments, colour, mesh, tools: Tools::of(file)?, solid })
     }
 
     /// The recorded steps up to the one that is wanted, without the others before it.
@@ -159,6 +161,7 @@ impl<'a> Bodies<'a> {
             range: scales.room,
             radius: seen.radius,
             lines: self.mesh(fraction)?,
+            outlines: self.tools.at(fraction),
             bar: self.colour.as_ref().map(|it| ColourBar { label: it.label.clone(), range: scales.colours }),
             ..Shapes::default()
         };

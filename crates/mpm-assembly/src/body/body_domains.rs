@@ -4,8 +4,10 @@ use crate::body::advance::{AdvanceError, Converged, PreparedDomains};
 use crate::body::domain_control::{self, Controlled, TooManyPoints};
 use crate::body::stored::ForeignPoints;
 use mpm_basis::parallel::each_point;
-use mpm_basis::{Basis, Connectivity, Domain, DomainControl, DomainReport, Stencils, UnconnectedPoint};
-use mpm_grid::{Block, Mesh, NodeKind, Vector};
+use mpm_basis::{
+    Basis, Connectivity, Corner, CornerPoint, Domain, DomainControl, DomainReport, Stencils, UnconnectedPoint,
+};
+use mpm_grid::{Block, Mesh, NodeKind, OutsideMesh, Vector};
 
 /// What is compiled for each basis. `position` are those of the points `[L]`.
 pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
@@ -40,6 +42,21 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
     ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints>;
 
     fn diagnose(&self, position: &[Vector<D>], mesh: &Mesh<D>) -> Vec<DomainReport>;
+
+    /// No corner of a point's domain is farther away from the point `[L]`; `None` where there is no domain.
+    fn radius(&self, point: usize) -> Option<f64>;
+
+    /// See [`Basis::n_corners`].
+    fn n_corners(&self) -> usize;
+
+    /// See [`Basis::corners`].
+    fn corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: usize,
+        of: &CornerPoint<D>,
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>>;
 
     /// Corners of the domain of a point that stands at `x`.
     fn outline(&self, point: usize, x: &Vector<D>) -> Vec<Vector<D>>;
@@ -122,6 +139,26 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
                 ..DomainReport::default()
             })
         })
+    }
+
+    fn radius(&self, point: usize) -> Option<f64> {
+        // Of the shapes that domains have, tetrahedra reach the farthest for their second moment: √(20/3) of its root.
+        let spread = self.domains[point].spread()?;
+        Some((20.0 / 3.0 * spread.trace()).sqrt())
+    }
+
+    fn n_corners(&self) -> usize {
+        self.basis.n_corners()
+    }
+
+    fn corners(
+        &self,
+        mesh: &Mesh<D>,
+        point: usize,
+        of: &CornerPoint<D>,
+        to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.basis.corners(mesh, of, &self.domains[point], to)
     }
 
     fn outline(&self, point: usize, x: &Vector<D>) -> Vec<Vector<D>> {

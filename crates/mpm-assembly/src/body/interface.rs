@@ -12,8 +12,8 @@ use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::parallel::each_point;
-use mpm_basis::{ActiveNodes, Connectivity, DomainControl, DomainReport, Stencils, UnconnectedPoint};
-use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
+use mpm_basis::{ActiveNodes, Connectivity, Corner, DomainControl, DomainReport, Stencils, UnconnectedPoint};
+use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
 
@@ -59,6 +59,21 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Points that yield at the apex of their law or at the tip of its cut-off, where they have no stiffness; none where
     /// its law has no apex.
     fn points_at_apex(&self) -> Option<usize>;
+
+    /// Young's modulus of its law, of small strains around no stress `[F/L²]`.
+    fn young(&self) -> f64;
+
+    /// Where a point and its domain are.
+    fn extent(&self, point: usize) -> PointExtent<D>;
+
+    /// Corners of a point's domain, at most, see [`Basis::n_corners`](mpm_basis::Basis::n_corners).
+    fn n_corners(&self) -> usize;
+
+    /// Adds the corners of a point's domain, see [`Basis::corners`](mpm_basis::Basis::corners).
+    ///
+    /// # Errors
+    /// The point, or a corner of its domain, lies outside the mesh.
+    fn corners(&self, mesh: &Mesh<D>, point: usize, to: &mut Vec<Corner<D>>) -> Result<(), OutsideMesh<D>>;
 
     /// Whether its points have domains.
     fn has_domains(&self) -> bool;
@@ -175,6 +190,17 @@ pub trait Body<const D: usize>: Send + Sync {
     /// # Errors
     /// What cannot be points of this body; nothing has changed.
     fn restore(&mut self, stored: &StoredPoints) -> Result<(), ForeignPoints>;
+}
+
+/// Where a point is, and how large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointExtent<const D: usize> {
+    /// `x_p` `[L]`.
+    pub position: Vector<D>,
+    /// Width of a cube of the point's volume at rest, `(V_p⁰)^(1/D)` `[L]`.
+    pub width: f64,
+    /// No corner of its domain is farther away `[L]`.
+    pub radius: f64,
 }
 
 /// Loads on one body at one moment.

@@ -7,7 +7,7 @@ use crate::body::body_domains::{BodyDomains, DomainsOfBody};
 use crate::body::body_law::{BodyLaw, LawOfBody};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads, PointForce};
+use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
 use crate::body::kinematics::determinant;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
@@ -16,9 +16,10 @@ use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{
-    ActiveNodes, Basis, Connectivity, DomainControl, DomainReport, Seed, Stencils, UnconnectedPoint,
+    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Seed, Stencils,
+    UnconnectedPoint,
 };
-use mpm_grid::{Lattice, Mesh, NodeKind, Vector};
+use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, Material};
 
@@ -153,6 +154,31 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.law.has_apex().then(|| self.law.points_at_apex(&self.points))
     }
 
+    fn young(&self) -> f64 {
+        self.law.elasticity().young()
+    }
+
+    fn extent(&self, point: usize) -> PointExtent<D> {
+        let width = self.points.reference_volume[point].powf(1.0 / D as f64);
+        // Half the diagonal of a cube, stretched by the norm of F, where there is no domain.
+        let cube = || 0.5 * width * (D as f64).sqrt() * self.points.deformation_gradient[point].norm();
+        let radius = self.domains.radius(point).unwrap_or_else(cube);
+        PointExtent { position: self.points.position[point], width, radius }
+    }
+
+    fn n_corners(&self) -> usize {
+        self.domains.n_corners()
+    }
+
+    fn corners(&self, mesh: &Mesh<D>, point: usize, to: &mut Vec<Corner<D>>) -> Result<(), OutsideMesh<D>> {
+        let (position, deformation_gradient) =
+            (self.points.position[point], self.points.deformation_gradient[point]);
+        let reference_volume = self.points.reference_volume[point];
+        let volume = determinant(&deformation_gradient) * reference_volume;
+        let of = CornerPoint { position, reference_volume, volume, deformation_gradient };
+        self.domains.corners(mesh, point, &of, to)
+    }
+
     fn has_masses(&self) -> bool {
         self.points.mass.len() == self.points.len()
     }
@@ -266,8 +292,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         active: &ActiveNodes<D>,
         out: &mut Vec<OccupiedCell>,
     ) {
-        let young = self.law.elasticity().young();
-        occupied(connectivity, lattice, active, &self.points.reference_volume, young, out);
+        occupied(connectivity, lattice, active, &self.points.reference_volume, self.young(), out);
     }
 
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {

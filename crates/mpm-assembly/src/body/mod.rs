@@ -33,7 +33,7 @@ pub use body_domains::DomainsOfBody;
 pub use body_law::LawOfBody;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
-pub use interface::{Body, BodyLoads, PointForce, views};
+pub use interface::{Body, BodyLoads, PointExtent, PointForce, views};
 pub use kinematics::determinant;
 pub use material_body::MaterialBody;
 pub use occupied::OccupiedCell;

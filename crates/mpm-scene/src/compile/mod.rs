@@ -15,6 +15,8 @@ mod shapes;
 mod stages;
 mod supports;
 mod symmetry;
+mod tool_motion;
+mod tools;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
@@ -24,6 +26,7 @@ use crate::language::{
 };
 use crate::limits::memory_left;
 pub use drive::{DrivenPath, drive};
+pub use tools::{ToolOutline, tool_outlines};
 
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
@@ -38,6 +41,7 @@ use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolera
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
 use supports::supports;
 use symmetry::check_planes;
+use tools::{ToolParts, add_tools};
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
 ///
@@ -83,7 +87,7 @@ fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Co
     })
 }
 
-fn model<const D: usize, B: FillBody<D>>(
+fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
     files: &dyn SceneFiles,
     memory: MemoryLimit,
@@ -118,6 +122,7 @@ fn model<const D: usize, B: FillBody<D>>(
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
+    add_tools(scene, &mut model, files)?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;

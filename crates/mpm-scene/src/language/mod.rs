@@ -23,6 +23,7 @@ mod read;
 mod run;
 mod scene;
 mod stage;
+mod tools;
 
 pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
@@ -46,4 +47,7 @@ pub use run::{CheckpointInput, FieldInput, OutputInput, SolverInput, ToleranceIn
 pub use scene::{Scene, SceneIn};
 pub use stage::{
     ActiveInput, PathMeasureInput, PredictorInput, ReleaseInput, ScheduleInput, StageInput, StepControlInput,
+};
+pub use tools::{
+    FreeInput, InterfaceInput, ShiftInput, ToolInput, ToolMotionInput, ToolPartInput, ToolTurnInput,
 };

@@ -9,6 +9,7 @@ use super::number;
 use super::read::{ReadError, read};
 use super::run::{OutputInput, SolverInput, ToleranceInput, UnheldMotionInput};
 use super::stage::ScheduleInput;
+use super::tools::{ToolInput, ToolPartInput};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -53,6 +54,9 @@ pub struct SceneIn<const D: usize, B> {
     /// Forces.
     #[serde(default)]
     pub loads: Vec<LoadInput<D>>,
+    /// Rigid tools that bodies meet.
+    #[serde(default)]
+    pub tools: Vec<ToolInput<D>>,
     /// Material points that the history follows.
     #[serde(default)]
     pub probes: Vec<ProbeInput<D>>,
@@ -74,10 +78,15 @@ pub struct SceneIn<const D: usize, B> {
 
 impl<const D: usize, B> SceneIn<D, B> {
     fn files(&self) -> impl Iterator<Item = &str> {
-        self.bodies.iter().filter_map(|body| match &body.shape {
+        let of_bodies = self.bodies.iter().filter_map(|body| match &body.shape {
             ShapeInput::Surface { file, .. } | ShapeInput::Points { file } => Some(file.as_str()),
             _ => None,
-        })
+        });
+        let of_tools = self.tools.iter().flat_map(|tool| &tool.parts).filter_map(|part| match part {
+            ToolPartInput::Surface { file, .. } => Some(file.as_str()),
+            _ => None,
+        });
+        of_bodies.chain(of_tools)
     }
 }
 

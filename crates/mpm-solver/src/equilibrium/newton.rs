@@ -42,7 +42,8 @@ pub(crate) fn solve<const D: usize>(
     solver: &mut Solver<D>,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut rest = solver.at_rest(problem);
-    if let Some(increment) = guess {
+    // Nothing is guessed of unknowns that belong to no node: with the nodes alone a guess would be out of balance.
+    if let Some(increment) = guess.filter(|_| rest.increment.own.is_empty()) {
         let before = solver.timings.count(Phase::Solve);
         let mut guessed = rest.clone();
         guessed.increment.nodes = increment;
@@ -67,6 +68,24 @@ pub(crate) fn solve<const D: usize>(
         }
         _ => failure,
     })
+}
+
+/// Balances the forces again, from an equilibrium on after which contributions have changed what they hold fixed.
+///
+/// # Errors
+/// Why the iteration failed.
+pub(crate) fn go_on<const D: usize>(
+    problem: &Problem<'_, D>,
+    found: Equilibrium<D>,
+    solver: &mut Solver<D>,
+) -> Result<Equilibrium<D>, StepFailure> {
+    let mut start = solver.at_rest(problem);
+    start.increment = found.increment;
+    start.is_first = false;
+    let start = Start { iterate: start, lift: &[], patience: Patience::ToTheEnd };
+    let mut next = iterate(start, problem, solver)?.into_equilibrium();
+    next.effort.add_earlier(found.effort);
+    Ok(next)
 }
 
 /// Where Newton's iteration begins.

@@ -96,6 +96,23 @@ pub(crate) fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(f64::max)
 }
 
+impl Effort {
+    /// Counts what was spent on the step before.
+    pub(crate) fn add_earlier(&mut self, earlier: Self) {
+        let later = std::mem::replace(&mut self.residuals, earlier.residuals);
+        self.residuals.extend(later);
+        self.is_unstable |= earlier.is_unstable;
+        self.linear_iterations += earlier.linear_iterations;
+        self.shortened += earlier.shortened;
+        self.dropped += earlier.dropped;
+        self.relaxations += earlier.relaxations;
+        self.unstable_node = self.unstable_node.or(earlier.unstable_node);
+        self.backward_error = larger(self.backward_error, earlier.backward_error);
+        self.refinements += earlier.refinements;
+        self.pivot_spread = larger(self.pivot_spread, earlier.pivot_spread);
+    }
+}
+
 impl<const D: usize> Iterate<D> {
     /// Nothing has moved, and linear systems will be solved by `method` until it fails.
     pub(crate) fn at_rest(unknowns: &Unknowns<D>, method: Method) -> Self {

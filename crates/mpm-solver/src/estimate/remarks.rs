@@ -27,6 +27,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     }));
     remarks.extend(driven::of(model, mesh, active));
     remarks.extend(shared(model, mesh, active));
+    remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh)));
     remarks.extend(jumps(model));
     remarks.extend(knots(model));
     remarks
@@ -148,6 +149,11 @@ fn jumps<const D: usize>(model: &Model<D>) -> Vec<String> {
         }
         if model.motion.ramps().iter().any(|ramp| ramp.jumps_in(number)) {
             jump("the motion of the mesh".into());
+        }
+        for named in &model.contributions {
+            if named.contribution.ramps().iter().any(|ramp| ramp.jumps_in(number)) {
+                jump(format!("`{}`", named.name));
+            }
         }
     }
     jumps

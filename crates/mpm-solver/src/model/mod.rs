@@ -130,7 +130,8 @@ impl<const D: usize> Model<D> {
         let Loads { body_forces, point_loads, fields } = &self.loads;
         let forces = body_forces.iter().map(|(_, ramp)| ramp).chain(point_loads.iter().map(|load| &load.ramp));
         let fields = fields.iter().flat_map(|(_, field)| field.ramps());
-        let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps());
+        let contributions = self.contributions.iter().flat_map(|named| named.contribution.ramps());
+        let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps()).chain(contributions);
         let knots = ramps.flat_map(|ramp| ramp.knots().map(|knot| knot.0));
         knots.filter(|at| at.stage() == stage).map(|at| at.get()).collect()
     }

@@ -188,6 +188,11 @@ impl Record {
         let probes: Vec<Entry> = model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)).collect();
         row.truncate(row.len() - probes.len());
         row.extend(probes);
+        let told = model.contributions.iter().flat_map(|named| named.contribution.history());
+        for recorded in told {
+            let place = self.columns.iter().position(|column| column.name == recorded.name);
+            row[place.expect("a column for each that a contribution tells of")] = entry(recorded);
+        }
         let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
         let grip = |support: &Support<D>| match support.acts_in(0) {
             true => Grip::at_start(model, support, &mesh),
@@ -372,12 +377,16 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
     ]
 }
 
-/// Entries of a contribution's columns.
-fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
-    let entry = |recorded: Recorded| match recorded.values {
+/// What a contribution tells, as an entry of its column.
+fn entry(recorded: Recorded) -> Entry {
+    match recorded.values {
         RecordedValues::Count(count) => Entry::Count(vec![count]),
         RecordedValues::Real(values) => Entry::Real(values),
-    };
+    }
+}
+
+/// Entries of a contribution's columns.
+fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
     named.contribution.history().into_iter().map(entry).collect()
 }
 

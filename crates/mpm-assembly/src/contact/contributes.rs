@@ -1,0 +1,270 @@
+//! What a rigid tool adds to force and tangent, remembers, and tells.
+
+use super::areas::samples_of;
+use super::corners::{At, Contact, Dense, Search};
+use super::loaded::Standing;
+use super::memory::Memory;
+use super::summary::Summary;
+use super::tool_contact::{RigidTool, ToolContact};
+use crate::contribution::{
+    Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
+};
+use crate::unknowns::{Couplings, UnknownId, Unknowns};
+use mpm_basis::parallel::each_point;
+use mpm_contact::Bounds;
+use mpm_grid::{Mesh, Ramp, Vector, six_digits};
+use mpm_linear::Symmetry;
+
+/// Gap over the width of a domain at which augmentation ends.
+const CLOSED: f64 = 1e-10;
+
+/// The longest edge of the cells that hold the corners and the middle of a box, 0 where they lie outside the mesh `[L]`.
+fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>) -> f64 {
+    if !bounds.is_finite() {
+        return 0.0;
+    }
+    let places = bounds.corners().chain([(bounds.from + bounds.to) * 0.5]);
+    let cells = places.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| mesh.linear_cell(place.cell));
+    let edges = cells.map(|cell| {
+        let across = cell.jacobian(&Vector::zeros());
+        across.column_iter().map(|column| 2.0 * column.norm()).fold(0.0, f64::max)
+    });
+    edges.fold(0.0, f64::max)
+}
+
+impl<const D: usize> Contribution<D> for ToolContact<D> {
+    fn begin(&mut self, step: &StepStart<'_, D>, unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
+        self.from = step.from;
+        let end = match &self.rigid.load {
+            None => {
+                self.start = self.rigid.motion.pose(step.from);
+                self.rigid.motion.pose(step.to)
+            }
+            Some(load) => {
+                self.start = self.standing.pose;
+                let increment = load.increment(&[], &self.prescribed_shift(step.to));
+                self.start.moved(&self.rigid.moment_about, &increment)
+            }
+        };
+        self.check_motion(&end)?;
+        let names: Vec<bool> = step.bodies.iter().map(|body| self.meets(body.name)).collect();
+        let RigidTool { tool, interface, .. } = &self.rigid;
+        let search = Search { tool, interface, memory: &self.present, start: self.start, end };
+        let kept = &mut self.samples;
+        let mut samples = |spacing: f64, within: &Bounds<D>| samples_of(tool, kept, spacing, within);
+        self.corners = search.corners(step, &|index| names[index], &mut samples)?;
+        self.block = self.rigid.load.as_ref().map(|load| unknowns.push(1, load.free.len()));
+        Ok(self.block.map_or(Begun::AsBefore, |block| self.couple(block)))
+    }
+
+    fn couplings(&self) -> &dyn Couplings {
+        &self.couplings
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        if self.is_exact() { Symmetry::Unsymmetric } else { Symmetry::Symmetric }
+    }
+
+    fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
+        let (pose, kind, numbering) = (self.pose(trial), self.tangent(), trial.pattern.unknowns());
+        let contacts = self.contacts(trial, &pose);
+        let driven = self.driven(trial);
+        let wants_tangent = sums.wants_tangent();
+        let dense: Vec<Option<Dense<D>>> = each_point(contacts.len(), &|k| {
+            let of_corner = &contacts[k];
+            let acts = |it: &Contact<D>| it.response.closed || it.response.tangential != Vector::<D>::zeros();
+            if !of_corner.iter().any(acts) {
+                return None;
+            }
+            let force: Vector<D> = of_corner.iter().map(|it| it.response.force).sum();
+            let stiffness = || of_corner.iter().map(|it| it.stiffness(&pose, trial.is_first, kind)).sum();
+            let block = wants_tangent.then(stiffness);
+            Some(match &driven {
+                None => Dense::of(&self.corners[k], &force, block.as_ref()),
+                Some(driven) => driven.dense(&self.corners[k], &of_corner[0].position, &force, block.as_ref()),
+            })
+        });
+        let own = self.block.zip(self.rigid.load.as_ref());
+        let mut unknowns: Vec<UnknownId> = Vec::new();
+        for (corner, dense) in self.corners.iter().zip(dense) {
+            let Some(Dense { force, stiffness }) = dense else { continue };
+            unknowns.clear();
+            let nodes = corner.weights();
+            unknowns.extend(nodes.flat_map(|(node, _)| (0..D).map(move |i| numbering.displacement(node, i))));
+            unknowns
+                .extend(own.iter().flat_map(|(block, load)| (0..load.free.len()).map(|k| block.unknown(0, k))));
+            sums.add(trial, &unknowns, &force, &stiffness);
+        }
+        self.add_load(trial, sums);
+        Ok(())
+    }
+
+    /// The norm of the tool's forces on the nodes.
+    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
+        let contacts = self.contacts(trial, &self.pose(trial));
+        let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
+        for (corner, contacts) in self.corners.iter().zip(&contacts) {
+            let force: Vector<D> = contacts.iter().map(|it| it.response.force).sum();
+            for (node, weight) in corner.weights() {
+                nodal[node] += force * weight;
+            }
+        }
+        nodal.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
+    }
+
+    /// Gaps are differences of positions.
+    fn round_off(&self, sizes: &mut [f64]) {
+        for corner in &self.corners {
+            let size = corner.law.stiffness * corner.position.norm();
+            corner.weights().for_each(|(node, weight)| sizes[node] += size * weight.abs());
+        }
+    }
+
+    /// The load, and what the contact forces do in each unknown: norms of both.
+    fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
+        let Some(driven) = self.driven(trial) else { return 1.0 };
+        let load = driven.load.at(trial.end, &driven.increment);
+        let mut sizes: Vec<f64> = load.iter().map(|load| load.abs()).collect();
+        for contact in self.contacts(trial, &driven.pose).iter().flatten() {
+            let work = driven.work(&contact.position, &contact.response.force);
+            sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
+        }
+        sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    fn moves_with_load(&self) -> bool {
+        !self.rigid.motion.is_rest() || self.rigid.load.is_some()
+    }
+
+    fn ramps(&self) -> Vec<&Ramp> {
+        let load = self.rigid.load.iter().map(|load| &load.ramp);
+        self.rigid.motion.ramps().into_iter().chain(load).collect()
+    }
+
+    fn remarks(&self, mesh: &Mesh<D>) -> Vec<String> {
+        let (thickness, edge) = (self.rigid.tool.thickness(), longest_edge(mesh, &self.rigid.tool.bounds()));
+        let sentence = || {
+            format!(
+                "tool `{}` is {} thick, less than a cell around it, which is {}: bodies on both of its sides share nodes",
+                self.name,
+                six_digits(thickness),
+                six_digits(edge)
+            )
+        };
+        if thickness < edge { vec![sentence()] } else { Vec::new() }
+    }
+
+    /// Stored in the springs of contact, dissipated by slip, and done by the tool, whose force is taken to change
+    /// linearly through the step.
+    fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
+        let pose = self.pose(trial);
+        let still = vec![Vector::zeros(); trial.increment.nodes.len()];
+        let at = At {
+            tool: &self.rigid.tool,
+            start: &self.start,
+            pose: &self.start,
+            increment: &still,
+            is_first: false,
+        };
+        let mut energy = ContributionEnergy::default();
+        for (corner, contacts) in self.corners.iter().zip(&self.contacts(trial, &pose)) {
+            for contact in contacts {
+                let carried = contact.state.multiplier.powi(2) / (2.0 * contact.law.stiffness);
+                energy.stored +=
+                    contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
+                energy.dissipated += contact.dissipated(&pose);
+            }
+            let sum = |contacts: &[Contact<D>]| contacts.iter().map(|it| it.response.force).sum::<Vector<D>>();
+            let Some(first) = contacts.first() else { continue };
+            let (before, after) = (sum(&corner.contacts(&at)), sum(contacts));
+            let moved = first.position - self.start.place(&pose.recall(&first.position));
+            energy.work += 0.5 * (before + after).dot(&moved);
+        }
+        energy
+    }
+
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
+        if round >= self.rigid.interface.augment {
+            return false;
+        }
+        let contacts = self.contacts(trial, &self.pose(trial));
+        let is_open = |it: &Contact<D>| it.response.closed && it.response.gap.abs() > CLOSED * it.law.width;
+        if !contacts.iter().flatten().any(is_open) {
+            return false;
+        }
+        for (corner, contacts) in self.corners.iter_mut().zip(contacts) {
+            for contact in contacts {
+                let state = contact.state.augmented(&contact.response);
+                match contact.remembered {
+                    Some(k) => corner.states[k] = state,
+                    None if contact.response.closed => corner.states.push(state),
+                    None => {}
+                }
+            }
+        }
+        true
+    }
+
+    fn divide(&mut self, body: usize, parts: &[(usize, f64)]) {
+        self.present.divide(body as u32, parts);
+    }
+
+    fn prepare(&mut self, trial: &Trial<'_, D>) {
+        let pose = self.pose(trial);
+        let contacts = self.contacts(trial, &pose);
+        let angle = match self.driven(trial) {
+            None => self.rigid.motion.angle(trial.end),
+            Some(driven) => self.standing.angle + driven.increment.turn.z,
+        };
+        let mut summary = Summary::untouched(&pose, &self.rigid.moment_about, angle);
+        let mut touches = Vec::new();
+        let of_a_point = |a: &usize, b: &usize| self.corners[*a].key.is_beside(&self.corners[*b].key);
+        let numbers: Vec<usize> = (0..self.corners.len()).collect();
+        for numbers in numbers.chunk_by(of_a_point) {
+            let from = touches.len();
+            for &number in numbers {
+                summary.add(&self.corners[number], &contacts[number]);
+                self.corners[number].remember(&contacts[number], &pose, &mut touches);
+            }
+            // Only points that touch are remembered.
+            if touches[from..].iter().all(|touch| touch.state.is_none()) {
+                touches.truncate(from);
+            }
+        }
+        self.prepared = Memory { has_begun: true, touches };
+        self.prepared_standing = Standing { pose, angle };
+        self.prepared_summary = summary;
+    }
+
+    fn commit(&mut self) {
+        std::mem::swap(&mut self.present, &mut self.prepared);
+        self.standing = self.prepared_standing;
+        self.summary.clone_from(&self.prepared_summary);
+    }
+
+    fn save(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        if self.rigid.load.is_some() {
+            self.standing.save(&mut numbers);
+        }
+        self.present.save(&mut numbers);
+        numbers
+    }
+
+    fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
+        let width = if self.rigid.load.is_some() { Standing::<D>::NUMBERS } else { 0 };
+        let (standing, touches) = saved.split_at_checked(width).ok_or_else(|| {
+            format!("has {} numbers, expected {width} for the pose of a loaded tool", saved.len())
+        })?;
+        let present = Memory::restore(touches)?;
+        if width > 0 {
+            self.standing = Standing::restore(standing)?;
+        }
+        self.present = present;
+        Ok(())
+    }
+
+    fn history(&self) -> Vec<Recorded> {
+        self.summary.columns(&self.name)
+    }
+}

@@ -1,0 +1,322 @@
+//! The corners that a tool may touch in a load step, and the forces on them under a trial.
+
+use super::areas::{Member, sampling, shares};
+use super::memory::{Key, Memory, Sought, Touch};
+use crate::body::{Body, PointExtent};
+use crate::contribution::{Refused, StepStart};
+use mpm_basis::Corner;
+use mpm_basis::parallel::each_point;
+use mpm_contact::{
+    Bounds, CornerLaw, CornerState, Interface, Near, Pose, Response, Sample, Tangent, Tool, Trial, respond,
+    tangent,
+};
+use mpm_grid::{Block, Position, Vector};
+use std::array::from_fn;
+
+/// Widths of a domain, beyond what the tool moves, within which corners are looked for.
+const MARGIN: f64 = 2.0;
+
+/// Part of a domain's extent across the surface within which its corners belong to the interface: corners of a second row
+/// of domains are just out.
+const MEMBERS: f64 = 0.9;
+
+/// Cosine between normals in the tool's frame above which two places of a part are the same one.
+const SAME_PLACE: f64 = 0.866_025_403_784_438_6;
+
+/// A corner near a part of the tool; frozen through a load step.
+#[derive(Clone, Debug)]
+pub(super) struct NearCorner<const D: usize> {
+    pub key: Key,
+    /// `x_c` at the start of the step `[L]`.
+    pub position: Vector<D>,
+    /// Active numbers of the nodes that carry it, and `W_cv`; the first `n_nodes` count.
+    pub nodes: [u32; 8],
+    pub weights: [f64; 8],
+    pub n_nodes: usize,
+    /// Its share of the tool's surface `[L^(D-1)]`.
+    pub area: f64,
+    pub law: CornerLaw,
+    /// What it remembers of places that it has touched.
+    pub states: Vec<CornerState<D>>,
+    /// Distance within which places of the surface count `[L]`.
+    reach: f64,
+}
+
+/// A place of the tool's surface near a corner under a trial, and what happens there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact<const D: usize> {
+    /// Where the corner is `[L]`.
+    pub position: Vector<D>,
+    pub near: Near<D>,
+    pub law: CornerLaw,
+    pub state: CornerState<D>,
+    /// Which of the corner's states it is; none where the place was not touched before.
+    pub remembered: Option<usize>,
+    pub response: Response<D>,
+}
+
+/// Where corners are and how the tool stands.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a, const D: usize> {
+    pub tool: &'a Tool<D>,
+    /// Where the tool stood at the start of the step.
+    pub start: &'a Pose<D>,
+    pub pose: &'a Pose<D>,
+    /// `Δu_v` of the active nodes `[L]`.
+    pub increment: &'a [Vector<D>],
+    pub is_first: bool,
+}
+
+impl<const D: usize> NearCorner<D> {
+    /// Nodes that carry the corner, with their weights.
+    pub fn weights(&self) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
+        self.nodes.iter().zip(&self.weights).take(self.n_nodes).map(|(node, weight)| (*node as usize, *weight))
+    }
+
+    /// What happens at the places of its part that are near, the nearest first.
+    pub fn contacts(&self, at: &At<'_, D>) -> Vec<Contact<D>> {
+        let mut position = self.position;
+        for (node, weight) in self.weights() {
+            position += at.increment[node] * weight;
+        }
+        let mut near = Vec::new();
+        at.tool.near(self.key.part as usize, at.pose, &position, self.reach, &mut near);
+        let contacts = near.into_iter().enumerate().map(|(rank, near)| {
+            let remembered = self.remembered(&at.pose.turn_back(&near.normal));
+            let state = remembered.map_or_else(|| self.untouched(at.start, &near), |k| self.states[k]);
+            // Adhesion acts on the nearest place: the corner has one share of the surface.
+            let law = if rank == 0 { self.law } else { CornerLaw { adhesion: 0.0, ..self.law } };
+            let trial = Trial { position, near: &near, pose: at.pose, first: at.is_first };
+            let response = respond(&law, &state, &trial);
+            Contact { position, near, law, state, remembered, response }
+        });
+        contacts.collect()
+    }
+
+    /// Appends what the corner remembers of each place of the surface after a step; where it is nothing, that.
+    pub fn remember(&self, contacts: &[Contact<D>], pose: &Pose<D>, to: &mut Vec<Touch<D>>) {
+        let from = to.len();
+        for contact in contacts {
+            let state = contact.committed(pose);
+            if contact.response.closed || contact.law.adhesion > 0.0 || state.offset < 0.0 {
+                let (position, distance) = (contact.position, contact.near.distance);
+                to.push(Touch { key: self.key, position, distance, state: Some(state) });
+            }
+        }
+        if let Some(nearest) = contacts.first().filter(|_| to.len() == from) {
+            let (position, distance) = (nearest.position, nearest.near.distance);
+            to.push(Touch { key: self.key, position, distance, state: None });
+        }
+    }
+
+    /// The state of the place whose normal in the tool's frame is nearest to `normal`.
+    fn remembered(&self, normal: &Vector<D>) -> Option<usize> {
+        let alike = |k: &usize| self.states[*k].normal.dot(normal);
+        let best = (0..self.states.len()).max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
+        // One place of a smooth surface may turn far in a step.
+        (self.states.len() == 1 || alike(&best) > SAME_PLACE).then_some(best)
+    }
+
+    /// The state at a place that was not touched before: the anchor is where the corner stood at the start of the step.
+    fn untouched(&self, start: &Pose<D>, near: &Near<D>) -> CornerState<D> {
+        CornerState { offset: 0.0, ..CornerState::at_rest(start, &self.position, near) }
+    }
+}
+
+impl<const D: usize> Contact<D> {
+    /// `-∂F/∂x` `[F/L]`.
+    pub fn stiffness(&self, pose: &Pose<D>, is_first: bool, kind: Tangent) -> Block<D> {
+        let trial = Trial { position: self.position, near: &self.near, pose, first: is_first };
+        tangent(&self.law, &self.state, &trial, &self.response, kind)
+    }
+
+    /// The state at the end of the step.
+    pub fn committed(&self, pose: &Pose<D>) -> CornerState<D> {
+        let trial = Trial { position: self.position, near: &self.near, pose, first: false };
+        self.state.committed(&self.law, &trial, &self.response)
+    }
+
+    /// Energy dissipated by the slip of the step, `|T| (|t| - |T|)/k` with the force t that would be without a slip
+    /// `[F L]`.
+    pub fn dissipated(&self, pose: &Pose<D>) -> f64 {
+        let d = self.position - pose.place(&self.state.anchor);
+        let across = d - self.near.normal * self.near.normal.dot(&d);
+        let tangential = self.response.tangential.norm();
+        tangential * (across.norm() - tangential / self.law.stiffness).max(0.0)
+    }
+}
+
+/// What a search for corners knows.
+pub(super) struct Search<'a, const D: usize> {
+    pub tool: &'a Tool<D>,
+    pub interface: &'a Interface,
+    pub memory: &'a Memory<D>,
+    /// Poses at the start and at the end of the step.
+    pub start: Pose<D>,
+    pub end: Pose<D>,
+}
+
+/// A corner that was found, and the place of the surface next to it if it belongs to the interface.
+type Found<const D: usize> = (NearCorner<D>, Option<Member<D>>);
+
+impl<const D: usize> Search<'_, D> {
+    /// All corners of the bodies that `meets` names by their number, in the order of points, parts and corners.
+    ///
+    /// # Errors
+    /// A point stands inside the tool at the start of the run.
+    pub fn corners(
+        &self,
+        step: &StepStart<'_, D>,
+        meets: &dyn Fn(usize) -> bool,
+        samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
+    ) -> Result<Vec<NearCorner<D>>, Refused> {
+        let mut found: Vec<Found<D>> = Vec::new();
+        for (index, at_start) in step.bodies.iter().enumerate().filter(|(index, _)| meets(*index)) {
+            let body = at_start.body;
+            let young = body.young();
+            let of_points =
+                each_point(body.n_points(), &|point| self.of_point(step, (index, body), young, point));
+            for of_point in of_points {
+                found.extend(
+                    of_point
+                        .map_err(|reason| Refused::here(format!("in body `{}` {reason}", at_start.name)))?,
+                );
+            }
+        }
+        self.share_surface(&mut found, samples);
+        Ok(found.into_iter().map(|(corner, _)| corner).collect())
+    }
+
+    /// Corners of one point.
+    fn of_point(
+        &self,
+        step: &StepStart<'_, D>,
+        (index, body): (usize, &dyn Body<D>),
+        young: f64,
+        point: usize,
+    ) -> Result<Vec<Found<D>>, String> {
+        let PointExtent { position, width, radius } = body.extent(point);
+        let moved = (self.end.place(&self.start.recall(&position)) - position).norm();
+        let (mut corners, mut near, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        for part in 0..self.tool.n_parts() {
+            near.clear();
+            self.tool.near(part, &self.start, &position, radius + moved + MARGIN * width, &mut near);
+            let Some(nearest) = near.first() else { continue };
+            if !self.memory.has_begun && nearest.distance < 0.0 {
+                return Err(format!(
+                    "material point {point} at {} stands inside it at the start",
+                    Position(&position)
+                ));
+            }
+            if corners.is_empty() {
+                body.corners(step.mesh, point, &mut corners).map_err(|it| it.to_string())?;
+            }
+            for (number, corner) in corners.iter().enumerate() {
+                let key =
+                    Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
+                let law = CornerLaw::new(self.interface, young, width, D as u8, 0.0);
+                let mut made = NearCorner {
+                    key,
+                    position: corner.position,
+                    nodes: [0; 8],
+                    weights: [0.0; 8],
+                    n_nodes: 0,
+                    area: 0.0,
+                    law,
+                    states: Vec::new(),
+                    reach: moved + (1.0 + MARGIN) * (width + radius),
+                };
+                for (node, weight) in corner.weights() {
+                    // A node that is not active carries next to nothing.
+                    if let Some(number) = step.active.number(node) {
+                        (made.nodes[made.n_nodes], made.weights[made.n_nodes]) = (number as u32, weight);
+                        made.n_nodes += 1;
+                    }
+                }
+                let member = self.take_up(&mut made, corner, &corners, &mut near);
+                found.push((made, member));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Gives a corner what it remembers; its foot on the surface, if it belongs to the interface.
+    fn take_up(
+        &self,
+        made: &mut NearCorner<D>,
+        corner: &Corner<D>,
+        corners: &[Corner<D>],
+        near: &mut Vec<Near<D>>,
+    ) -> Option<Member<D>> {
+        near.clear();
+        self.tool.near(made.key.part as usize, &self.start, &corner.position, made.reach, near);
+        let nearest = *near.first()?;
+        let (width, n) = (made.law.width, nearest.normal);
+        let across = corners.iter().map(|it| it.position.dot(&n));
+        let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < MEMBERS * (high - low);
+        if self.memory.has_begun {
+            let (key, position, distance) = (made.key, corner.position, nearest.distance);
+            made.states = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });
+        } else if is_member && !self.interface.separates {
+            made.states = vec![CornerState::held(&self.start, &corner.position, &nearest)];
+        } else {
+            let inside = near.iter().filter(|near| near.distance < 0.0);
+            made.states =
+                inside.map(|near| CornerState::at_rest(&self.start, &corner.position, near)).collect();
+        }
+        let recall = |x: &Vector<D>| self.start.recall(x);
+        is_member.then(|| {
+            let foot = recall(&(corner.position - n * nearest.distance));
+            let corners = corners.iter().map(|corner| recall(&corner.position));
+            Member::new(foot, &self.start.turn_back(&n), width, corners)
+        })
+    }
+
+    /// Shares the tool's surface among the corners that belong to the interface.
+    fn share_surface(
+        &self,
+        found: &mut [Found<D>],
+        samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
+    ) {
+        let members = found.iter().filter_map(|(_, member)| member.as_ref());
+        let Some((spacing, within)) = sampling(members) else { return };
+        let samples = samples(spacing, &within);
+        for (part, samples) in samples.iter().enumerate() {
+            let of_part = |it: &Found<D>| it.1.filter(|_| it.0.key.part as usize == part);
+            let (places, members): (Vec<usize>, Vec<Member<D>>) =
+                found.iter().enumerate().filter_map(|(k, it)| Some((k, of_part(it)?))).unzip();
+            for (place, area) in places.into_iter().zip(shares(&members, samples)) {
+                let corner = &mut found[place].0;
+                corner.area = area;
+                corner.law.adhesion = self.interface.adhesion * area;
+            }
+        }
+    }
+}
+
+/// Unknowns of the displacement of a corner's nodes: the force on each component, and the dense stiffness column by column.
+pub(super) struct Dense<const D: usize> {
+    pub force: Vec<f64>,
+    pub stiffness: Vec<f64>,
+}
+
+impl<const D: usize> Dense<D> {
+    /// `-Σ W_v F` and `W_v W_w k` of a corner, with the force F on it and `k = -∂F/∂x`.
+    pub fn of(corner: &NearCorner<D>, force: &Vector<D>, block: Option<&Block<D>>) -> Self {
+        let nodes: Vec<f64> = corner.weights().map(|(_, weight)| weight).collect();
+        let n = nodes.len() * D;
+        let nodal = nodes.iter().flat_map(|weight| (0..D).map(move |i| -force[i] * weight)).collect();
+        let mut stiffness = Vec::new();
+        if let Some(block) = block {
+            stiffness.reserve(n * n);
+            for w in &nodes {
+                for j in 0..D {
+                    stiffness
+                        .extend(nodes.iter().flat_map(|v| -> [f64; D] { from_fn(|i| v * w * block[(i, j)]) }));
+                }
+            }
+        }
+        Self { force: nodal, stiffness }
+    }
+}

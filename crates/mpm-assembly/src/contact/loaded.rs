@@ -1,0 +1,146 @@
+//! Tools whose motion a balance of forces decides.
+//!
+//! The unknowns q are shifts of the tool's reference point and turns about it, counted from the start of the step. With the
+//! force F on a corner, `k = -∂F/∂x`, the velocity `v_i = ∂X/∂q_i` of the tool there and its spin `ω_i`:
+//!
+//! ```text
+//! r_i   = Σ_c F·v_i - load_i                      ∂F/∂q_i = k v_i + ω_i × F
+//! K_uq  = -Σ_c W_c (k v_i + ω_i × F)              K_qq = Σ_c v_i · (k v_j + ω_j × F)
+//! ```
+
+use super::corners::{Dense, NearCorner};
+use mpm_contact::{Increment, Pose, cross, force_by_motion};
+use mpm_grid::{Block, LoadFraction, Ramp, Vector};
+use nalgebra::Vector3;
+
+/// The load on a tool, and the components of its motion that follow from it.
+#[derive(Clone, Debug)]
+pub struct ToolLoad<const D: usize> {
+    /// Components that are unknown, as [`Increment`] counts them: shifts, then turns. Others move as prescribed.
+    pub free: Vec<usize>,
+    /// Force at full load `[F]`.
+    pub force: Vector<D>,
+    /// Moment about the reference point at full load `[F L]`; in the plane its third component counts.
+    pub moment: Vector3<f64>,
+    /// Part of both against the load fraction.
+    pub ramp: Ramp,
+}
+
+impl<const D: usize> ToolLoad<D> {
+    /// The increment with these unknowns, and `driven` in the other components.
+    pub(super) fn increment(&self, unknowns: &[f64], driven: &Vector<D>) -> Increment<D> {
+        let mut increment = Increment { shift: *driven, turn: Vector3::zeros() };
+        for (&component, &value) in self.free.iter().zip(unknowns) {
+            match Increment::<D>::turn_axis(component) {
+                None => increment.shift[component] = value,
+                Some(axis) => increment.turn[axis] = value,
+            }
+        }
+        increment
+    }
+
+    /// What the load does in each unknown `[F]` or `[F L]`.
+    pub(super) fn at(&self, end: LoadFraction, increment: &Increment<D>) -> Vec<f64> {
+        let part = self.ramp.value(end);
+        let in_component = |&component: &usize| match Increment::<D>::turn_axis(component) {
+            None => part * self.force[component],
+            Some(_) => part * self.moment.dot(&increment.spin(component)),
+        };
+        self.free.iter().map(in_component).collect()
+    }
+}
+
+/// The pose of a loaded tool, and how far it has turned `[rad]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Standing<const D: usize> {
+    pub pose: Pose<D>,
+    pub angle: f64,
+}
+
+impl<const D: usize> Standing<D> {
+    /// Numbers in a file.
+    pub const NUMBERS: usize = D * D + D + 1;
+
+    pub fn save(&self, to: &mut Vec<f64>) {
+        to.extend(self.pose.rotation().iter().chain(self.pose.shift().iter()));
+        to.push(self.angle);
+    }
+
+    /// What was saved.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn restore(from: &[f64]) -> Result<Self, String> {
+        if let Some(number) = from.iter().find(|number| !number.is_finite()) {
+            return Err(format!("stands at the number {number}, expected finite ones"));
+        }
+        let rotation = Block::from_column_slice(&from[..D * D]);
+        let shift = Vector::from_column_slice(&from[D * D..D * D + D]);
+        Ok(Self { pose: Pose::new(rotation, shift), angle: from[D * D + D] })
+    }
+}
+
+/// A loaded tool under a trial.
+pub(super) struct Driven<'a, const D: usize> {
+    pub load: &'a ToolLoad<D>,
+    pub increment: Increment<D>,
+    pub pose: Pose<D>,
+    /// Where the reference point stands `[L]`.
+    pub centre: Vector<D>,
+}
+
+impl<const D: usize> Driven<'_, D> {
+    /// Velocity of the tool at `x`, and its spin, in each unknown.
+    fn motions(&self, x: &Vector<D>) -> Vec<(Vector<D>, Vector3<f64>)> {
+        let arm = x - self.centre;
+        let of = |&k: &usize| (self.increment.velocity(k, &arm), self.increment.spin(k));
+        self.load.free.iter().map(of).collect()
+    }
+
+    /// What a force on a body at `x` does in each unknown.
+    pub fn work(&self, x: &Vector<D>, force: &Vector<D>) -> Vec<f64> {
+        self.motions(x).iter().map(|(velocity, _)| force.dot(velocity)).collect()
+    }
+
+    /// Force and stiffness of a corner at `x`, the unknowns of the tool behind those of the nodes.
+    pub fn dense(
+        &self,
+        corner: &NearCorner<D>,
+        x: &Vector<D>,
+        force: &Vector<D>,
+        block: Option<&Block<D>>,
+    ) -> Dense<D> {
+        let motions = self.motions(x);
+        let mut dense = Dense::of(corner, force, None);
+        dense.force.extend(motions.iter().map(|(velocity, _)| force.dot(velocity)));
+        let Some(block) = block else { return dense };
+        let weights: Vec<f64> = corner.weights().map(|(_, weight)| weight).collect();
+        // By each unknown of the tool: ∂F/∂q, and what replaces it in the rows of the tool.
+        let by_motion: Vec<Vector<D>> =
+            motions.iter().map(|(velocity, spin)| force_by_motion(block, force, velocity, spin)).collect();
+        let of_motion: Vec<Vector<D>> =
+            motions.iter().map(|(velocity, spin)| block.tr_mul(velocity) + cross(spin, force)).collect();
+        let mut stiffness = Vec::with_capacity(dense.force.len().pow(2));
+        for w in &weights {
+            for j in 0..D {
+                for v in &weights {
+                    stiffness.extend((0..D).map(|i| v * w * block[(i, j)]));
+                }
+                stiffness.extend(of_motion.iter().map(|of| -w * of[j]));
+            }
+        }
+        for (column, by) in by_motion.iter().enumerate() {
+            for v in &weights {
+                stiffness.extend((0..D).map(|i| -v * by[i]));
+            }
+            for (velocity, spin) in &motions {
+                // A turn's arm changes with a shift, so that the couplings of both are the same either way.
+                let of_shift = Increment::<D>::turn_axis(self.load.free[column]).is_none();
+                let by_arm = if of_shift { cross(spin, force).dot(&motions[column].0) } else { 0.0 };
+                stiffness.push(velocity.dot(by) + by_arm);
+            }
+        }
+        dense.stiffness = stiffness;
+        dense
+    }
+}

@@ -1,0 +1,272 @@
+//! What corners remember of the parts of a tool from one load step to the next.
+
+use mpm_contact::{CornerState, Mode, Pose};
+use mpm_grid::Vector;
+
+/// Which corner of which point meets which part of the tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    pub body: u32,
+    pub point: u32,
+    pub part: u32,
+    pub corner: u32,
+}
+
+impl Key {
+    /// Whether both are of one point and one part.
+    pub fn is_beside(&self, other: &Self) -> bool {
+        (self.body, self.point, self.part) == (other.body, other.point, other.part)
+    }
+}
+
+/// What a corner remembers of a place of a part's surface. Of a point that has touched a part all corners are kept, so
+/// that its corners can be told from those that it had before, where its domain was shortened or split.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touch<const D: usize> {
+    pub key: Key,
+    /// Where the corner was at the end of the step `[L]`.
+    pub position: Vector<D>,
+    /// Signed distance to the surface there `[L]`.
+    pub distance: f64,
+    /// None where the corner has touched nothing.
+    pub state: Option<CornerState<D>>,
+}
+
+/// All that is remembered: ascending in the key, and of one corner in the order in which places were found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Memory<const D: usize> {
+    /// Whether a step has been committed: what was inside the tool before that was there from the start.
+    pub has_begun: bool,
+    pub touches: Vec<Touch<D>>,
+}
+
+/// A corner that is looked for after its point has been carried on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sought<'a, const D: usize> {
+    pub key: Key,
+    pub position: Vector<D>,
+    pub width: f64,
+    /// Signed distance to the nearest place of the part `[L]`.
+    pub distance: f64,
+    /// The tool's pose where the step begins.
+    pub pose: &'a Pose<D>,
+}
+
+/// Part of a domain's width by which a corner may have moved and still counts as the same: no more than that lies between
+/// a corner that is carried by the nodes and one of a domain that follows F. Domains that were shortened or split
+/// have other corners.
+const SAME: f64 = 0.25;
+
+impl<const D: usize> Memory<D> {
+    /// What the corner remembers: one state for each place of the part's surface that it has touched. Where its domain was
+    /// shortened, reshaped or split, the nearest corner of before hands on its elastic slip and its multiplier.
+    pub fn recall(&self, sought: &Sought<'_, D>) -> Vec<CornerState<D>> {
+        let Key { body, point, part, .. } = sought.key;
+        let of_point = |touch: &Touch<D>| (touch.key.body, touch.key.point, touch.key.part);
+        let start = self.touches.partition_point(|touch| of_point(touch) < (body, point, part));
+        let end = start + self.touches[start..].partition_point(|touch| of_point(touch) == (body, point, part));
+        let touches = &self.touches[start..end];
+        let offset = |touch: &Touch<D>| (touch.position - sought.position).norm();
+        let own = touches.iter().filter(|touch| touch.key.corner == sought.key.corner);
+        if own.clone().any(|touch| offset(touch) <= SAME * sought.width) {
+            return own.filter_map(|touch| touch.state).collect();
+        }
+        let Some(nearest) = touches.iter().min_by(|a, b| offset(a).total_cmp(&offset(b))) else {
+            return Vec::new();
+        };
+        let of_nearest = touches.iter().filter(|touch| touch.key.corner == nearest.key.corner);
+        of_nearest.filter_map(|touch| Some(handed_on(touch, &touch.state?, sought))).collect()
+    }
+
+    /// Hands what points remember to the parts that they were split into.
+    pub fn divide(&mut self, body: u32, parts: &[(usize, f64)]) {
+        let mut divided = Vec::with_capacity(self.touches.len());
+        let (before, rest) = self.touches.split_at(self.touches.partition_point(|it| it.key.body < body));
+        let (own, after) = rest.split_at(rest.partition_point(|it| it.key.body == body));
+        divided.extend_from_slice(before);
+        for (point, &(parent, _)) in parts.iter().enumerate() {
+            let start = own.partition_point(|it| (it.key.point as usize) < parent);
+            for touch in own[start..].iter().take_while(|it| it.key.point as usize == parent) {
+                divided.push(Touch { key: Key { point: point as u32, ..touch.key }, ..*touch });
+            }
+        }
+        divided.extend_from_slice(after);
+        self.touches = divided;
+    }
+}
+
+/// The state of a corner that takes the place of another.
+fn handed_on<const D: usize>(
+    touch: &Touch<D>,
+    state: &CornerState<D>,
+    sought: &Sought<'_, D>,
+) -> CornerState<D> {
+    let moved = sought.position - touch.position;
+    CornerState {
+        anchor: state.anchor + sought.pose.turn_back(&moved),
+        offset: match state.held {
+            true => state.offset + (sought.distance - touch.distance),
+            false if sought.distance < touch.distance => sought.distance.min(0.0),
+            false => state.offset,
+        },
+        ..*state
+    }
+}
+
+/// The mode of a corner that has touched nothing, in a file.
+const UNTOUCHED: f64 = 3.0;
+
+/// Numbers of a touch besides its vectors.
+const SCALARS: usize = 9;
+
+impl<const D: usize> Touch<D> {
+    /// Numbers of a touch in a file.
+    const NUMBERS: usize = SCALARS + 3 * D;
+
+    fn save(&self, to: &mut Vec<f64>) {
+        let Key { body, point, part, corner } = self.key;
+        to.extend([body, point, part, corner].map(f64::from));
+        to.extend(self.position.iter());
+        let nothing = CornerState {
+            anchor: Vector::zeros(),
+            normal: Vector::zeros(),
+            multiplier: 0.0,
+            offset: 0.0,
+            mode: Mode::Open,
+            held: false,
+        };
+        let CornerState { anchor, normal, multiplier, offset, mode, held } = self.state.unwrap_or(nothing);
+        let mode = match mode {
+            _ if self.state.is_none() => UNTOUCHED,
+            Mode::Open => 0.0,
+            Mode::Stuck => 1.0,
+            Mode::Slipping => 2.0,
+        };
+        to.extend([self.distance, multiplier, offset, mode, f64::from(u8::from(held))]);
+        to.extend(anchor.iter().chain(normal.iter()));
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        let count = |at: usize| {
+            let number = from[at];
+            let is_count = number >= 0.0 && number.fract() == 0.0 && number <= f64::from(u32::MAX);
+            if is_count { Ok(number as u32) } else { Err(format!("names a corner by {number}")) }
+        };
+        let key = Key { body: count(0)?, point: count(1)?, part: count(2)?, corner: count(3)? };
+        let vector = |at: usize| Vector::<D>::from_column_slice(&from[at..at + D]);
+        let [distance, multiplier, offset, mode, held] = std::array::from_fn(|k| from[4 + D + k]);
+        let mode = match mode {
+            0.0 => Some(Mode::Open),
+            1.0 => Some(Mode::Stuck),
+            2.0 => Some(Mode::Slipping),
+            UNTOUCHED => None,
+            other => return Err(format!("has a corner of mode {other}, expected 0, 1, 2 or 3")),
+        };
+        if held != 0.0 && held != 1.0 {
+            return Err(format!("has a corner that is held by {held}, expected 0 or 1"));
+        }
+        let (anchor, normal) = (vector(SCALARS + D), vector(SCALARS + 2 * D));
+        let held = held == 1.0;
+        let state = mode.map(|mode| CornerState { anchor, normal, multiplier, offset, mode, held });
+        Ok(Self { key, position: vector(4), distance, state })
+    }
+}
+
+impl<const D: usize> Memory<D> {
+    /// Appends all as plain numbers: nothing before the first step, then 1 and all touches.
+    pub fn save(&self, to: &mut Vec<f64>) {
+        if self.has_begun {
+            to.push(1.0);
+            self.touches.iter().for_each(|touch| touch.save(to));
+        }
+    }
+
+    /// What was saved.
+    ///
+    /// # Errors
+    /// What in the numbers no run has saved.
+    pub fn restore(saved: &[f64]) -> Result<Self, String> {
+        let Some((first, numbers)) = saved.split_first() else { return Ok(Self::default()) };
+        let width = Touch::<D>::NUMBERS;
+        if *first != 1.0 || !numbers.len().is_multiple_of(width) {
+            return Err(format!("has {} numbers, expected 1 and then {width} for each corner", saved.len()));
+        }
+        if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
+            return Err(format!("has the number {number}, expected finite ones"));
+        }
+        let touches: Vec<Touch<D>> =
+            numbers.chunks_exact(width).map(Touch::restore).collect::<Result<_, _>>()?;
+        if !touches.is_sorted_by_key(|touch| touch.key) {
+            return Err("has corners out of their order".into());
+        }
+        Ok(Self { has_begun: true, touches })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch(point: u32, corner: u32, at: [f64; 2]) -> Touch<2> {
+        let position = Vector::<2>::new(at[0], at[1]);
+        let state = CornerState {
+            anchor: position - Vector::<2>::new(0.01, 0.0),
+            normal: Vector::<2>::new(0.0, 1.0),
+            multiplier: 2.0,
+            offset: -0.001,
+            mode: Mode::Stuck,
+            held: false,
+        };
+        Touch { key: Key { body: 0, point, part: 0, corner }, position, distance: -0.002, state: Some(state) }
+    }
+
+    #[test]
+    fn what_was_saved_is_restored() {
+        let open = Touch { state: None, ..touch(1, 4, [1.0, 1.0]) };
+        let touches = vec![touch(1, 0, [0.0, 0.0]), touch(1, 3, [1.0, 0.0]), open, touch(4, 2, [2.0, 0.5])];
+        let memory = Memory { has_begun: true, touches };
+        let mut wrong = Vec::new();
+        memory.save(&mut wrong);
+        assert_eq!(Memory::restore(&wrong).unwrap(), memory);
+        assert!(Memory::<2>::restore(&wrong[1..]).is_err());
+        assert_eq!(Memory::<2>::restore(&[]).unwrap(), Memory::default());
+        wrong[2] = 7.0;
+        assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("order"));
+        wrong[2] = 0.5;
+        assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("0.5"));
+        assert!(Memory::<2>::restore(&[1.0, f64::NAN]).is_err());
+    }
+
+    #[test]
+    fn a_corner_that_has_touched_nothing_remembers_nothing() {
+        let open = Touch { state: None, ..touch(1, 2, [0.0, 1.0]) };
+        let memory = Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), open] };
+        let (key, position, pose) = (open.key, open.position, Pose::identity());
+        let sought = Sought { key, position, width: 0.5, distance: 0.3, pose: &pose };
+        assert_eq!(memory.recall(&sought), []);
+    }
+
+    #[test]
+    fn corners_of_a_split_domain_take_the_state_of_the_nearest_before() {
+        let mut memory =
+            Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), touch(1, 1, [1.0, 0.0])] };
+        memory.divide(0, &[(0, 1.0), (1, 0.5), (1, 0.5), (2, 1.0)]);
+        let points: Vec<u32> = memory.touches.iter().map(|touch| touch.key.point).collect();
+        assert_eq!(points, [1, 1, 2, 2]);
+        let pose = Pose::identity();
+        let sought = |point, corner, x, distance| Sought {
+            key: Key { body: 0, point, part: 0, corner },
+            position: Vector::<2>::new(x, 0.0),
+            width: 0.5,
+            distance,
+            pose: &pose,
+        };
+        // The first half keeps its first corner; its second is new, deeper, and nearer to the second of before.
+        assert_eq!(memory.recall(&sought(1, 0, 0.0, -0.002)), [touch(1, 0, [0.0, 0.0]).state.unwrap()]);
+        let [middle] = memory.recall(&sought(1, 1, 0.6, -0.003))[..] else { panic!("one state") };
+        assert_eq!(middle.multiplier, 2.0);
+        assert_eq!(middle.offset, -0.003);
+        assert!((middle.anchor - Vector::<2>::new(0.59, 0.0)).norm() < 1e-15);
+        assert_eq!(memory.recall(&sought(0, 0, 0.0, 0.0)), []);
+    }
+}

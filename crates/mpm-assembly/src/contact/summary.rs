@@ -1,0 +1,74 @@
+//! What a history tells of a tool.
+
+use super::corners::{Contact, NearCorner};
+use crate::contribution::Recorded;
+use mpm_contact::{Mode, Pose, moment};
+use mpm_grid::Vector;
+use nalgebra::Vector3;
+
+/// Sums over the corners that a tool touches.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Summary<const D: usize> {
+    /// Force on the tool `[F]`, and its moment about the tool's reference point `[F L]`.
+    pub force: Vector<D>,
+    pub moment: Vector3<f64>,
+    /// Where the reference point stands `[L]`.
+    pub position: Vector<D>,
+    /// How far the tool has turned about its axis `[degrees]`.
+    pub angle: f64,
+    /// Area of the tool's surface in the bodies `[L^(D-1)]`.
+    pub area: f64,
+    /// Corners that press, and corners that slip with a force.
+    pub closed: u64,
+    pub slipping: u64,
+    /// Largest penetration over the width of a domain `[-]`.
+    pub deepest: f64,
+}
+
+impl<const D: usize> Summary<D> {
+    /// Of a tool that touches nothing.
+    pub fn untouched(pose: &Pose<D>, about: &Vector<D>, angle: f64) -> Self {
+        Self {
+            force: Vector::zeros(),
+            moment: Vector3::zeros(),
+            position: pose.place(about),
+            angle: angle.to_degrees(),
+            area: 0.0,
+            closed: 0,
+            slipping: 0,
+            deepest: 0.0,
+        }
+    }
+
+    /// Takes a corner in.
+    pub fn add(&mut self, corner: &NearCorner<D>, contacts: &[Contact<D>]) {
+        self.area += corner.area;
+        for contact in contacts {
+            let response = &contact.response;
+            self.force -= response.force;
+            self.moment -= moment(&(contact.position - self.position), &response.force);
+            self.closed += u64::from(response.normal_force != 0.0);
+            self.slipping += u64::from(response.mode == Mode::Slipping && response.tangential.norm() > 0.0);
+            if response.closed {
+                self.deepest = self.deepest.max(-response.gap / contact.law.width);
+            }
+        }
+    }
+
+    /// Columns below `tool/<name>/`.
+    pub fn columns(&self, name: &str) -> Vec<Recorded> {
+        let path = |column: &str| format!("tool/{name}/{column}");
+        let moment = if D == 2 { vec![self.moment.z] } else { self.moment.iter().copied().collect() };
+        let vector = |v: &Vector<D>| v.iter().copied().collect::<Vec<_>>();
+        vec![
+            Recorded::real(path("force"), vector(&self.force)),
+            Recorded::real(path("moment"), moment),
+            Recorded::real(path("position"), vector(&self.position)),
+            Recorded::real(path("angle"), [self.angle]),
+            Recorded::real(path("area"), [self.area]),
+            Recorded::count(path("closed"), self.closed),
+            Recorded::count(path("slipping"), self.slipping),
+            Recorded::real(path("deepest"), [self.deepest]),
+        ]
+    }
+}

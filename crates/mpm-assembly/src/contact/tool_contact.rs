@@ -1,0 +1,172 @@
+//! A rigid tool as a contribution to force and tangent.
+
+use super::corners::{At, Contact, NearCorner};
+use super::loaded::{Driven, Standing, ToolLoad};
+use super::memory::Memory;
+use super::summary::Summary;
+use crate::contribution::{Begun, Refused, SystemSums, Trial};
+use crate::unknowns::{Block, CoupledPlaces, UnknownId};
+use mpm_basis::parallel::each_point;
+use mpm_contact::{Interface, Pose, Sample, Tangent, Tool, ToolMotion};
+use mpm_grid::{LoadFraction, Vector, six_digits};
+
+/// Part of the tool's thinnest part by which it may move in a step, so that no corner is carried through it.
+const MOST_MOVED: f64 = 0.5;
+
+/// A rigid tool: what it is, how it moves, and what holds between it and bodies.
+#[derive(Debug)]
+pub struct RigidTool<const D: usize> {
+    /// Its parts in its own frame, which at rest is that of space.
+    pub tool: Tool<D>,
+    /// How it moves.
+    pub motion: ToolMotion<D>,
+    /// What else moves it: a load, in the components of its motion that are free.
+    pub load: Option<ToolLoad<D>>,
+    /// What holds between its surface and the bodies.
+    pub interface: Interface,
+    /// Whether Coulomb friction has its exact tangent, which is not symmetric.
+    pub exact_friction: bool,
+    /// Names of the bodies that meet it; all if empty.
+    pub bodies: Vec<String>,
+    /// Reference point of the tool, about which moments act and are recorded `[L]`.
+    pub moment_about: Vector<D>,
+}
+
+/// Contact of bodies with a rigid tool, see the [module](crate::contact).
+#[derive(Debug)]
+pub struct ToolContact<const D: usize> {
+    pub(super) name: String,
+    pub(super) rigid: RigidTool<D>,
+    /// Where a loaded tool stands: present, and at the end of the step that has been balanced.
+    pub(super) standing: Standing<D>,
+    pub(super) prepared_standing: Standing<D>,
+    /// Load fraction and pose at the start of the step.
+    pub(super) from: LoadFraction,
+    pub(super) start: Pose<D>,
+    /// Unknowns of a loaded tool in this step.
+    pub(super) block: Option<Block>,
+    /// The corners that may be touched in this step.
+    pub(super) corners: Vec<NearCorner<D>>,
+    pub(super) present: Memory<D>,
+    pub(super) prepared: Memory<D>,
+    /// Of the last committed step, and of the step that has been prepared.
+    pub(super) summary: Summary<D>,
+    pub(super) prepared_summary: Summary<D>,
+    /// Samples of a tool of finite size, with their spacing.
+    pub(super) samples: Option<(f64, Vec<Vec<Sample<D>>>)>,
+    /// Without a load the tool couples what bodies couple.
+    pub(super) couplings: CoupledPlaces,
+}
+
+impl<const D: usize> ToolContact<D> {
+    /// Contact with a tool that has touched nothing yet. The history of the run has `tool/<name>/…`.
+    pub fn new(name: impl Into<String>, rigid: RigidTool<D>) -> Self {
+        let start = rigid.motion.pose(LoadFraction::START);
+        let summary = Summary::untouched(&start, &rigid.moment_about, 0.0);
+        let standing = Standing { pose: start, angle: 0.0 };
+        Self {
+            standing,
+            prepared_standing: standing,
+            from: LoadFraction::START,
+            block: None,
+            name: name.into(),
+            rigid,
+            start,
+            corners: Vec::new(),
+            present: Memory::default(),
+            prepared: Memory::default(),
+            prepared_summary: summary.clone(),
+            summary,
+            samples: None,
+            couplings: CoupledPlaces::default(),
+        }
+    }
+
+    /// What the tool is.
+    pub fn rigid(&self) -> &RigidTool<D> {
+        &self.rigid
+    }
+
+    /// Whether a body of this name meets the tool.
+    pub fn meets(&self, body: &str) -> bool {
+        self.rigid.bodies.is_empty() || self.rigid.bodies.iter().any(|name| name == body)
+    }
+
+    /// Whether the tangent has the term of friction that is not symmetric.
+    pub(super) fn is_exact(&self) -> bool {
+        self.rigid.interface.friction > 0.0 && self.rigid.exact_friction
+    }
+
+    /// Which tangent the tool has.
+    pub(super) fn tangent(&self) -> Tangent {
+        match self.is_exact() {
+            true => Tangent::Exact,
+            false => Tangent::Symmetric,
+        }
+    }
+
+    /// The pose at the end of a trial.
+    pub(super) fn pose(&self, trial: &Trial<'_, D>) -> Pose<D> {
+        self.driven(trial).map_or_else(|| self.rigid.motion.pose(trial.end), |driven| driven.pose)
+    }
+
+    /// A tool with a load under a trial.
+    pub(super) fn driven(&self, trial: &Trial<'_, D>) -> Option<Driven<'_, D>> {
+        let RigidTool { load: Some(load), moment_about: about, .. } = &self.rigid else { return None };
+        let unknowns = self.block.map_or(&[][..], |block| block.of(&trial.increment.own));
+        let increment = load.increment(unknowns, &self.prescribed_shift(trial.end));
+        let pose = self.start.moved(about, &increment);
+        Some(Driven { load, increment, pose, centre: pose.place(about) })
+    }
+
+    /// What is prescribed of the reference point's motion in the step `[L]`.
+    pub(super) fn prescribed_shift(&self, end: LoadFraction) -> Vector<D> {
+        let at = |fraction| self.rigid.motion.pose(fraction).place(&self.rigid.moment_about);
+        at(end) - at(self.from)
+    }
+
+    /// The places that a loaded tool couples: the nodes of each corner with its unknowns.
+    pub(super) fn couple(&mut self, block: Block) -> Begun {
+        let mut couplings = CoupledPlaces::default();
+        for corner in &self.corners {
+            let nodes = corner.weights().map(|(node, _)| node as u32);
+            couplings.push(nodes.chain([block.place(0)]));
+        }
+        couplings.push([block.place(0)]);
+        let before = std::mem::replace(&mut self.couplings, couplings);
+        if before == self.couplings { Begun::AsBefore } else { Begun::Anew }
+    }
+
+    /// The load of a loaded tool as a force on its unknowns.
+    pub(super) fn add_load(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) {
+        let (Some(driven), Some(block)) = (self.driven(trial), self.block) else { return };
+        let load = driven.load.at(trial.end, &driven.increment);
+        let unknowns: Vec<UnknownId> = (0..load.len()).map(|k| block.unknown(0, k)).collect();
+        let force: Vec<f64> = load.iter().map(|load| -load).collect();
+        sums.add(trial, &unknowns, &force, &vec![0.0; load.len().pow(2)]);
+    }
+
+    /// What happens at every corner.
+    pub(super) fn contacts(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
+        let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
+        let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
+        each_point(self.corners.len(), &|k| self.corners[k].contacts(&at))
+    }
+
+    /// Refuses a step in which a corner could be carried through the tool.
+    pub(super) fn check_motion(&self, end: &Pose<D>) -> Result<(), Refused> {
+        let thickness = self.rigid.tool.thickness();
+        if thickness == f64::INFINITY || *end == self.start {
+            return Ok(());
+        }
+        let moved = self.rigid.tool.bounds().farthest(&self.start, end);
+        if moved < MOST_MOVED * thickness {
+            return Ok(());
+        }
+        Err(Refused::step_too_long(format!(
+            "moves by {} in a step, expected less than half its thickness, which is {}: bodies could pass through it",
+            six_digits(moved),
+            six_digits(thickness)
+        )))
+    }
+}

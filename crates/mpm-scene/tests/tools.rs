@@ -1,0 +1,145 @@
+//! Rigid tools in scenes: what is refused and remarked, and what does not depend on how a tool is moved.
+
+use mpm_scene::{Compiled, Scene, compile};
+use mpm_solver::observe::{Entry, LoadStep, Observer, ObserverError, RunStart};
+use mpm_solver::{Error, Summary};
+
+/// Columns of the history by name.
+#[derive(Default)]
+struct Seen {
+    names: Vec<String>,
+    rows: Vec<Vec<Vec<f64>>>,
+}
+
+impl Observer for Seen {
+    fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
+        self.names = run.columns.iter().map(|column| column.name.clone()).collect();
+        Ok(())
+    }
+
+    fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        let reals = |entry: &Entry| match entry {
+            Entry::Count(values) => values.iter().map(|count| *count as f64).collect(),
+            Entry::Real(values) => values.clone(),
+        };
+        self.rows.push(step.row.iter().map(reals).collect());
+        Ok(())
+    }
+}
+
+impl Seen {
+    fn series(&self, column: &str, component: usize) -> Vec<f64> {
+        let at = self.names.iter().position(|name| name == column).expect("a column of the history");
+        self.rows.iter().map(|row| row[at][component]).collect()
+    }
+}
+
+fn run(text: &str) -> (Seen, Result<Summary, Error>) {
+    let mut seen = Seen::default();
+    let outcome = compile(&Scene::from_ron(text).unwrap()).unwrap().run(&mut seen);
+    (seen, outcome)
+}
+
+/// A block on a rough base, and a polygon over it that is pressed and tilted.
+const PRESS: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 8), Uniform(from: 0, to: 2, cells: 8)]),
+    basis: Cpdi1, stabilisation: Ghost(),
+    materials: { "elastic": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "block", material: "elastic", shape: Box(from: (0, 0), to: (2, 1.1)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
+    tools: [(
+        name: "foot", parts: [Polygon(vertices: [(0.6, 1.1), (1.3, 1.1), (1.3, 1.6), (0.6, 1.6)])],
+        moment_about: (0.9, 1.1), interface: (friction: 0.3), MOTION,
+    )],
+    schedule: (steps: 5),
+    tolerance: (residual: 1e-12),
+    output: (energies: true),
+)"#;
+
+#[test]
+fn a_press_by_force_is_the_press_by_the_same_poses() {
+    let loaded = PRESS.replace("MOTION", "motion: Loaded(free: [X, Y, Turn], force: (4, -60), moment: 3)");
+    let (by_force, outcome) = run(&loaded);
+    outcome.unwrap();
+    let fractions = by_force.series("load_fraction", 0);
+    let ramp = |values: &[f64]| {
+        let knots: Vec<String> =
+            fractions.iter().zip(values).map(|(at, value)| format!("({at:?}, {value:?})")).collect();
+        format!("[{}]", knots.join(", "))
+    };
+    let moved = |component: usize, rest: f64| {
+        by_force.series("tool/foot/position", component).iter().map(|x| x - rest).collect::<Vec<f64>>()
+    };
+    let [x, y, angle] =
+        [ramp(&moved(0, 0.9)), ramp(&moved(1, 1.1)), ramp(&by_force.series("tool/foot/angle", 0))];
+    let prescribed = PRESS.replace(
+        "MOTION",
+        &format!(
+            "motion: Move(by: (1, 0), ramp: {x}, then: [(by: (0, 1), ramp: {y})], \
+             turn: (centre: (0.9, 1.1), angle: 1, ramp: {angle}))"
+        ),
+    );
+    let (by_pose, outcome) = run(&prescribed);
+    outcome.unwrap();
+    for (column, component, full) in [("force", 0, -4.0), ("force", 1, 60.0), ("moment", 0, -3.0)] {
+        let name = format!("tool/foot/{column}");
+        let (force, pose) = (by_force.series(&name, component), by_pose.series(&name, component));
+        for (row, (force, pose)) in force.iter().zip(&pose).enumerate() {
+            assert!(
+                (force - full * fractions[row]).abs() < 1e-9 * 60.0,
+                "{column} {component}, row {row}: {force}"
+            );
+            assert!((force - pose).abs() < 1e-9 * 60.0, "{column} {component}, row {row}: {force} and {pose}");
+        }
+    }
+    let tilt = by_force.series("tool/foot/angle", 0);
+    assert!(tilt[5].abs() > 0.1, "it tilts: {tilt:?}");
+}
+
+#[test]
+fn the_energies_of_a_dragged_block_are_balanced() {
+    let mut errors = Vec::new();
+    for steps in [10, 20] {
+        let motion = "motion: Move(by: (0, -0.05), ramp: [(0, 0), (0.5, 1)], then: [(by: (0.2, 0), ramp: [(0.5, 0), (1, 1)])])";
+        let text = PRESS.replace("MOTION", motion).replace("steps: 5", &format!("steps: {steps}"));
+        let (seen, outcome) = run(&text);
+        outcome.unwrap();
+        let last = |column: &str| *seen.series(column, 0).last().unwrap();
+        let (dissipated, work) = (last("energy/dissipated"), last("energy/external_work"));
+        assert!(dissipated > 0.1 * work, "{dissipated} of {work}");
+        errors.push(last("energy/unbalanced").abs() / work);
+    }
+    assert!(errors[1] < 0.02 && errors[1] < 0.6 * errors[0], "{errors:?}");
+}
+
+#[test]
+fn a_tool_that_is_not_there_changes_nothing() {
+    let with = PRESS
+        .replace("MOTION", "motion: Rest")
+        .replace("1.1), (1.3", "1.8), (1.3")
+        .replace("(0.6, 1.1)", "(0.6, 1.8)")
+        .replace("1.6)", "1.95)");
+    let (seen, outcome) = run(&with);
+    outcome.unwrap();
+    assert!(seen.series("tool/foot/force", 1).iter().all(|force| *force == 0.0));
+}
+
+#[test]
+fn a_tool_thinner_than_a_cell_is_remarked() {
+    let text = PRESS
+        .replace("MOTION", "rounding: 0.02")
+        .replace("points_per_cell: 2", "points_per_cell: 4")
+        .replace("(1.3, 1.1), (1.3, 1.6)", "(0.8, 1.1), (0.8, 1.6)");
+    let Compiled::Plane(mut model) = compile(&Scene::from_ron(&text).unwrap()).unwrap() else { panic!() };
+    let estimate = mpm_solver::estimate(&mut model).unwrap();
+    let thin = estimate.remarks.iter().find(|remark| remark.contains("tool `foot` is 0.2 thick"));
+    assert!(thin.is_some(), "{:?}", estimate.remarks);
+}
+
+#[test]
+fn steps_in_which_a_tool_could_be_passed_are_cut() {
+    let text = PRESS.replace("MOTION", "motion: Move(by: (-1, 0.2))").replace("steps: 5", "steps: 1");
+    let (seen, outcome) = run(&text);
+    outcome.unwrap();
+    assert!(seen.rows.len() > 3, "{} rows", seen.rows.len());
+}
