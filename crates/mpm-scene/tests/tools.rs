@@ -109,16 +109,15 @@ fn the_energies_of_a_dragged_block_are_balanced() {
         assert!(dissipated > 0.1 * work, "{dissipated} of {work}");
         errors.push(last("energy/unbalanced").abs() / work);
     }
-    assert!(errors[1] < 0.02 && errors[1] < 0.6 * errors[0], "{errors:?}");
+    assert!(errors[1] < 0.02 && errors[1] < 0.85 * errors[0], "{errors:?}");
 }
 
 #[test]
 fn a_tool_that_is_not_there_changes_nothing() {
+    let vertices = "(0.6, 1.1), (1.3, 1.1), (1.3, 1.6), (0.6, 1.6)";
     let with = PRESS
         .replace("MOTION", "motion: Rest")
-        .replace("1.1), (1.3", "1.8), (1.3")
-        .replace("(0.6, 1.1)", "(0.6, 1.8)")
-        .replace("1.6)", "1.95)");
+        .replace(vertices, "(0.6, 1.5), (1.3, 1.5), (1.3, 1.9), (0.6, 1.9)");
     let (seen, outcome) = run(&with);
     outcome.unwrap();
     assert!(seen.series("tool/foot/force", 1).iter().all(|force| *force == 0.0));

@@ -166,7 +166,7 @@ mod tests {
         let samples: Vec<Sample<2>> = (0..120).map(sample).collect();
         let shares = shares(&members, &samples);
         assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-14);
-        assert!(shares[2..18].iter().all(|share| (share - 0.05).abs() < 1e-13), "{shares:?}");
+        assert!(shares[3..17].iter().all(|share| (share - 0.05).abs() < 1e-13), "{shares:?}");
     }
 
     #[test]
