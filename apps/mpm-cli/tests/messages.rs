@@ -224,7 +224,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("node_space.rs", "", "every basis of a scene is on vertices"),
     ("nodes.rs", "", "every basis of a scene is on vertices"),
     ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on vertices"),
-    ("motion.rs", "a twist needs a ring layout", "the compiler says so before"),
+    ("motion.rs", "twists and expansions need a ring layout", "the compiler says so before"),
     ("motion.rs", "a twist turns about", "the compiler gives the ring's centre"),
     ("motion.rs", "a twist needs 0 <= inner", "the compiler gives the ring's radii"),
     ("lattice.rs", "direction {direction} has", "axes have cells, and the compiler tells of rings"),

@@ -7,7 +7,7 @@ use crate::lattice::corner;
 use crate::layout::Layout;
 use crate::location::{OutsideMesh, Place, place_on, within};
 use crate::motion::{MeshMotion, MotionError, Reindexing};
-use crate::placed::{PlacedMotion, Stretching, turn};
+use crate::placed::{PlacedMotion, turn};
 use crate::ramp::LoadFraction;
 use crate::ring::PlacedRing;
 use crate::{Axis, Block, Lattice, NodeId, Vector};
@@ -51,7 +51,7 @@ impl<const D: usize> Mesh<D> {
                 let mut stretched = axes.clone();
                 for (axis, plane) in stretched.iter_mut().zip(planes) {
                     if let Some(plane) = plane {
-                        *axis = stretch(axis, plane)?;
+                        *axis = plane.axis(axis)?;
                     }
                 }
                 Shape::Rectilinear(stretched)
@@ -272,14 +272,4 @@ impl<const D: usize> MeshMotion<D> {
             (_, later) => Ok(later.place(&layout.position(node)) - x),
         }
     }
-}
-
-/// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.
-fn stretch(axis: &Axis, plane: Stretching) -> Option<Axis> {
-    let (from, to) = (axis.first(), axis.last());
-    if axis.is_uniform() && plane.is_affine_on(from, to) {
-        return Axis::uniform(plane.place(from), plane.place(to), axis.cells()).ok();
-    }
-    let nodes = (0..=axis.cells()).map(|i| plane.place(axis.node(i)));
-    Axis::graded(nodes.collect()).ok()
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::affine::Affine;
 use crate::cell::LinearCell;
 use crate::layout::Layout;
-use crate::placed::{PlacedMotion, Profile, Stretching, cos_sin};
+use crate::placed::{PlacedMotion, Profile, Squares, Stretching, cos_sin};
 use crate::ramp::{LoadFraction, Ramp};
 use crate::{Block, Vector};
 
@@ -52,6 +52,13 @@ pub enum MeshMotion<const D: usize> {
         /// Whether each ring's angle is reduced by whole cells.
         reindexing: Reindexing,
     },
+    /// A ring whose rings of nodes are re-spaced between an anchored and a driven radius, so that the areas between
+    /// them change in one ratio.
+    #[non_exhaustive]
+    Expand {
+        /// The radii, in place of planes.
+        radii: DrivenPlane,
+    },
     /// A box under an affine map of the load fraction that someone else has written.
     #[non_exhaustive]
     Affine {
@@ -74,6 +81,7 @@ impl<const D: usize> PartialEq for MeshMotion<D> {
                 Self::Twist { centre, inner, outer, reindexing },
                 Self::Twist { centre: c, inner: i, outer: o, reindexing: r },
             ) => (centre, inner, outer, reindexing) == (c, i, o, r),
+            (Self::Expand { radii }, Self::Expand { radii: other }) => radii == other,
             (Self::Affine { map }, Self::Affine { map: other }) => Arc::ptr_eq(map, other),
             _ => false,
         }
@@ -132,6 +140,20 @@ pub enum MotionError {
         /// Load fraction of the first knot where it has.
         fraction: f64,
     },
+    /// An expansion between two radii that coincide or are not above 0.
+    #[error("an expansion needs two different radii above 0, not {anchor} and {driven}")]
+    ExpandedRadii {
+        /// Radius that stays `[L]`.
+        anchor: f64,
+        /// Radius that moves `[L]`.
+        driven: f64,
+    },
+    /// An expansion that carries the driven radius to or through its anchor or the centre.
+    #[error("the driven radius reaches its anchor or the centre at load fraction {fraction}")]
+    ThroughRadius {
+        /// Load fraction of the first knot where it has.
+        fraction: f64,
+    },
     /// Paths for too few or too many corners.
     #[error("a box has {needed} corners; paths for {found} were given")]
     CornerCount {
@@ -150,7 +172,7 @@ pub enum MotionError {
     #[error("an affine motion must be the identity at load fraction 0")]
     NotAtRest,
     /// A motion of rings used with a box.
-    #[error("a twist needs a ring layout")]
+    #[error("twists and expansions need a ring layout")]
     NeedsRing,
     /// A twist about another centre than the ring's.
     #[error("a twist turns about the ring's centre {ring:?}, not {twist:?}")]
@@ -254,6 +276,27 @@ impl<const D: usize> MeshMotion<D> {
         Ok(Self::Twist { centre, inner, outer, reindexing })
     }
 
+    /// A ring whose rings of nodes are re-spaced between an anchored and a driven radius: the squares of their radii
+    /// linearly, so that the areas between rings change in one ratio. Beyond the driven radius areas are kept, beyond the
+    /// anchor rings stay. A medium that all but keeps its volume moves so.
+    pub fn expand(radii: DrivenPlane) -> Result<Self, MotionError> {
+        let DrivenPlane { anchor, driven, ref displacement } = radii;
+        if !(anchor.is_finite() && driven.is_finite() && displacement.is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        if anchor == driven || anchor <= 0.0 || driven <= 0.0 {
+            return Err(MotionError::ExpandedRadii { anchor, driven });
+        }
+        // Between knots the displacement is linear, so the knots decide.
+        for &(fraction, delta) in displacement.knots() {
+            let span = driven - anchor;
+            if (span + delta) / span <= 0.0 || driven + delta <= 0.0 {
+                return Err(MotionError::ThroughRadius { fraction });
+            }
+        }
+        Ok(Self::Expand { radii })
+    }
+
     /// A box under an affine map, which must be the identity at the start of the load.
     pub fn affine(map: Arc<dyn AffineMotion<D>>) -> Result<Self, MotionError> {
         let (matrix, shift) = map.at(LoadFraction::START);
@@ -271,6 +314,7 @@ impl<const D: usize> MeshMotion<D> {
             Self::Corners { path } => path.iter().flatten().collect(),
             Self::Rotate { angle, .. } => vec![angle],
             Self::Twist { inner, outer, .. } => vec![&inner.1, &outer.1],
+            Self::Expand { radii } => vec![&radii.displacement],
         }
     }
 
@@ -307,6 +351,11 @@ impl<const D: usize> MeshMotion<D> {
                     displacement: plane.displacement.from_rest(at),
                 };
                 Ok(PlacedMotion::Stretch(axes.each_ref().map(|a| a.as_ref().map(placed))))
+            }
+            (Self::Expand { radii }, Layout::Ring { centre, .. }) => {
+                let DrivenPlane { anchor, driven, displacement } = radii;
+                let squares = Squares::new(*anchor, *driven, displacement.from_rest(at));
+                Ok(PlacedMotion::Expand { centre: *centre, squares })
             }
             (Self::Corners { path }, Layout::Box { axes }) => {
                 let from = Vector::from_fn(|d, _| axes[d].first());
@@ -352,7 +401,7 @@ impl<const D: usize> MeshMotion<D> {
             (Self::Stretch { .. } | Self::Corners { .. } | Self::Affine { .. }, Layout::Ring { .. }) => {
                 Err(MotionError::NeedsBox)
             }
-            (Self::Twist { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
+            (Self::Twist { .. } | Self::Expand { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
         }
     }
 }

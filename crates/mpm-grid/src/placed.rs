@@ -2,7 +2,7 @@
 
 use crate::affine::Affine;
 use crate::cell::{LinearCell, inverse};
-use crate::{Block, Vector};
+use crate::{Axis, Block, Vector};
 
 /// Numbers of a motion, its ramps evaluated.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,10 @@ pub(crate) enum PlacedMotion<const D: usize> {
         centre: [f64; 2],
         profile: Profile,
     },
+    Expand {
+        centre: [f64; 2],
+        squares: Squares,
+    },
     Affine(Affine<D>),
 }
 
@@ -41,6 +45,10 @@ impl<const D: usize> PlacedMotion<D> {
             Self::Twist { centre, profile } => {
                 rotate(rest, centre, cos_sin(profile.angle(radius(rest, centre))))
             }
+            Self::Expand { centre, squares } => {
+                let r = radius(rest, centre);
+                scale(rest, centre, if r > 0.0 { squares.place(r) / r } else { 1.0 })
+            }
             Self::Affine(map) => map.place(rest),
         }
     }
@@ -56,6 +64,10 @@ impl<const D: usize> PlacedMotion<D> {
             }
             Self::Rotation { centre, cos_sin: [c, s], .. } => rotate(x, centre, [*c, -s]),
             Self::Twist { centre, profile } => rotate(x, centre, cos_sin(-profile.angle(radius(x, centre)))),
+            Self::Expand { centre, squares } => {
+                let now = radius(x, centre);
+                scale(x, centre, if now > 0.0 { squares.recall(now)? / now } else { 1.0 })
+            }
             Self::Affine(map) => map.recall(x),
         })
     }
@@ -76,7 +88,7 @@ impl<const D: usize> PlacedMotion<D> {
                 _ => f64::from(u8::from(i == j)),
             }),
             Self::Affine(map) => map.push_gradients(),
-            Self::Rest | Self::Stretch(_) | Self::Twist { .. } => {
+            Self::Rest | Self::Stretch(_) | Self::Twist { .. } | Self::Expand { .. } => {
                 unreachable!("meshes under this motion are not bent boxes")
             }
         }
@@ -97,6 +109,16 @@ impl Stretching {
         self.pass(x, span, (span + self.displacement) / span, self.displacement)
     }
 
+    /// The axis re-spaced; `None` where neighbouring nodes would meet in one rounded coordinate.
+    pub(crate) fn axis(self, axis: &Axis) -> Option<Axis> {
+        let (from, to) = (axis.first(), axis.last());
+        if axis.is_uniform() && self.is_affine_on(from, to) {
+            return Axis::uniform(self.place(from), self.place(to), axis.cells()).ok();
+        }
+        let nodes = (0..=axis.cells()).map(|i| self.place(axis.node(i)));
+        Axis::graded(nodes.collect()).ok()
+    }
+
     fn recall(self, x: f64) -> f64 {
         let span = self.driven - self.anchor + self.displacement;
         self.pass(x, span, (self.driven - self.anchor) / span, -self.displacement)
@@ -111,8 +133,45 @@ impl Stretching {
     }
 
     /// Whether one straight line maps all of [from, to].
-    pub(crate) fn is_affine_on(self, from: f64, to: f64) -> bool {
+    fn is_affine_on(self, from: f64, to: f64) -> bool {
         self.anchor.min(self.driven) <= from && self.anchor.max(self.driven) >= to
+    }
+}
+
+/// Linear re-spacing of the squares of radii: areas between rings change in one ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Squares(Stretching);
+
+impl Squares {
+    pub(crate) fn new(anchor: f64, driven: f64, displacement: f64) -> Self {
+        let displacement = (2.0 * driven + displacement) * displacement;
+        Self(Stretching { anchor: anchor * anchor, driven: driven * driven, displacement })
+    }
+
+    /// Radius now of a radius at rest; not a number for what has passed through the centre.
+    fn place(self, radius: f64) -> f64 {
+        if self.0.displacement == 0.0 {
+            return radius;
+        }
+        self.0.place(radius * radius).sqrt()
+    }
+
+    /// The inverse; `None` within a hole that has opened around the centre.
+    fn recall(self, radius: f64) -> Option<f64> {
+        if self.0.displacement == 0.0 {
+            return Some(radius);
+        }
+        let square = self.0.recall(radius * radius);
+        (square > 0.0).then(|| square.sqrt())
+    }
+
+    /// The axis of radii re-spaced; `None` where a ring has come to the centre or to the next one.
+    pub(crate) fn axis(self, radii: &Axis) -> Option<Axis> {
+        if self.0.displacement == 0.0 {
+            return Some(radii.clone());
+        }
+        let nodes: Vec<f64> = (0..=radii.cells()).map(|i| self.place(radii.node(i))).collect();
+        if nodes.first().is_some_and(|inner| *inner > 0.0) { Axis::graded(nodes).ok() } else { None }
     }
 }
 
@@ -145,6 +204,14 @@ pub(crate) fn rotate<const D: usize>(x: &Vector<D>, centre: &[f64; 2], [cos, sin
     Vector::from_fn(|d, _| match d {
         0 => centre[0] + (cos * dx - sin * dy),
         1 => centre[1] + (sin * dx + cos * dy),
+        _ => x[d],
+    })
+}
+
+/// Stretch by a factor away from the centre in the plane of the first two coordinates.
+fn scale<const D: usize>(x: &Vector<D>, centre: &[f64; 2], factor: f64) -> Vector<D> {
+    Vector::from_fn(|d, _| match d {
+        0 | 1 => centre[d] + (x[d] - centre[d]) * factor,
         _ => x[d],
     })
 }

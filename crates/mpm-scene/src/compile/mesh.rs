@@ -74,14 +74,7 @@ pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Res
 }
 
 /// An even axis that is stretched in part is one no more: its nodes are listed.
-fn check_stretch<const D: usize>(
-    layout: &Layout<D>,
-    axis: usize,
-    (anchor, driven): (f64, f64),
-    memory: MemoryLimit,
-) -> Result<(), String> {
-    let Layout::Box { axes, .. } = layout else { return Ok(()) };
-    let axis = &axes[axis];
+fn check_stretch(axis: &Axis, (anchor, driven): (f64, f64), memory: MemoryLimit) -> Result<(), String> {
     if anchor.min(driven) <= axis.first() && anchor.max(driven) >= axis.last() {
         return Ok(());
     }
@@ -103,8 +96,10 @@ pub(super) fn motion<const D: usize>(
                 if planes[axis].is_some() {
                     return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
                 }
-                check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), memory)
-                    .map_err(|it| SceneError::new(&path, it))?;
+                if let Layout::Box { axes, .. } = layout {
+                    check_stretch(&axes[axis], (stretch.anchor.0, stretch.driven.0), memory)
+                        .map_err(|it| SceneError::new(&path, it))?;
+                }
                 planes[axis] = Some(DrivenPlane {
                     anchor: stretch.anchor.0,
                     driven: stretch.driven.0,
@@ -148,6 +143,15 @@ pub(super) fn motion<const D: usize>(
             };
             let (inner, outer) = ((radii.first(), inner), (radii.last(), outer));
             MeshMotion::twist(*centre, inner, outer, reindexing).map_err(|it| SceneError::new("motion", it))
+        }
+        MotionInput::Expand { anchor, driven, displacement, ramp: input } => {
+            let Layout::Ring { radii, .. } = layout else {
+                return Err(SceneError::new("motion", "an expansion needs a ring mesh"));
+            };
+            check_stretch(radii, (anchor.0, driven.0), memory).map_err(|it| SceneError::new("motion", it))?;
+            let displacement = ramp(input, displacement.0, "motion.ramp")?;
+            MeshMotion::expand(DrivenPlane { anchor: anchor.0, driven: driven.0, displacement })
+                .map_err(|it| SceneError::new("motion", it))
         }
     }
 }
