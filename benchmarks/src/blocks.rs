@@ -62,6 +62,6 @@ fn resize<const D: usize, B>(scene: &mut SceneIn<D, B>, cells: u32, steps: u32) 
         let LoadInput::BodyForce { acceleration, .. } = load else { return Err("expected a weight".into()) };
         acceleration.0[1] = -STRAIN * STIFFNESS / f64::from(cells);
     }
-    scene.schedule.steps = Count(steps);
+    scene.schedule.steps = Some(Count(steps));
     Ok(())
 }

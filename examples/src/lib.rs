@@ -1,11 +1,11 @@
 //! What the examples share: a square of 2 × 2 cells with 2 × 2 points each, made without a scene.
 
 use mpm_assembly::{Contribution, MaterialBody};
-use mpm_basis::{Basis, Smpm};
+use mpm_basis::{Basis, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, Mesh, MeshMotion, NodeId, NodeSpace, Region, Vector};
 use mpm_material::{Elasticity, Hencky, Material};
 use mpm_solver::observe::{LoadStep, Observer, ObserverError};
-use mpm_solver::{Model, PredictorKind, Prescribed, Schedule, Support, Tolerance};
+use mpm_solver::{Active, Model, PredictorKind, Prescribed, Stage, Support, Tolerance};
 use std::error::Error;
 
 /// The square [0, 1]² `[L]`.
@@ -24,18 +24,12 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     let layout = layout()?;
     let mesh = Mesh::at_rest(&layout);
     basis.suits(&mesh)?;
-    let mut points = Vec::new();
-    for (i, j) in (0..4).map(|cell| (cell % 2, cell / 2)) {
-        for (a, b) in (0..4).map(|part| (f64::from(part % 2), f64::from(part / 2))) {
-            let (from, to) = (Vector::<2>::new(a - 1.0, b - 1.0), Vector::<2>::new(a, b));
-            basis.seed(&mesh.piece([i, j], &from, &to), &mut |seed| points.push(seed));
-        }
-    }
+    let points = seed_cells(&basis, &mesh, mesh.cells(), 2);
     let nodes = NodeSpace::of(basis.node_kind(), &mesh)?;
     let mut model = Model::on(layout, nodes);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);
-    model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(steps) };
+    model.stages = vec![Stage { cuts: 0, predictor: PredictorKind::Rest, ..Stage::equal(steps) }];
     model.tolerance = Tolerance { residual: 1e-10, iterations: 10, ..Tolerance::default() };
     Ok(model)
 }
@@ -51,6 +45,7 @@ pub fn support(
         nodes: region.nodes(&NodeSpace::vertices(layout()?.lattice()), &layout()?),
         components,
         moment_about: None,
+        active: Active::default(),
     })
 }
 

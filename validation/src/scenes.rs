@@ -55,8 +55,8 @@ pub fn load_own(name: &str) -> Result<Scene, Broken> {
 /// The scene in another number of load steps.
 pub fn in_steps(mut scene: Scene, steps: u32) -> Scene {
     match &mut scene {
-        Scene::PlaneStrain(scene) => scene.schedule.steps = Count(steps),
-        Scene::Solid(scene) => scene.schedule.steps = Count(steps),
+        Scene::PlaneStrain(scene) => scene.schedule.steps = Some(Count(steps)),
+        Scene::Solid(scene) => scene.schedule.steps = Some(Count(steps)),
     }
     scene
 }

@@ -75,7 +75,7 @@ pub fn with_points(mut scene: PlaneScene, points_per_cell: u32) -> PlaneScene {
 
 /// The scene in another number of load steps.
 pub fn in_steps(mut scene: PlaneScene, steps: u32) -> PlaneScene {
-    scene.schedule.steps = Count(steps);
+    scene.schedule.steps = Some(Count(steps));
     scene
 }
 

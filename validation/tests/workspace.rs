@@ -74,6 +74,7 @@ fn the_manifests_are_read() {
     for name in [
         "mpm-grid",
         "mpm-geometry",
+        "mpm-contact",
         "mpm-basis",
         "mpm-material",
         "mpm-assembly",
@@ -98,18 +99,29 @@ fn a_table_ends_where_the_next_begins() {
 #[test]
 fn workspace_crates_depend_downwards_only() {
     // From the ground up; each may use what it names, and what stands beside or above it may not be named.
-    const SOLVER: &[&str] = &["mpm-grid", "mpm-basis", "mpm-material", "mpm-linear", "mpm-assembly"];
-    const SCENE: &[&str] =
-        &["mpm-grid", "mpm-basis", "mpm-geometry", "mpm-material", "mpm-linear", "mpm-assembly", "mpm-solver"];
+    const ASSEMBLY: &[&str] = &["mpm-grid", "mpm-basis", "mpm-contact", "mpm-material", "mpm-linear"];
+    const SOLVER: &[&str] =
+        &["mpm-grid", "mpm-basis", "mpm-contact", "mpm-material", "mpm-linear", "mpm-assembly"];
+    const SCENE: &[&str] = &[
+        "mpm-grid",
+        "mpm-basis",
+        "mpm-geometry",
+        "mpm-contact",
+        "mpm-material",
+        "mpm-linear",
+        "mpm-assembly",
+        "mpm-solver",
+    ];
     const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
-    let below: [(&str, &[&str]); 10] = [
+    let below: [(&str, &[&str]); 11] = [
         ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
         ("mpm-linear", &[]),
         ("mpm-basis", &["mpm-grid"]),
         ("mpm-geometry", &["mpm-grid"]),
-        ("mpm-assembly", &["mpm-grid", "mpm-basis", "mpm-material", "mpm-linear"]),
+        ("mpm-contact", &["mpm-grid"]),
+        ("mpm-assembly", ASSEMBLY),
         ("mpm-solver", SOLVER),
         ("mpm-scene", SCENE),
         ("mpm-io", IO),

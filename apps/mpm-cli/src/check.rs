@@ -8,7 +8,7 @@ use crate::terminal::Lines;
 use mpm_grid::six_digits;
 use mpm_io::FolderFiles;
 use mpm_scene::Scene;
-use mpm_solver::Estimate;
+use mpm_solver::{Estimate, StageSteps};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -47,6 +47,9 @@ fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
         "remarks": it.remarks,
         "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
         "warnings": it.warnings,
+        "stages": it.stages.iter().filter(|stage| !stage.name.is_empty()).map(|stage| json!({
+            "name": stage.name, "load_steps": stage.steps, "supports_begun": stage.begun, "supports_ended": stage.ended,
+        })).collect::<Vec<Value>>(),
     })
 }
 
@@ -104,6 +107,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     let per_point = 1e9 * seconds.pass / it.points as f64;
     line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", seconds.pass));
     line("load steps", count(it.steps));
+    it.stages.iter().filter(|it| !it.name.is_empty()).for_each(|stage| line("stage", told_of(stage)));
     let told = if seconds.is_tried { "tried" } else { "counted" };
     let [least, most] = range(it, scene);
     line(
@@ -132,6 +136,18 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
         line("warning", warning.clone());
     }
     lines.into_text()
+}
+
+/// A stage: its steps, and the supports that begin with it or end in it.
+fn told_of(stage: &StageSteps) -> String {
+    let mut told = format!("`{}`, load steps: {}", stage.name, count(stage.steps));
+    for (what, supports) in [("begin", &stage.begun), ("end", &stage.ended)] {
+        if !supports.is_empty() {
+            let names: Vec<String> = supports.iter().map(|name| format!("`{name}`")).collect();
+            told += &format!("; {what}: {}", names.join(", "));
+        }
+    }
+    told
 }
 
 /// What the run will do without.

@@ -69,6 +69,8 @@ struct Inspection {
     /// Name, unit, and one range per component over all recorded steps.
     fields: Vec<(String, String, Vec<Range>)>,
     steps: Vec<Row>,
+    /// Load steps in each stage, where the schedule has stages: name and number.
+    stages: Vec<(String, usize)>,
     timings: Vec<mpm_io::PhaseTime>,
 }
 
@@ -95,11 +97,12 @@ impl Inspection {
             }
             fields.push((name, unit, ranges));
         }
+        let scene = Scene::from_ron(results.scene()).ok();
         let points = if recorded > 0 { results.points(recorded - 1)?.len() } else { 0 };
         Ok(Self {
             file: file.display().to_string(),
             // The results can be read even if the scene is of another version of the language.
-            title: Scene::from_ron(results.scene()).map_or(String::new(), |scene| scene.title().to_string()),
+            title: scene.as_ref().map_or(String::new(), |scene| scene.title().to_string()),
             status: results.status().to_string(),
             is_left: results.status() == "running" && !is_being_written(file),
             program: results.program().to_string(),
@@ -110,6 +113,7 @@ impl Inspection {
             history,
             fields,
             steps: steps(&results)?,
+            stages: stages(&results, scene.as_ref())?,
             timings: results.timings()?,
         })
     }
@@ -126,6 +130,10 @@ impl Inspection {
             "load steps",
             format!("{}, {} halved", count(self.steps.len()), count(self.total(|row| row.cuts))),
         );
+        if !self.stages.is_empty() {
+            let told = self.stages.iter().map(|(name, steps)| format!("`{name}` {}", count(*steps)));
+            line("stages", told.collect::<Vec<_>>().join(", "));
+        }
         if self.first_row > 0 {
             line("first step here", count(self.first_row));
         }
@@ -196,6 +204,7 @@ impl Inspection {
             "iterations": self.total(|row| row.residuals.len() as u64),
             "cuts": self.total(|row| row.cuts), "material_points": self.points,
             "recorded_load_fractions": self.fractions,
+            "stages": self.stages.iter().map(|(name, steps)| json!({ "name": name, "load_steps": steps })).collect::<Vec<_>>(),
             "history": history.collect::<Map<_, _>>(),
             "fields": fields.collect::<Map<_, _>>(),
             "newton": newton.collect::<Vec<_>>(),
@@ -212,6 +221,30 @@ impl Inspection {
         let skipped = self.timings.iter().filter_map(|it| Some((it.phase.strip_prefix(SKIPPED)?, it.count)));
         skipped.filter(|(_, count)| *count > 0)
     }
+}
+
+/// The stages that a run has come to and the load steps in each, without the initial state; none without stages.
+fn stages(results: &Results, scene: Option<&Scene>) -> Result<Vec<(String, usize)>, ResultsError> {
+    const COLUMN: &str = "stage/number";
+    if !results.columns().iter().any(|column| column.name == COLUMN) {
+        return Ok(Vec::new());
+    }
+    let names = scene.map_or(&[][..], |scene| &scene.schedule().stages);
+    let column = results.column(COLUMN)?;
+    let mut stages: Vec<(String, usize)> = Vec::new();
+    let rows = (0..results.rows()).filter(|row| results.first_row() + row > 0);
+    // Each stage has a row at least, if the file is as it was written.
+    let most = names.len().max(results.rows());
+    let numbers = rows.map(|row| column.row(row)[0] as usize);
+    for number in numbers.filter(|number| (1..=most).contains(number)) {
+        while stages.len() < number {
+            let name =
+                names.get(stages.len()).map_or_else(|| (stages.len() + 1).to_string(), |it| it.name.clone());
+            stages.push((name, 0));
+        }
+        stages[number - 1].1 += 1;
+    }
+    Ok(stages)
 }
 
 /// The load steps of a results file, without the initial state.

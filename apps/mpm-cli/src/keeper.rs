@@ -77,6 +77,7 @@ impl Keeper {
     pub fn wants(&self, at: Moment) -> bool {
         let CheckpointInterval { steps, seconds } = self.head.interval;
         match at {
+            Moment::StageEnd(step) => self.asked && self.kept != Some(step),
             Moment::End => self.asked || self.cancellation.is_cancelled(),
             Moment::Step(step) => {
                 steps.is_some_and(|every| step.is_multiple_of(every as usize))

@@ -76,9 +76,5 @@ fn reason_to_keep(path: &Path, by: Option<(&Scene, &str)>) -> Option<String> {
 
 /// Load steps that a scene asks for.
 fn steps_of(scene: &Scene) -> usize {
-    let schedule = match scene {
-        Scene::PlaneStrain(scene) => &scene.schedule,
-        Scene::Solid(scene) => &scene.schedule,
-    };
-    schedule.steps.0 as usize
+    usize::try_from(scene.schedule().n_steps()).unwrap_or(usize::MAX)
 }

@@ -278,6 +278,11 @@ impl<'a> Language<'a> {
             Some(reference) => self.types.get(target(reference)).unwrap_or(schema),
             None => schema,
         };
+        // Of several forms a default has the first.
+        let schema = match schema["anyOf"].get(0) {
+            Some(first) if value.is_array() => first,
+            _ => schema,
+        };
         match value {
             Value::Null => "None".into(),
             Value::String(name) if schema["type"] != "string" => name.clone(),

@@ -9,7 +9,7 @@ use crate::watch::{Show, Watch};
 use crate::{input, inspect, previous, report};
 use clap::Args;
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
-use mpm_scene::Scene;
+use mpm_scene::{AddedStages, Scene};
 use mpm_solver::{Error, State};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -46,6 +46,10 @@ pub struct RunArguments {
 pub struct ResumeArguments {
     /// The checkpoint; the scene is in it.
     pub checkpoint_file: PathBuf,
+    /// Go on with this scene: that of the checkpoint with stages added behind the others, and with what begins with them or ends
+    /// in them.
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
     /// Results file; where there is none, its history begins here [default: that of the interrupted run].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -113,9 +117,15 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
         head.folder.clone_from(folder);
     }
     let files = FolderFiles::new(&head.folder);
-    let input = input::parse(file, head.scene.clone(), &files)?;
+    let mut input = input::parse(file, head.scene.clone(), &files)?;
     head.folder = folder(&input.scene, &files);
-    let state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
+    let mut state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
+    let mut earlier_scene = None;
+    if let Some(scene) = &arguments.scene {
+        let added = with_stages(scene, input, state, file, &files)?;
+        (input, state) = added;
+        earlier_scene = Some(std::mem::replace(&mut head.scene, input.text.clone()));
+    }
     if head.program != PROGRAM {
         let note = format!(
             "{} was written by {}, this is {PROGRAM}: the rest may differ in its last digits",
@@ -136,17 +146,41 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
         return Err(Complaint::input(format!("the results file {} is the checkpoint itself", path.display())));
     }
     let checkpoint = arguments.checkpoints.checkpoint.as_ref().unwrap_or(file);
-    check_places(&named(&input.scene, &files), &path, checkpoint)?;
+    let mut read = named(&input.scene, &files);
+    read.extend(arguments.scene.iter().map(|scene| ("scene", scene.clone())));
+    check_places(&read, &path, checkpoint)?;
     (head.program, head.results) = (PROGRAM.into(), path.clone());
     let mut keeper = Keeper::new(checkpoint.clone(), head, &arguments.checkpoints)?;
     if arguments.checkpoints.checkpoint.is_none() {
         keeper.has_kept(state.progress.rows().saturating_sub(1));
     }
     reading::survives(&path, Kind::Results)?;
-    let writer = ResultsWriter::resume(&path, options(&input));
+    let writer = ResultsWriter::resume(&path, Options { earlier_scene, ..options(&input) });
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Paths { scene: file, results: &path };
     carry_out(input, Some(&state), writer, keeper, &files, arguments.quiet)
+}
+
+/// The scene in `file`, which has more stages than that of the checkpoint, and the state as one of a run of it.
+fn with_stages(
+    file: &Path,
+    before: Input,
+    state: State,
+    checkpoint: &Path,
+    files: &FolderFiles,
+) -> Result<(Input, State), Complaint> {
+    let mut after = input::set(file, input::text(file)?, &[], files)?;
+    let added = AddedStages::between(&before.scene, &after.scene);
+    let added = added.map_err(|error| input::refused(file, &after.text, error))?;
+    if added.names.is_empty() {
+        return Ok((after, state));
+    }
+    let state = added.extend(state, &before.compiled, &after.compiled);
+    let state =
+        state.map_err(|error| Complaint::input(format!("checkpoint {}: {error}", checkpoint.display())))?;
+    let names: Vec<String> = added.names.iter().map(|name| format!("`{name}`")).collect();
+    after.notes.push(format!("stages that the scene of the checkpoint has not: {}", names.join(", ")));
+    Ok((after, state))
 }
 
 /// Where a run comes from and goes to.

@@ -33,6 +33,8 @@ pub struct Watch {
     /// Load steps before those of this run.
     before: usize,
     bar: ProgressBar,
+    /// Positions of the bar for a stage.
+    parts: f64,
     columns: Vec<String>,
     rows: Vec<Row>,
 }
@@ -45,7 +47,8 @@ impl Watch {
         let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
-        Self { show, writer, keeper, started: false, before: 0, bar, columns: Vec::new(), rows: Vec::new() }
+        let (columns, rows) = (Vec::new(), Vec::new());
+        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows }
     }
 
     /// Whether the results file was created or continued.
@@ -88,6 +91,7 @@ impl Watch {
 impl Observer for Watch {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.parts = PARTS / run.stages.max(1) as f64;
         self.bar.set_message(format!("step 1 of {}", run.steps));
         self.writer.start(run)?;
         self.started = true;
@@ -97,7 +101,8 @@ impl Observer for Watch {
 
     fn resume(&mut self, run: &RunStart, so_far: &Resumed<'_>) -> Result<(), ObserverError> {
         self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
-        self.bar.set_position((so_far.fraction * PARTS) as u64);
+        self.parts = PARTS / run.stages.max(1) as f64;
+        self.bar.set_position((so_far.fraction * self.parts) as u64);
         self.bar.reset_eta();
         self.writer.resume(run, so_far)?;
         self.before = so_far.rows.saturating_sub(1);
@@ -135,7 +140,7 @@ impl Observer for Watch {
         }
         let residuals = step.residuals.to_vec();
         let last = residuals.last().map_or(String::new(), |residual| format!(", residual {residual:.1e}"));
-        self.bar.set_position((step.fraction * PARTS) as u64);
+        self.bar.set_position((step.fraction * self.parts) as u64);
         self.bar.set_message(format!("step {}: {} iterations{last}", step.index, residuals.len()));
         let row = Row {
             step: step.index,

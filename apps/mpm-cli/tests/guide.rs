@@ -14,8 +14,8 @@ fn succeeds(name: &str, output: Output) -> String {
 }
 
 /// Pages whose commands are run, in this order, in one folder.
-const PAGES: [&str; 6] =
-    ["first_run.md", "bodies.md", "pushing.md", "running.md", "results.md", "laws/driver.md"];
+const PAGES: [&str; 7] =
+    ["first_run.md", "bodies.md", "pushing.md", "stages.md", "running.md", "results.md", "laws/driver.md"];
 
 /// What a page's blocks hold: files by their names, and the lines of shell that call `mpm`. The validation is another
 /// program, which only a whole build has.
@@ -67,6 +67,8 @@ fn the_commands_of_the_guide_work_and_python_reads_what_they_write() {
         "pile.svg",
         "corner.png",
         "hollow.h5",
+        "staged.png",
+        "short.h5",
         "energy.png",
         "pile_csv",
         "kept.h5",

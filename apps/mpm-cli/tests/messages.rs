@@ -9,8 +9,11 @@
 //! or below among those that no scene leads to.
 
 mod common;
+#[path = "messages/elsewhere.rs"]
+mod elsewhere;
 
 use common::{complains, flat, mpm, workspace};
+use elsewhere::ELSEWHERE;
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -208,101 +211,6 @@ const SOURCES: &[&str] = &[
     "crates/mpm-scene/src",
     "crates/mpm-io/src/scene_files",
     "apps/mpm-cli/src/input.rs",
-];
-
-/// Sentences that no scene leads to: the file they stand in, how they begin (all of the file's where this is empty), and
-/// why.
-const ELSEWHERE: &[(&str, &str, &str)] = &[
-    // Refused earlier, by the numbers of the scene's language or by its compiler.
-    ("axis.rs", "the ratio of last to first", "ratios are read above 0"),
-    ("layout.rs", "the centre of a ring must be finite", "centres are read finite"),
-    ("layout.rs", "does not exist", "scenes have two or three dimensions"),
-    ("motion.rs", "every number of a mesh motion", "numbers are read finite, and ramps are checked before"),
-    ("motion.rs", "a box has {needed} corners", "the compiler gives them all"),
-    ("motion.rs", "rotations need two or three", "scenes have two or three dimensions"),
-    ("motion.rs", "an affine motion", "scenes have none"),
-    ("node_space.rs", "", "every basis of a scene is on vertices"),
-    ("nodes.rs", "", "every basis of a scene is on vertices"),
-    ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on vertices"),
-    ("motion.rs", "twists and expansions need a ring layout", "the compiler says so before"),
-    ("motion.rs", "a twist turns about", "the compiler gives the ring's centre"),
-    ("motion.rs", "a twist needs 0 <= inner", "the compiler gives the ring's radii"),
-    ("lattice.rs", "direction {direction} has", "axes have cells, and the compiler tells of rings"),
-    ("geometry/src/surface.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
-    ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
-    ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
-    ("compile/mod.rs", "expected at most {} halvings", "refused as it is read; of scenes that programs make"),
-    ("compile/shapes.rs", "expected a ring mesh", "asked of ring meshes only"),
-    ("pieces.rs", "a box can only be filled", "the compiler says so before"),
-    ("fill.rs", "a body of parts can only", "the compiler says so before"),
-    ("files.rs", "the file {file} cannot be read", "the program compiles with files"),
-    ("files.rs", "{} has columns of different lengths", "the program's readers fill rows"),
-    ("scene_files/columns.rs", "", "of HDF5 tables, in the tests of that file"),
-    ("language/quantity.rs", "expected a field, got nothing", "what is in front of parentheses is a name"),
-    ("material/src/law.rs", "no elastic strain", "of laws that programs make"),
-    ("material/src/driver.rs", "no strain was found", "of paths that end early, in `mpm-scene/tests/drive.rs`"),
-    ("compile/drive.rs", "path[{k}] ends", "of paths that end early, in `mpm-scene/tests/drive.rs`"),
-    ("compile/law.rs", "is a field, and no point", "fields of laws are asked for at points"),
-    ("per_point.rs", "", "of checkpoints"),
-    // Of states that no scene is known to reach; the law's own tests do.
-    ("cam_clay/bracket.rs", "", "of hostile states, in `mpm-material/tests/soil/cam_clay.rs`"),
-    // What only other programs and files meet.
-    ("motion.rs", "no position at rest is carried", "asked by programs only"),
-    ("state.rs", "", "of checkpoints, in `mpm-io/tests/hostile.rs`"),
-    ("stored.rs", "", "of checkpoints, in `mpm-io/tests/hostile.rs`"),
-    ("steps/load_control.rs", "", "of checkpoints"),
-    ("steps/path_control.rs", "", "of checkpoints"),
-    ("record/history.rs", "has ", "of checkpoints"),
-    ("predictor.rs", "", "of checkpoints"),
-    ("timing.rs", "", "of checkpoints"),
-    ("skipped.rs", "skipped: ", "names of counts"),
-    ("von_mises.rs", "the accumulated plastic strain", "of checkpoints"),
-    ("body/material_body.rs", "", "names of columns of checkpoints"),
-    ("assembly/src/contribution.rs", "has {} numbers", "of checkpoints"),
-    ("basis/src/domain.rs", "a domain has no volume", "of checkpoints"),
-    ("basis/src/fallback.rs", "a domain is of kind", "of checkpoints"),
-    ("basis/src/gimp.rs", "a half length is", "of checkpoints"),
-    ("completeness.rs", "relative errors of", "of tests of a basis"),
-    ("body/domain_control.rs", "points would be split", "the solver says it with the step and the body"),
-    ("mpm-io/src/scene_files/", "", "of files, in the tests there, in `kinds.rs` and in `places.rs`"),
-    ("read.rs", "a NUL character", "of a character that no page can show, in `places.rs`"),
-    ("input.rs", "cannot read scene", "of files, in `diagnostics.rs`"),
-    ("input.rs", "it is longer than", "of files, in `diagnostics.rs`"),
-    ("input.rs", "scene is not UTF-8", "of files, in `diagnostics.rs`"),
-    ("error.rs", "the first load step cannot begin", "the compiler says so before"),
-    ("error.rs", "interrupted", "of signals, in `faults.rs`"),
-    ("error.rs", "the run's record could not", "of full disks, in `faults.rs`"),
-    ("geometry/src/surface.rs", "facet {facet} has no area", "left out before"),
-    ("language/any_case.rs", "variant identifier", "what serde expects"),
-    ("geometry/src/surface.rs", "the surface has {0} facets", "a billion of them"),
-    ("compile/mod.rs", "the part of the mesh around the bodies", "depends on the machine"),
-    ("geometry/src/grid.rs", "{count:.3e} pieces of the body", "depends on the machine"),
-    ("geometry/src/grid.rs", "a layer of pieces", "depends on the machine"),
-    ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
-    ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
-    ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
-    ("solver/src/remedy.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
-    (
-        "mpm-solver/src/estimate/",
-        "",
-        "remarks and warnings of `mpm check`, in the validation's faults and `kinds.rs`",
-    ),
-    ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
-    ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),
-    // No scene is known that ends so.
-    ("body/start.rs", "material point", "the compiler says it with position and depth"),
-    ("body/trial.rs", "has no stress", "the solver says it with body, position and reason"),
-    ("error.rs", "body `{body}`: the law of material point", "of laws of programs, in `own_material.rs`"),
-    ("basis/src/basis.rs", "its domain inverted", "Newton finds no equilibrium before"),
-    ("basis/src/basis.rs", "its domain left the mesh", "the load step after finds the point outside"),
-    ("error.rs", "the linear system could not be solved", "singular tangents are told of their node"),
-    ("error.rs", "the path leads to load fraction", "steps are shortened before"),
-    ("error.rs", "the equilibrium found is", "steps are shortened before"),
-    ("error.rs", "nothing in the step changes", "load steps are taken in its place"),
-    ("linear/src/report.rs", "", "of singular matrices, in the tests of linear solvers"),
-    ("linear/src/solver.rs", "is of another", "of checkpoints"),
-    ("direct/order.rs", "is no order", "of checkpoints, in `mpm-solver/tests/resume.rs`"),
-    ("multigrid/outcome.rs", "", "another solver takes over"),
 ];
 
 /// Every sentence of a source that can become a message: all literals with several words, and whatever

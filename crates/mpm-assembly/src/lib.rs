@@ -18,19 +18,22 @@
 
 mod body;
 mod contribution;
+mod differences;
 mod ghost;
 mod unknowns;
 
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
-    ForeignPoints, InadmissiblePoint, InadmissibleState, MaterialBody, MeanDilatation, OccupiedCell, PassInput,
-    PointForce, PointStart, PointView, RefusedStart, StoredColumn, StoredPoints, Sums, TangentSums,
-    TooManyPoints, determinant, finish_tangent, views,
+    DomainsOfBody, ForeignPoints, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
+    MeanDilatation, OccupiedCell, PassInput, PointForce, PointStart, PointView, RefusedStart, ShippedBasis,
+    ShippedLaw, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant, finish_tangent,
+    views,
 };
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
     RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
 };
+pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};
 pub use unknowns::{
     Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,

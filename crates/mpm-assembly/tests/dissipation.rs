@@ -1,7 +1,7 @@
 //! The energy that a trial displacement dissipates, and its gradient.
 
 use mpm_assembly::{AssemblyPlan, Body, MaterialBody, SparsityPattern};
-use mpm_basis::{ActiveNodes, Basis, Connectivity, Smpm};
+use mpm_basis::{ActiveNodes, Connectivity, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, LoadFraction, MeshMotion, NodeSpace, Vector};
 use mpm_material::{Elasticity, Material, MohrCoulomb, Undrained, VonMises};
 
@@ -12,10 +12,7 @@ fn square<M: Material + 'static>(law: M) -> (impl Body<2>, AssemblyPlan<2>, Vec<
     let axis = Axis::uniform(0.0, 2.0, 2).unwrap();
     let layout = Layout::on_axes([axis.clone(), axis]).unwrap();
     let mesh = MeshMotion::Fixed.mesh_at(&layout, LoadFraction::START).unwrap();
-    let mut points = Vec::new();
-    for cell in [[0, 0], [1, 0], [0, 1], [1, 1]] {
-        Smpm.seed(&mesh.linear_cell(cell), &mut |seed| points.push(seed));
-    }
+    let points = seed_cells(&Smpm, &mesh, mesh.cells(), 1);
     let body = MaterialBody::new(Smpm, law, points);
     let stencils = body.stencils(&mesh).unwrap();
     let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));

@@ -3,7 +3,7 @@
 use mpm_assembly::{
     Body, Constraints, GhostFaces, MaterialBody, PassInput, SparsityPattern, Sums, TangentSums, finish_tangent,
 };
-use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2q, Gimp, Smpm};
+use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Cpdi2q, Gimp, Smpm, seed_cells};
 use mpm_grid::{
     Axis, Block, Layout, LoadFraction, Mesh, MeshMotion, NodeSpace, Ramp, Reindexing, Span, Vector,
 };
@@ -24,13 +24,7 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     mesh: Mesh<D>,
     chosen: impl Fn([u32; D]) -> bool,
 ) -> Setup<D> {
-    let mut points = Vec::new();
-    for cell in 0..mesh.lattice().n_cells() {
-        let index = mesh.lattice().cell_index(mpm_grid::CellId::from_index(cell).unwrap());
-        if chosen(index) {
-            basis.seed(&mesh.linear_cell(index), &mut |seed| points.push(seed));
-        }
-    }
+    let points = seed_cells(&basis, &mesh, mesh.cells().filter(|&index| chosen(index)), 1);
     let law = Hencky(Elasticity::from_young_poisson(YOUNG, 0.0).unwrap());
     let body = MaterialBody::new(basis, law, points);
     let stencils = body.stencils(&mesh).unwrap();

@@ -217,6 +217,16 @@ impl Surface {
         self.triangles.n_facets()
     }
 
+    /// Its vertices `[L]`, all different.
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.triangles.vertices
+    }
+
+    /// The corners of its facets by number, anticlockwise seen from outside.
+    pub fn facets(&self) -> &[[u32; 3]] {
+        &self.triangles.facets
+    }
+
     /// What it encloses, by the divergence theorem `[L³]`.
     pub fn volume(&self) -> f64 {
         self.triangles.volume()

@@ -10,7 +10,7 @@ use crate::motion::{MeshMotion, MotionError, Reindexing};
 use crate::placed::{PlacedMotion, turn};
 use crate::ramp::LoadFraction;
 use crate::ring::PlacedRing;
-use crate::{Axis, Block, Lattice, NodeId, Vector};
+use crate::{Axis, Block, CellId, Lattice, NodeId, Vector};
 
 /// Cells that location in a ring may cross from its first guess to the cell sought.
 const WALK: usize = 32;
@@ -142,6 +142,11 @@ impl<const D: usize> Mesh<D> {
         })
     }
 
+    /// Indices of all cells, the first direction fastest.
+    pub fn cells(&self) -> impl Iterator<Item = [u32; D]> + '_ {
+        (0..self.lattice.n_cells()).filter_map(CellId::from_index).map(|cell| self.lattice.cell_index(cell))
+    }
+
     /// A cell as a map from local coordinates to positions.
     #[inline]
     pub fn linear_cell(&self, cell: [u32; D]) -> LinearCell<D> {
@@ -240,7 +245,7 @@ impl<const D: usize> MeshMotion<D> {
             _ => Reindexing::Off,
         };
         let motion = self.placed(layout, at)?;
-        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.get() })
+        Mesh::new(layout, motion, reindexing).ok_or(MotionError::Folded { fraction: at.total() })
     }
 
     /// Displacement `[L]` that the motion prescribes from fraction `start` to `end` for the

@@ -13,8 +13,8 @@ use crate::{Block, Vector};
 
 /// How the mesh moves with the load; node numbers never change.
 ///
-/// At load fraction 0 every motion is at rest, whatever its ramps say there: a ramp that begins elsewhere jumps in the
-/// first load step. Only the checked constructors make one. A motion that does not suit the layout it is used
+/// At load fraction 0 every motion is at rest, and at the start of a later stage where the stage before has left it, whatever
+/// its ramps say there: a ramp that begins elsewhere jumps in the first load step of the stage. Only the checked constructors make one. A motion that does not suit the layout it is used
 /// with is a [`MotionError`] of every method.
 #[derive(Clone, Debug)]
 pub enum MeshMotion<const D: usize> {
@@ -92,7 +92,8 @@ impl<const D: usize> PartialEq for MeshMotion<D> {
 ///
 /// Affine maps take every cell to a parallelepiped, so that shape functions, location of points and
 /// prescribed displacements stay exact. The map must be a pure function of the load fraction, the
-/// identity at its start: meshes are made anew from rest, also after a cut and on resuming.
+/// identity at its start: meshes are made anew from rest, also after a cut and on resuming. In a schedule of several
+/// stages it is the same at the end of a stage and at the start of the next: see [`LoadFraction::total`].
 pub trait AffineMotion<const D: usize>: Debug + Send + Sync {
     /// `A` `[-]` and `b` `[L]` of `x = A X + b`; `det A` must stay above zero.
     fn at(&self, fraction: LoadFraction) -> (Block<D>, Vector<D>);
@@ -227,9 +228,9 @@ impl<const D: usize> MeshMotion<D> {
                 return Err(MotionError::CoincidentPlanes { axis });
             }
             // Between knots the displacement is linear, so the knots decide.
-            for &(fraction, delta) in displacement.knots() {
+            for (at, delta) in displacement.knots() {
                 if (span + delta) / span <= 0.0 {
-                    return Err(MotionError::ThroughAnchor { axis, fraction });
+                    return Err(MotionError::ThroughAnchor { axis, fraction: at.total() });
                 }
             }
         }
@@ -288,10 +289,10 @@ impl<const D: usize> MeshMotion<D> {
             return Err(MotionError::ExpandedRadii { anchor, driven });
         }
         // Between knots the displacement is linear, so the knots decide.
-        for &(fraction, delta) in displacement.knots() {
+        for (at, delta) in displacement.knots() {
             let span = driven - anchor;
             if (span + delta) / span <= 0.0 || driven + delta <= 0.0 {
-                return Err(MotionError::ThroughRadius { fraction });
+                return Err(MotionError::ThroughRadius { fraction: at.total() });
             }
         }
         Ok(Self::Expand { radii })
@@ -395,7 +396,7 @@ impl<const D: usize> MeshMotion<D> {
                 if !matrix.iter().chain(shift.iter()).all(|number| number.is_finite()) {
                     return Err(MotionError::NotFinite);
                 }
-                let affine = Affine::new(matrix, shift).ok_or(MotionError::Folded { fraction: at.get() })?;
+                let affine = Affine::new(matrix, shift).ok_or(MotionError::Folded { fraction: at.total() })?;
                 Ok(PlacedMotion::Affine(affine))
             }
             (Self::Stretch { .. } | Self::Corners { .. } | Self::Affine { .. }, Layout::Ring { .. }) => {

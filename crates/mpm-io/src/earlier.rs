@@ -21,10 +21,11 @@ pub(crate) struct Earlier {
 }
 
 impl Earlier {
-    /// Checks that the file holds the rows of these columns and the points that belong to them.
+    /// Checks that the file holds the rows of these columns and the points that belong to them. If columns may be missing,
+    /// they are taken to hold zeros.
     pub(crate) fn of(
         results: Results,
-        columns: &[Column],
+        (columns, may_lack): (&[Column], bool),
         fields: &[Field],
         is_recorded: &dyn Fn(usize, f64) -> bool,
         end: usize,
@@ -32,6 +33,7 @@ impl Earlier {
         let path = results.path().to_path_buf();
         let source = Source { path: &path };
         let mut expected = columns.to_vec();
+        expected.retain(|column| !may_lack || results.columns().contains(column));
         expected.sort_by(|a, b| a.name.cmp(&b.name));
         if results.columns() != expected {
             return Err(source.malformed("history", "its columns are not those of the scene"));
@@ -54,7 +56,10 @@ impl Earlier {
         let (mut counts, mut reals) = (Vec::new(), Vec::new());
         for column in columns {
             let item = format!("history/{}", column.name);
+            let zeros = n * column.width;
             let (count, real) = match column.kind {
+                ColumnKind::Count if !expected.contains(column) => (Some(vec![0; zeros]), None),
+                ColumnKind::Real if !expected.contains(column) => (None, Some(vec![0.0; zeros])),
                 ColumnKind::Count => (Some(source.slice::<u64>(file, &item, 0, n)?.1), None),
                 ColumnKind::Real => (None, Some(source.slice::<f64>(file, &item, 0, n)?.1)),
             };

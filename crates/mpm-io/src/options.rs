@@ -19,6 +19,9 @@ pub enum Precision {
 pub struct Options {
     /// The scene as it was read, kept in the file.
     pub scene: String,
+    /// The scene of the results so far, where a run goes on with another to which stages have been added. Columns that they do
+    /// not have hold zeros up to there.
+    pub earlier_scene: Option<String>,
     /// Name and version of the program, for example `mpm 0.1.0`.
     pub program: String,
     /// Fields of the material points.
@@ -39,6 +42,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             scene: String::new(),
+            earlier_scene: None,
             program: String::new(),
             fields: Vec::new(),
             every: 1,

@@ -154,7 +154,7 @@ impl ResultsWriter {
         }
         drop(check_replaceable(path).map_err(|reason| ResultsError::create(path, reason))?);
         let earlier = Results::open(path)?;
-        if earlier.scene() != options.scene {
+        if earlier.scene() != *options.earlier_scene.as_ref().unwrap_or(&options.scene) {
             return Err(ResultsError::malformed(path, "scene", "is another than that of the run"));
         }
         let mut writer = Self::create(part_of(path), options)?;
@@ -186,7 +186,8 @@ impl ResultsWriter {
         let run = self.run.as_mut().expect("a run starts before it goes on");
         let fields = self.options.fields.clone();
         let recorded = |row: usize, fraction: f64| run.counted.is_recorded(self.options.every, row, fraction);
-        let earlier = Earlier::of(earlier, &run.columns, &fields, &recorded, end)?;
+        let may_lack = self.options.earlier_scene.is_some();
+        let earlier = Earlier::of(earlier, (&run.columns, may_lack), &fields, &recorded, end)?;
         let first = earlier.first();
         self.begin_at(first).map_err(|error| self.give_up("the number of the first row", &error))?;
         for row in earlier.rows() {
@@ -328,7 +329,7 @@ impl Run {
         let timings = file.create_group("timings")?;
         let Options { fields, compression, precision, .. } = options;
         Ok(Self {
-            counted: start.counted,
+            counted: start.counted.clone(),
             columns: start.columns.clone(),
             history: start.columns.iter().map(create_column).collect::<hdf5::Result<_>>()?,
             rows,

@@ -205,6 +205,7 @@ fn a_column_that_cannot_be_stored_is_an_error() -> Check {
         columns: vec![column.clone(), column],
         points: 1,
         steps: 1,
+        stages: 1,
         counted: Counted::Rows,
     });
     assert!(error.is_err_and(|error| error.to_string().contains("cannot write the layout of the run")));

@@ -24,6 +24,7 @@
 
 mod cam_clay;
 mod deviator;
+mod differences;
 mod driver;
 mod drucker_prager;
 mod elasticity;
@@ -44,6 +45,7 @@ mod undrained;
 mod von_mises;
 
 pub use cam_clay::{CamClay, CamClayParameters, Preconsolidation};
+pub use differences::{DerivativeError, derivative_error};
 pub use driver::{Control, DrivenPoint, NotDriven, StepControl, invariants};
 pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;

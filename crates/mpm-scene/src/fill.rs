@@ -1,11 +1,11 @@
 //! Filling a shape with material points.
 
 use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
-use mpm_assembly::{Body, MaterialBody, MeanDilatation, PointStart, RefusedStart};
+use mpm_assembly::{Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis};
 use mpm_basis::{Basis, Seed};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
 use mpm_grid::{Block, LinearCell, Mesh, Vector};
-use mpm_material::{Material, SymmetricTensor};
+use mpm_material::SymmetricTensor;
 use std::ops::Range;
 
 /// What a body is to be filled with.
@@ -52,20 +52,19 @@ pub(crate) struct FaceShare<const D: usize> {
 ///
 /// # Errors
 /// The point that its law does not let begin under its stress.
-pub(crate) fn body<const D: usize, B, M>(
+pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     basis: B,
-    law: M,
+    law: LawOfBody<D>,
     seeded: Seeded<SeedOf<D, B>, D>,
     starts: &[PointStart],
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, RefusedStart>
-where
-    B: Basis<D> + 'static,
-    M: Material + 'static,
-{
+) -> Result<Filled<D>, RefusedStart> {
     let Seeded { seeds, faces, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
-    let mut body = MaterialBody::new(basis, law, seeds).with_mean_dilatation(plan.mean_dilatation);
+    let (places, domains): (Vec<_>, Vec<_>) =
+        seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
+    let body = MaterialBody::of(law, basis.domains_of_body(domains), places);
+    let mut body = body.with_mean_dilatation(plan.mean_dilatation);
     if !starts.is_empty() {
         body = body.with_starts(starts)?;
     }

@@ -6,6 +6,7 @@
 //! to look up. Bodies are filled with material points on the way. Formats of files stay outside: [`SceneFiles`] turns
 //! the names that a scene holds into triangles and tables of points.
 
+mod added_stages;
 mod compile;
 mod compiled;
 mod error;
@@ -16,6 +17,7 @@ mod limits;
 mod pieces;
 mod vortex;
 
+pub use added_stages::AddedStages;
 pub use compile::{DrivenPath, compile, compile_with, compile_within, drive, mesh_of};
 pub use compiled::Compiled;
 pub use error::SceneError;

@@ -1,7 +1,7 @@
 //! A run that goes on from a state ends as the run that was never interrupted, bit for bit.
 
 use mpm_scene::Scene;
-use mpm_scene::{Compiled, compile};
+use mpm_scene::{AddedStages, Compiled, compile};
 use mpm_solver::observe::{
     Cancellation, Entry, Field, LoadStep, Moment, Observer, ObserverError, Resumed, RunStart,
 };
@@ -18,6 +18,7 @@ struct Seen {
     rows: Rows,
     states: Vec<State>,
     at_end: Option<State>,
+    at_stage_ends: Vec<(usize, State)>,
     /// Load step after which the run is asked to stop.
     cancel_after: Option<usize>,
     cancellation: Cancellation,
@@ -64,6 +65,7 @@ impl Observer for Seen {
                 assert_eq!(step, self.first + self.rows.len() - 1);
                 self.states.push(state());
             }
+            Moment::StageEnd(step) => self.at_stage_ends.push((step, state())),
             Moment::End => self.at_end = Some(state()),
         }
         Ok(())
@@ -223,6 +225,131 @@ fn along_the_path() {
     goes_on_bit_for_bit("arch", &shipped("path_arch", &[("force: (0, -250)", "force: (0, -60)")]));
     let turn = [("inner: 90", "inner: 31"), ("first: 0.011111", "first: 0.03226")];
     goes_on_bit_for_bit("dissipation", &shipped("path_doughnut", &turn));
+}
+
+/// A block under its weight that is pushed by a mesh that moves in two stages, then pulled, while a prop ends and a load
+/// comes and goes.
+const STAGED: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4)]),
+    motion: Stretch([(axis: Y, anchor: 0, driven: 3, displacement: -0.4,
+        ramp: {"press": [(1, 0.5)], "press more": [(1, 1)], "pull": [(0.5, 0.9), (1, 0.4)]})]),
+    basis: Cpdi1,
+    materials: { "clay": VonMises(young: 1e3, poisson: 0.3, yield_radius: 40, density: 2) },
+    bodies: [(name: "block", material: "clay", shape: Box(from: (0, 0), to: (2, 3)), points_per_cell: 2)],
+    supports: [
+        (name: "base", region: Plane(axis: Y, at: 0), fix: [Y]),
+        (name: "prop", region: Plane(axis: X, at: 2), fix: [X], active: (until: "press more")),
+        (name: "top", region: Plane(axis: Y, at: 3), follow_mesh: [Y], active: (from: "press")),
+        (name: "wall", region: Plane(axis: X, at: 0), fix: [X], active: (until: "press more")),
+        (name: "side", region: Plane(axis: X, at: 0), displace: [(axis: X, by: 0.05)], active: (from: "press more")),
+        (name: "again", region: Plane(axis: X, at: 2), fix: [X],
+            active: (from: "press more", until: "pull", release: AtOnce)),
+    ],
+    loads: [
+        BodyForce(acceleration: (0, -1)),
+        PointForce(body: "block", near: (2, 2), points: 2, force: (0.3, 0), active: (from: "press", until: "pull")),
+    ],
+    probes: [(name: "middle", body: "block", points: Near(1, 1.5))],
+    schedule: (stages: [
+        (name: "weight", steps: 2),
+        (name: "press", steps: 2, reset_displacements: true),
+        (name: "press more", steps: 3, predictor: Rest),
+        (name: "pull", steps: 3, reset_displacements: true),
+    ]),
+    output: (fields: [CauchyStress, Displacement], energies: true),
+)"#;
+
+#[test]
+fn in_the_middle_of_stages_and_between_them() {
+    let seen = goes_on_bit_for_bit("stages", STAGED);
+    let ends: Vec<usize> = seen.at_stage_ends.iter().map(|it| it.0).collect();
+    assert_eq!(ends, [2, 4, 7, 11]);
+}
+
+/// The scene with its first stages only, without what comes with the others.
+fn first_stages() -> String {
+    let mut text = STAGED.to_string();
+    for (from, to) in [
+        (r#", "press more": [(1, 1)], "pull": [(0.5, 0.9), (1, 0.4)]"#, ""),
+        (r#", active: (until: "press more")"#, ""),
+        (r#"from: "press", until: "pull""#, r#"from: "press""#),
+        (
+            r#"        (name: "press more", steps: 3, predictor: Rest),
+        (name: "pull", steps: 3, reset_displacements: true),
+"#,
+            "",
+        ),
+        (
+            r#"        (name: "side", region: Plane(axis: X, at: 0), displace: [(axis: X, by: 0.05)], active: (from: "press more")),
+        (name: "again", region: Plane(axis: X, at: 2), fix: [X],
+            active: (from: "press more", until: "pull", release: AtOnce)),
+"#,
+            "",
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+#[test]
+fn stages_that_are_added_go_on_as_if_they_had_always_been_there() {
+    let [before, after] = [first_stages(), STAGED.to_string()].map(|text| Scene::from_ron(&text).unwrap());
+    let added = AddedStages::between(&before, &after).unwrap();
+    assert_eq!(added.names, ["press more", "pull"]);
+    let (mut whole, mut first) = (Seen::default(), Seen::default());
+    compiled(STAGED).run(&mut whole).unwrap();
+    compiled(&first_stages()).run(&mut first).unwrap();
+    let (step, state) = first.at_stage_ends.pop().unwrap();
+    assert_eq!(step, 4);
+    let state = added.extend(state, &compiled(&first_stages()), &compiled(STAGED)).unwrap();
+    let mut rest = Seen::default();
+    compiled(STAGED).resume(&state, &mut rest).unwrap();
+    assert_eq!(rest.rows.len(), whole.rows.len() - 5);
+    for (k, row) in rest.rows.iter().enumerate() {
+        assert!(row == &whole.rows[5 + k], "load step {} differs", 5 + k);
+    }
+    // A state in the middle of the first stages will do, too.
+    let state = added.extend(first.states[2].clone(), &compiled(&first_stages()), &compiled(STAGED)).unwrap();
+    let mut rest = Seen::default();
+    compiled(STAGED).resume(&state, &mut rest).unwrap();
+    assert!(rest.rows[..] == whole.rows[4..]);
+}
+
+#[test]
+fn what_is_changed_besides_stages_is_refused_with_its_place() {
+    let before = Scene::from_ron(&first_stages()).unwrap();
+    let cases = [
+        (r#"(name: "weight", steps: 2)"#, r#"(name: "weight", steps: 3)"#, "schedule.stages[0]"),
+        ("young: 1e3", "young: 2e3", "materials"),
+        ("acceleration: (0, -1)", "acceleration: (0, -2)", "loads[0]"),
+        (r#"at: 0), fix: [Y]"#, r#"at: 0), fix: [X, Y]"#, "supports[0]"),
+        (
+            r#"fix: [X], active: (until: "press more")),
+        (name: "top""#,
+            r#"fix: [X], active: (until: "press")),
+        (name: "top""#,
+            "supports[1]",
+        ),
+        (r#""press": [(1, 0.5)]"#, r#""press": [(1, 0.6)]"#, "motion"),
+        (r#"basis: Cpdi1"#, r#"basis: Cpdi1, unheld_motion: Zero"#, "unheld_motion"),
+        (r#"points: Near(1, 1.5)"#, r#"points: All"#, "probes"),
+    ];
+    for (from, to, path) in cases {
+        assert!(STAGED.contains(from), "{from}");
+        let after = Scene::from_ron(&STAGED.replace(from, to)).unwrap();
+        let error = AddedStages::between(&before, &after).unwrap_err();
+        assert_eq!(error.path, path, "{error}");
+        assert!(error.reason.contains("differs from that of the checkpoint"), "{error}");
+    }
+    let plain = Scene::from_ron(&PLANE.replace("BASIS", "Gimp")).unwrap();
+    let error = AddedStages::between(&plain, &before).unwrap_err();
+    assert!(error.reason.contains("has no `stages`"), "{error}");
+    // A title may change, and when checkpoints are kept.
+    let titled = STAGED.replace("PlaneStrain(", "PlaneStrain(title: \"another\",");
+    let titled = titled.replace("energies: true", "energies: true, checkpoint: (every: 1)");
+    assert!(AddedStages::between(&before, &Scene::from_ron(&titled).unwrap()).is_ok());
 }
 
 /// The state after the fourth step, changed, and what is said of it.

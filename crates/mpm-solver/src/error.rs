@@ -12,9 +12,9 @@ pub enum Error {
     /// The first load step cannot begin: the mesh cannot be placed, or does not cover the points.
     #[error("the first load step cannot begin: {0}")]
     Start(StepFailure),
-    /// Parts of the model need different nodes.
+    /// The model cannot be run.
     #[error(transparent)]
-    Nodes(#[from] crate::nodes::NodeMismatch),
+    Model(#[from] crate::check::ModelError),
     /// A load step could not be solved, however short.
     #[error(
         "load step {step} (load fraction {from} to {to}, nominal step halved {level} times): {reason}{}",
@@ -67,12 +67,22 @@ pub enum Error {
         /// The gap at the start `[cells]`.
         start: f64,
     },
+    /// A stage begins with a support that would move nodes without material.
+    #[error(
+        "stage `{stage}` cannot begin: support `{support}` drives nodes, but none of them carries material"
+    )]
+    EmptySupport {
+        /// Name of the stage.
+        stage: String,
+        /// Name of the support.
+        support: String,
+    },
     /// Path control took all its steps before the load fraction reached 1.
     #[error("the limit of {steps} load steps is reached at load fraction {fraction}")]
     StepLimit {
         /// Load steps taken.
         steps: u32,
-        /// Load fraction reached.
+        /// Load fraction reached; it counts stages.
         fraction: f64,
     },
     /// The run was asked to stop, see [`crate::observe::Cancellation`].
@@ -80,7 +90,7 @@ pub enum Error {
     Cancelled {
         /// Load steps taken.
         steps: usize,
-        /// Load fraction reached.
+        /// Load fraction reached; it counts stages.
         fraction: f64,
     },
     /// A state is not one of this scene.

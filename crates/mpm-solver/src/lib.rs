@@ -8,12 +8,14 @@
 //! an [`observe::Observer`]. Start reading at `load_step.rs`, then `run.rs`.
 
 mod cancellation;
+mod check;
 mod clock;
 mod connection;
 mod domain_control;
 mod equilibrium;
 mod error;
 mod estimate;
+mod extension;
 mod load_step;
 mod loading;
 mod model;
@@ -22,6 +24,7 @@ pub mod observe;
 mod predictor;
 mod progress;
 mod record;
+mod release;
 mod remedy;
 mod rigid;
 mod run;
@@ -30,12 +33,14 @@ mod state;
 mod steps;
 mod timing;
 
+pub use check::ModelError;
 pub use error::{Error, PathFailure, Remedy, StepFailure};
-pub use estimate::{BodyVolume, Estimate, Memory, Seconds, estimate};
+pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, estimate};
+pub use extension::{Kept, extended};
 pub use model::{
-    BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure, PointLoad,
-    PredictorKind, Prescribed, Probe, Schedule, Share, SolverChoice, SolverFactory, Support, Tolerance, Turn,
-    UnheldMotion, across,
+    Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,
+    PointLoad, PredictorKind, Prescribed, Probe, Release, Share, SolverChoice, SolverFactory, Stage, Support,
+    Tolerance, Turn, UnheldMotion, across,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

@@ -18,6 +18,7 @@ use crate::model::Model;
 use crate::progress::DomainCounts;
 use crate::record::energy::StepEnergy;
 use crate::record::{Balanced, StepResult};
+use crate::release::carried;
 use crate::rigid::rest::unheld;
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
@@ -67,8 +68,10 @@ fn balance<const D: usize>(
     plan: &mut Plan<D>,
     solver: &mut Solver<D>,
 ) -> Result<Balanced<D>, StepFailure> {
-    let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[] };
-    let (constraints, external) = (loading.constraints(plan.end)?, loading.external_force(plan.end));
+    let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[], carried: &[] };
+    let constraints = loading.constraints(plan.end)?;
+    let loading = StepLoading { carried: &carried(&loading, &constraints)?, ..loading };
+    let external = loading.external_force(plan.end);
     let bodies = connected.bodies(&model.bodies);
     let problem = Problem {
         bodies: &model.bodies,
@@ -107,7 +110,7 @@ fn balance<const D: usize>(
         StepKind::Measured(step) => path::solve_measured(&problem, step, plan.end, solver)?,
         StepKind::Along(step) => {
             let equilibrium = path::solve(&problem, &loading, step, solver)?;
-            end = LoadFraction::clamped(step.end);
+            end = plan.end.with_value(step.end);
             equilibrium
         }
     };
@@ -129,7 +132,7 @@ fn advance<const D: usize>(
 ) -> Result<(), StepFailure> {
     let increment = &balanced.equilibrium.increment;
     if !model.contributions.is_empty() {
-        let loading = StepLoading { model, mesh, connected, start, pins: &[] };
+        let loading = StepLoading { model, mesh, connected, start, pins: &[], carried: &[] };
         let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
         let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
         model.contributions.iter_mut().for_each(|named| named.contribution.prepare(&trial));

@@ -20,6 +20,18 @@ pub(crate) struct StepLoading<'a, const D: usize> {
     pub start: LoadFraction,
     /// Components of active nodes that are held besides the supports, because nothing else holds a rigid motion.
     pub pins: &'a [(usize, usize)],
+    /// What supports that have ended carry at the start of the step.
+    pub carried: &'a [Carried],
+}
+
+/// A component of the force that a support carries which has ended, see `release.rs`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carried {
+    /// Number of the active node.
+    pub node: usize,
+    pub component: usize,
+    /// At the start of the load step `[F]`.
+    pub force: f64,
 }
 
 /// Loading at a load fraction t and its derivative.
@@ -42,9 +54,9 @@ impl<const D: usize> StepLoading<'_, D> {
     /// # Errors
     /// The mesh cannot be placed at `end`, and a support follows it.
     pub(crate) fn constraints(&self, end: LoadFraction) -> Result<Constraints<D>, StepFailure> {
-        let Self { model, mesh, connected, start, pins } = *self;
+        let Self { model, mesh, connected, start, pins, .. } = *self;
         let mut constraints = Constraints::none(connected.active.len());
-        for support in &model.supports {
+        for support in model.supports.iter().filter(|support| support.acts_in(end.stage())) {
             for &node in &support.nodes {
                 let Some(number) = connected.active.number(node) else { continue };
                 for (component, prescribed) in support.components.iter().enumerate() {
@@ -72,13 +84,18 @@ impl<const D: usize> StepLoading<'_, D> {
 
     /// `f_ext` of every active node at a load fraction `[F]`.
     pub(crate) fn external_force(&self, at: LoadFraction) -> Vec<Vector<D>> {
-        let Self { model, connected, .. } = *self;
+        let Self { model, connected, start, carried, .. } = *self;
         let mut external = vec![Vector::zeros(); connected.active.len()];
         let acceleration = model.loads.acceleration(at);
         for (index, (named, assembly_plan)) in model.bodies.iter().zip(&connected.assembly_plans).enumerate() {
             let point_forces = model.loads.point_forces(index, &*named.body, at);
             let loads = BodyLoads { acceleration, point_forces: &point_forces };
             named.body.external_force(assembly_plan.connectivity(), &loads, &mut external);
+        }
+        // At the start of the step this much is left of a force that falls to 0 by the end of the stage.
+        let left = 1.0 - start.get();
+        for &Carried { node, component, force } in carried {
+            external[node][component] += force * ((1.0 - at.get()) / left);
         }
         external
     }
@@ -117,9 +134,9 @@ impl<const D: usize> StepLoading<'_, D> {
         if !at.is_finite() {
             return Err(StepFailure::Path(PathFailure::Leaves { fraction: at }));
         }
-        let here = LoadFraction::clamped(at);
-        let before = LoadFraction::clamped(here.get() - HALF_DIFFERENCE);
-        let after = LoadFraction::clamped(here.get() + HALF_DIFFERENCE);
+        let here = self.start.with_value(at);
+        let before = here.with_value(here.get() - HALF_DIFFERENCE);
+        let after = here.with_value(here.get() + HALF_DIFFERENCE);
         let (constraints, mut external) = (self.constraints(here)?, self.external_force(here));
         let (low, low_force) = (self.constraints(before)?, self.external_force(before));
         let (high, high_force) = (self.constraints(after)?, self.external_force(after));

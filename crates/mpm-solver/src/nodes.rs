@@ -61,7 +61,7 @@ pub enum NodeMismatch {
 }
 
 impl<const D: usize> Model<D> {
-    /// Refuses combinations that would need other nodes than the model has; every run begins with this check.
+    /// Refuses combinations that would need other nodes than the model has; [`Self::check`] asks for it.
     ///
     /// # Errors
     /// The first combination that is not possible.

@@ -7,6 +7,7 @@ pub use crate::cancellation::Cancellation;
 pub use crate::timing::Timing;
 
 use crate::state::State;
+use mpm_grid::LoadFraction;
 use mpm_material::FieldInfo;
 use std::error::Error;
 
@@ -150,35 +151,40 @@ pub struct RunStart {
     pub points: usize,
     /// Nominal number of load steps.
     pub steps: usize,
+    /// Number of stages: the load fraction at the end of the run.
+    pub stages: usize,
     /// Which rows are counted where points are recorded at every so many load steps.
     pub counted: Counted,
 }
 
 /// Which rows of a history are counted where points are recorded at every so many load steps: those that runs of
 /// one scene have in common, whatever steps are halved or end at knots of ramps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Counted {
     /// All rows: load fractions are found along a path.
     #[default]
     Rows,
-    /// Rows at the ends of so many equal steps of the load fraction.
-    EqualSteps(usize),
+    /// Rows at the ends of the equal steps of the load fraction, so many in each stage.
+    EqualSteps(Vec<u32>),
 }
 
 impl Counted {
     /// Number of a row at a load fraction; none where it is not counted.
-    pub fn number(self, row: usize, fraction: f64) -> Option<usize> {
+    pub fn number(&self, row: usize, fraction: f64) -> Option<usize> {
         match self {
             Self::Rows => Some(row),
-            Self::EqualSteps(steps) => {
-                let number = (fraction * steps as f64).round();
-                (number / steps as f64 == fraction).then_some(number as usize)
+            Self::EqualSteps(stages) => {
+                let stage = LoadFraction::of_total(fraction).ok()?.stage() as usize;
+                let (before, steps) = (f64::from(stage as u32), f64::from(*stages.get(stage)?));
+                let number = ((fraction - before) * steps).round();
+                let earlier: usize = stages[..stage].iter().map(|steps| *steps as usize).sum();
+                (before + number / steps == fraction).then_some(earlier + number as usize)
             }
         }
     }
 
     /// Whether points are recorded at a row, if they are at every so many.
-    pub fn is_recorded(self, every: usize, row: usize, fraction: f64) -> bool {
+    pub fn is_recorded(&self, every: usize, row: usize, fraction: f64) -> bool {
         self.number(row, fraction).is_some_and(|number| number.is_multiple_of(every))
     }
 }
@@ -187,7 +193,7 @@ impl Counted {
 pub struct LoadStep<'a> {
     /// Row of the history: 0 is the initial state.
     pub index: usize,
-    /// Load fraction at the end of the step.
+    /// Load fraction at the end of the step; it counts stages, see [`LoadFraction::total`].
     pub fraction: f64,
     /// The row, one entry per column of [`RunStart::columns`].
     pub row: &'a [Entry],
@@ -226,6 +232,8 @@ pub struct Resumed<'a> {
 pub enum Moment {
     /// After this load step has been shown.
     Step(usize),
+    /// After this load step, the last of a stage that has a name, has been shown.
+    StageEnd(usize),
     /// At the end of a run that stops early; the state is that of the last load step.
     End,
 }
@@ -291,7 +299,7 @@ mod tests {
 
     #[test]
     fn halved_steps_are_not_counted() {
-        let counted = Counted::EqualSteps(10);
+        let counted = Counted::EqualSteps(vec![10]);
         let at = |fraction| counted.number(7, fraction);
         assert_eq!(
             [at(0.0), at(0.1), at(0.25), at(3.0 / 10.0), at(1.0)],
@@ -299,5 +307,12 @@ mod tests {
         );
         assert!(counted.is_recorded(5, 7, 0.5) && !counted.is_recorded(5, 5, 0.55));
         assert_eq!(Counted::Rows.number(7, 0.25), Some(7));
+        let staged = Counted::EqualSteps(vec![2, 3]);
+        let at = |fraction| staged.number(7, fraction);
+        assert_eq!(
+            [at(0.5), at(1.0), at(1.0 + 1.0 / 3.0), at(1.5), at(2.0)],
+            [Some(1), Some(2), Some(3), None, Some(5)]
+        );
+        assert_eq!(at(2.5), None);
     }
 }

@@ -9,8 +9,13 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Progress {
     pub(crate) rows: u64,
+    #[serde(default, skip_serializing_if = "StageProgress::is_first")]
+    pub(crate) stage: StageProgress,
     pub(crate) control: StepsProgress,
     pub(crate) displacement: Vec<Vec<f64>>,
+    /// Where the displacements of probes count from, in a schedule that resets them `[L]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) probes: Vec<Vec<f64>>,
     pub(crate) grips: Vec<Grip>,
     pub(crate) cuts_before: u64,
     pub(crate) totals: Totals,
@@ -24,7 +29,23 @@ impl Progress {
     }
 }
 
-/// How far the choice of load steps has come.
+/// The stage that a run is in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StageProgress {
+    /// Its number, from 0.
+    pub number: u32,
+    /// Load steps taken in earlier stages.
+    pub taken: u64,
+}
+
+impl StageProgress {
+    fn is_first(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// How far the choice of load steps of a stage has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum StepsProgress {

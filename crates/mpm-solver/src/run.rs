@@ -6,15 +6,16 @@ use crate::equilibrium::system::Solver;
 use crate::error::Error;
 use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::load_step::{Tools, load_step};
-use crate::model::Model;
+use crate::model::{Model, Support};
 use crate::observe::{Moment, Observer, Outcome};
 use crate::record::history::Record;
 use crate::record::summary::Summary;
 use crate::remedy::with_remedy;
 use crate::state::{State, StateError};
 use crate::steps::Steps;
-use crate::steps::plan::StepKind;
+use crate::steps::plan::{Plan, StepKind};
 use crate::timing::Timings;
+use mpm_basis::ActiveNodes;
 use mpm_grid::LoadFraction;
 
 /// Runs a model through its load steps.
@@ -27,7 +28,7 @@ use mpm_grid::LoadFraction;
 /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
 /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
 pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    model.check_nodes()?;
+    model.check()?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let solver = Solver::new(model.linear_solver(), observer.cancellation(), Timings::new());
@@ -46,7 +47,7 @@ pub fn resume<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
-    model.check_nodes()?;
+    model.check()?;
     let mut record = Record::new(model);
     state.restore(model)?;
     record.restore(&state.progress).map_err(wrong)?;
@@ -68,6 +69,26 @@ fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(
     Ok(())
 }
 
+/// Refuses a stage with which a support begins that would move nodes none of which carries material.
+fn check_begun<const D: usize>(model: &Model<D>, number: u32) -> Result<(), Error> {
+    let begins = |support: &&Support<D>| support.active.from == number && support.drives();
+    let mut begun = model.supports.iter().filter(begins).peekable();
+    if begun.peek().is_none() {
+        return Ok(());
+    }
+    let mesh = model.motion.mesh_at(&model.layout, LoadFraction::start_of(number));
+    // Where there is no mesh, or it does not cover the points, the first load step says so.
+    let Some(stencils) = mesh.ok().and_then(|mesh| stencils(model, &mesh).ok()) else { return Ok(()) };
+    let active = ActiveNodes::of(&model.nodes, &stencils);
+    match begun.find(|support| !support.nodes.iter().any(|&node| active.number(node).is_some())) {
+        None => Ok(()),
+        Some(support) => Err(Error::EmptySupport {
+            stage: model.stages[number as usize].name.clone(),
+            support: support.name.clone(),
+        }),
+    }
+}
+
 /// A run between two load steps, without its model.
 struct RunState<const D: usize> {
     record: Record,
@@ -80,9 +101,12 @@ impl<const D: usize> RunState<D> {
     fn finish(mut self, model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
         let outcome = match self.take_steps(model, observer) {
             // The points and the record are still those of the last load step.
-            Err(error @ (Error::Step { .. } | Error::StepLimit { .. } | Error::Cancelled { .. })) => {
-                self.offer(Moment::End, model, observer).and(Err(error))
-            }
+            Err(
+                error @ (Error::Step { .. }
+                | Error::StepLimit { .. }
+                | Error::EmptySupport { .. }
+                | Error::Cancelled { .. }),
+            ) => self.offer(Moment::End, model, observer).and(Err(error)),
             outcome => outcome,
         };
         let said = match &outcome {
@@ -102,8 +126,8 @@ impl<const D: usize> RunState<D> {
         if self.record.rows() == 0 {
             self.record.show_initial(model, observer, &mut self.tools.solver.timings)?;
         }
-        while let Some(mut plan) = self.steps.next()? {
-            self.record.check_grips(model)?;
+        while let Some(mut plan) = self.next(model)? {
+            self.record.check_grips(model, plan.start.stage())?;
             // Relaxation goes on with what has been analysed for the step that it tries again.
             if !matches!(plan.kind, StepKind::Relaxed) {
                 self.tools.solver.end_step();
@@ -119,7 +143,11 @@ impl<const D: usize> RunState<D> {
                     *former = Some(done.into_former());
                     controlled?;
                     solver.end_step();
-                    self.offer(Moment::Step(self.record.rows() - 1), model, observer)?;
+                    let taken = self.record.rows() - 1;
+                    self.offer(Moment::Step(taken), model, observer)?;
+                    if self.record.at().get() == 1.0 && model.has_named_stages() {
+                        self.offer(Moment::StageEnd(taken), model, observer)?;
+                    }
                 }
                 Err(failure) => {
                     let connected = self.tools.former.as_ref().map(|former| &former.connected);
@@ -129,6 +157,24 @@ impl<const D: usize> RunState<D> {
             }
         }
         Ok(())
+    }
+
+    /// The step to be tried next, that of the next stage where one has come to its end; none at the end of the run.
+    fn next(&mut self, model: &mut Model<D>) -> Result<Option<Plan<D>>, Error> {
+        loop {
+            if let Some(plan) = self.steps.next()? {
+                return Ok(Some(plan));
+            }
+            let Some(number) = self.steps.next_stage(model) else { return Ok(None) };
+            check_begun(model, number)?;
+            self.steps.begin_stage(model, number, self.record.rows() - 1);
+            if model.stages[number as usize].resets_displacements {
+                model.reset_displacements();
+            }
+            self.record.begin_stage(model, number);
+            // Other supports may hold the nodes: what was found out about the connectivity does not hold.
+            self.tools.former = None;
+        }
     }
 
     /// Offers the observer the state of the run.

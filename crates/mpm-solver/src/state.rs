@@ -2,7 +2,7 @@
 //! files.
 
 use crate::model::{Model, NamedContribution, Share};
-use crate::progress::{Progress, StepsProgress};
+use crate::progress::{Progress, StageProgress, StepsProgress};
 use mpm_assembly::StoredPoints;
 use mpm_basis::DomainControl;
 use mpm_grid::Vector;
@@ -46,7 +46,7 @@ pub struct StoredShare {
 }
 
 impl StoredShare {
-    fn of<const D: usize>(share: &Share<D>) -> Self {
+    pub(crate) fn of<const D: usize>(share: &Share<D>) -> Self {
         let arm = std::array::from_fn(|d| if d < D { share.arm[d] } else { 0.0 });
         Self { point: share.point, part: share.part, arm }
     }
@@ -135,11 +135,14 @@ impl State {
     /// progress is added by them.
     pub(crate) fn of<const D: usize>(
         model: &Model<D>,
-        (control, predictor): (StepsProgress, StoredPredictor),
+        (stage, control, predictor): (StageProgress, StepsProgress, StoredPredictor),
         linear_solver: Option<Saved>,
     ) -> Self {
+        let resets = model.stages.iter().any(|stage| stage.resets_displacements);
+        let probes = model.probes.iter().filter(|_| resets);
+        let probes = probes.map(|probe| probe.rest.iter().copied().collect()).collect();
         Self {
-            progress: Progress { control, ..Progress::default() },
+            progress: Progress { stage, control, probes, ..Progress::default() },
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
             shares: model
                 .loads
@@ -186,6 +189,7 @@ impl State {
                 .map_err(|(item, reason)| StateError::new(format!("loads/{k}/{item}"), reason))?;
             load.shares = shares.iter().map(StoredShare::share).collect();
         }
+        restore_probes(model, &self.progress.probes)?;
         for (named, stored) in model.contributions.iter_mut().zip(&self.contributions) {
             let item = || format!("contributions/{}", named.name);
             if let Some(number) = stored.numbers.iter().find(|number| !number.is_finite()) {
@@ -196,6 +200,22 @@ impl State {
         }
         Ok(())
     }
+}
+
+/// Sets where the displacements of probes count from; nothing where no stage has reset them.
+fn restore_probes<const D: usize>(model: &mut Model<D>, stored: &[Vec<f64>]) -> Result<(), StateError> {
+    if stored.is_empty() {
+        return Ok(());
+    }
+    let is_place = |rest: &Vec<f64>| rest.len() == D && rest.iter().all(|x| x.is_finite());
+    if stored.len() != model.probes.len() || !stored.iter().all(is_place) {
+        let reason = format!("are not {} positions of {D} finite numbers", model.probes.len());
+        return Err(StateError::new("probes", reason));
+    }
+    for (probe, rest) in model.probes.iter_mut().zip(stored) {
+        probe.rest = Vector::from_column_slice(rest);
+    }
+    Ok(())
 }
 
 /// Whether shares can be those of a load on a body of so many points; else the item that is wrong, and how.

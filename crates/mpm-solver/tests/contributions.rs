@@ -1,5 +1,5 @@
 //! Contributions with unknowns of their own (a nodal field, a rigid punch that is driven by forces), contributions that
-//! hold bodies, and one whose residual is not a number.
+//! hold bodies, one whose residual is not a number, and models that are refused.
 
 #[path = "contributions/field.rs"]
 mod field;
@@ -7,6 +7,8 @@ mod field;
 mod holding;
 #[path = "contributions/punch.rs"]
 mod punch;
+#[path = "contributions/refusals.rs"]
+mod refusals;
 #[path = "contributions/scale.rs"]
 mod scale;
 #[path = "contributions/setup.rs"]

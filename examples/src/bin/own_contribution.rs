@@ -37,7 +37,7 @@ impl Springs {
 }
 
 impl Contribution<2> for Springs {
-    fn begin(&mut self, step: &StepStart<'_, 2>, _: &mut Unknowns<2>) -> Result<Begun, Refused> {
+    fn begin(&mut self, step: &StepStart<'_, 2>, unknowns: &mut Unknowns<2>) -> Result<Begun, Refused> {
         self.start = step.from;
         if (self.wall.value(step.to) - self.wall.value(step.from)).abs() > self.most {
             return Err(Refused::step_too_long("the wall moves too far"));
@@ -45,7 +45,7 @@ impl Contribution<2> for Springs {
         let mut active = CoupledPlaces::default();
         for &node in &self.nodes {
             let number = step.active.number(node).ok_or(Refused::here("a node carries no material"))?;
-            active.push([number as u32]);
+            active.push([unknowns.place(number)]);
         }
         let before = std::mem::replace(&mut self.active, active);
         Ok(if before == self.active { Begun::AsBefore } else { Begun::Anew })

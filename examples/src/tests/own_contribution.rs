@@ -78,7 +78,7 @@ fn a_wall_that_moves_too_far_cuts_the_step() -> Result<(), Box<dyn Error>> {
         "{failure}"
     );
     let mut square = pulled(-1e-6, 3e-7, 1)?;
-    square.schedule.cuts = 2;
+    square.stages[0].cuts = 2;
     let mut kept = Kept::default();
     run(&mut square, &mut kept)?;
     assert_eq!((kept.rows.len(), kept.column("cuts").iter().sum::<f64>()), (5, 3.0));

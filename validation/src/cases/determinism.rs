@@ -60,7 +60,7 @@ fn resized(mut scene: Scene, cells: u32) -> Scene {
                 }
             }
         }
-        scene.schedule.steps = Count(2);
+        scene.schedule.steps = Some(Count(2));
         scene.tolerance.residual = Positive(1e-9);
     }
     scene

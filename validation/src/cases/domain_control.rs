@@ -153,7 +153,7 @@ fn averaged(method: &Method, mean: Option<MeanDilatationInput>, degrees: u32) ->
     if let MotionInput::Twist { inner, .. } = &mut scene.motion {
         *inner = Finite(f64::from(degrees));
     }
-    scene.schedule.steps = Count(degrees);
+    scene.schedule.steps = Some(Count(degrees));
     run(&Scene::PlaneStrain(scene))?.completed()
 }
 

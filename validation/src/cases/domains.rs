@@ -118,7 +118,7 @@ pub(super) fn doughnut_to(method: &Method, degrees: u32) -> Result<PlaneScene, B
     if let MotionInput::Twist { inner, .. } = &mut scene.motion {
         *inner = Finite(f64::from(degrees));
     }
-    scene.schedule.steps = Count(degrees);
+    scene.schedule.steps = Some(Count(degrees));
     Ok(scene)
 }
 

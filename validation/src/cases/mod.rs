@@ -137,7 +137,7 @@ fn framed(
 /// Edges of the mesh of a scene at a load fraction.
 fn mesh_lines(scene: &Scene, fraction: f64) -> Result<Vec<[(f64, f64); 2]>, Broken> {
     let model = plane(scene)?;
-    let at = LoadFraction::new(fraction)?;
+    let at = LoadFraction::of_total(fraction)?;
     let mesh = model.motion.mesh_at(&model.layout, at)?;
     let place = |node| {
         let x = mesh.position(node);

@@ -178,7 +178,7 @@ fn doughnut(extent: Extent) -> Result<Findings, Broken> {
 
     let mut driven = plane(scene)?;
     driven.schedule.control = mpm_scene::language::StepControlInput::default();
-    driven.schedule.steps = mpm_scene::language::Count(90);
+    driven.schedule.steps = Some(mpm_scene::language::Count(90));
     let (driven_run, by_angle) = twist(&Scene::PlaneStrain(driven), 90.0)?;
 
     let elastic = Reference::read("doughnut_elastic_torque")?;

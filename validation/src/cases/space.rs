@@ -8,8 +8,8 @@ use crate::scenes::{Run, load, run};
 use crate::variants::{PlaneScene, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_scene::language::{
-    AxisInput, Coordinates, Count, Direction, Finite, LoadInput, MeshInput, Positive, RegionInput, Scene,
-    SceneIn, ShapeInput, SolidBasis, StabilisationInput, SupportInput,
+    ActiveInput, AxisInput, Coordinates, Count, Direction, Finite, LoadInput, MeshInput, Positive, RegionInput,
+    Scene, SceneIn, ShapeInput, SolidBasis, StabilisationInput, SupportInput,
 };
 use mpm_solver::observe::Field;
 
@@ -58,6 +58,7 @@ fn walled(mut scene: SolidScene, depth: f64) -> SolidScene {
             turn: None,
             moment_about: None,
             moment_axis: None,
+            active: ActiveInput::default(),
         });
     }
     if let MeshInput::Box { axes } = &mut scene.mesh {
@@ -107,6 +108,7 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
         within: None,
         resultant: Coordinates([0.0, -100e3]),
         ramp: Default::default(),
+        active: ActiveInput::default(),
     }];
     let scenes = [Scene::Solid(walled(free.clone(), 1.0)), Scene::PlaneStrain(flat), Scene::Solid(free)];
     let runs = sweep(&scenes, run)?;
@@ -181,7 +183,7 @@ fn coarse_collapse() -> Result<PlaneScene, Broken> {
 }
 
 fn collapse(extent: Extent) -> Result<Findings, Broken> {
-    let steps = Count(extent.pick(10, 40));
+    let steps = Some(Count(extent.pick(10, 40)));
     let mut quarter = solid("collapse_solid")?;
     quarter.schedule.steps = steps;
     let mut flat = coarse_collapse()?;

@@ -6,7 +6,7 @@ use crate::scenes::{Run, load, load_own, own_text, run, run_compiled, with_cuts}
 use crate::variants::{CPDI2Q, plane, with_points};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_io::{Options, Results, ResultsWriter};
-use mpm_scene::language::{Count, Finite, Scene};
+use mpm_scene::language::{Count, Finite, RampInput, Scene};
 use mpm_scene::{Compiled, compile};
 use mpm_solver::observe::Field;
 use mpm_solver::{Error, StepFailure};
@@ -74,7 +74,7 @@ fn differing(rows: &[Vec<u64>], expected: &[Vec<u64>]) -> usize {
 fn stop_pushing(mut scene: Scene) -> Scene {
     if let Scene::PlaneStrain(scene) = &mut scene {
         for displace in scene.supports.iter_mut().flat_map(|support| &mut support.displace) {
-            let knots = &mut displace.ramp.0;
+            let RampInput::Knots(knots) = &mut displace.ramp else { continue };
             let reached = knots[knots.len() - 2].1;
             knots.last_mut().expect("a ramp has knots").1 = Finite(reached.0);
         }

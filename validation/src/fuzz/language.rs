@@ -13,6 +13,25 @@ pub(super) const SMALL: &[&str] = &[
     schedule: (steps: 3, cuts: 4), tolerance: (residual: 1e-8, iterations: 12),
     output: (fields: [CauchyStress, Displacement, Plastic, DomainMeasure], every: 2, domain_history: true, checkpoint: (every: 2, seconds: 60)),
 )"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
+    motion: Stretch([(axis: Y, anchor: 0, driven: 1, displacement: 0.1, ramp: {"press": [(1, 1)], "hold": [(0.5, 0.9), (1, 0.8)]})]),
+    basis: Cpdi1, materials: { "soil": VonMises(young: 1e3, poisson: 0.3, yield_radius: 40, density: 2) },
+    bodies: [(name: "block", material: "soil", shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 2)],
+    supports: [
+        (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
+        (name: "prop", region: Plane(axis: X, at: 1), fix: [X], active: (until: "hold")),
+        (name: "top", region: Plane(axis: Y, at: 1), follow_mesh: [Y], active: (from: "press", until: "hold", release: AtOnce)),
+    ],
+    loads: [
+        BodyForce(acceleration: (0, -1), active: (until: "press", release: Linear)),
+        PointForce(body: "block", near: (1, 1), force: (0.1, 0), ramp: {"hold": [(0, 1)]}, active: (from: "press")),
+    ],
+    schedule: (cuts: 4, stages: [
+        (name: "weight", steps: 1), (name: "press", steps: 2, cuts: 3, predictor: Rest, reset_displacements: true),
+        (name: "hold", steps: 9, control: Path(first: 0.5)),
+    ]),
+)"#,
     r#"Solid(
     mesh: Box(axes: [Uniform(from: 0, to: 1, cells: 1), Nodes([0, 0.5, 2]), Uniform(from: 0, to: 2, cells: 2)]),
     motion: Stretch([(axis: Z, anchor: 0, driven: 1, displacement: 0.1, ramp: [(0, 0), (1, 1)])]),

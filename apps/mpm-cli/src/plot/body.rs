@@ -245,7 +245,7 @@ impl<'a> Bodies<'a> {
                 "no mesh at load fraction {fraction}: {reason}; leave it out by --no-mesh"
             ))
         };
-        let at = LoadFraction::new(fraction).map_err(|error| no_mesh(error.to_string()))?;
+        let at = LoadFraction::of_total(fraction).map_err(|error| no_mesh(error.to_string()))?;
         let mesh = motion.mesh_at(layout, at).map_err(|error| no_mesh(error.to_string()))?;
         let place = |node| {
             let x = mesh.position(node);

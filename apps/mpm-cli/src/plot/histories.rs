@@ -2,10 +2,11 @@
 
 use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
-use mpm_grid::{LoadFraction, Ramp};
+use mpm_grid::{LoadFraction, MeshMotion, Ramp};
 use mpm_io::Table;
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
-use mpm_scene::language::{MotionInput, RampInput, Scene};
+use mpm_scene::language::{MotionInput, Scene, SceneIn};
+use mpm_scene::mesh_of;
 
 /// Most curves of Newton's method in a panel.
 const MOST_STEPS: usize = 8;
@@ -192,17 +193,19 @@ fn column(file: &Drawn, name: &str) -> Result<Table, Complaint> {
 
 /// Angle of the mesh (of its inner edge, where it is twisted) at a load fraction `[degrees]`.
 fn angle(scene: &Scene) -> Option<impl Fn(f64) -> f64 + use<>> {
-    fn turned<const D: usize>(motion: &MotionInput<D>) -> Option<(f64, RampInput)> {
-        match motion {
-            MotionInput::Rotate { angle, ramp, .. } => Some((angle.0, ramp.clone())),
-            MotionInput::Twist { inner, ramp, .. } => Some((inner.0, ramp.clone())),
+    fn turned<const D: usize, B>(scene: &SceneIn<D, B>) -> Option<Ramp> {
+        if !matches!(scene.motion, MotionInput::Rotate { .. } | MotionInput::Twist { .. }) {
+            return None;
+        }
+        match mesh_of(scene).ok()?.1 {
+            MeshMotion::Rotate { angle, .. } => Some(angle),
+            MeshMotion::Twist { inner, .. } => Some(inner.1),
             _ => None,
         }
     }
-    let (angle, ramp) = match scene {
-        Scene::PlaneStrain(scene) => turned(&scene.motion),
-        Scene::Solid(scene) => turned(&scene.motion),
+    let ramp = match scene {
+        Scene::PlaneStrain(scene) => turned(scene),
+        Scene::Solid(scene) => turned(scene),
     }?;
-    let ramp = Ramp::new(ramp.0.iter().map(|(at, factor)| (at.0, angle * factor.0)).collect()).ok()?;
-    Some(move |fraction: f64| LoadFraction::new(fraction).map_or(f64::NAN, |at| ramp.value(at)))
+    Some(move |total: f64| LoadFraction::of_total(total).map_or(f64::NAN, |at| ramp.value(at).to_degrees()))
 }

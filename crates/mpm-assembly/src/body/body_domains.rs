@@ -54,18 +54,22 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
     fn restore_domains(&mut self, values: &[f64], n: usize) -> Result<(), ForeignPoints>;
 }
 
+/// The domains of a body's points under a basis.
+pub struct DomainsOfBody<const D: usize>(pub(super) Box<dyn BodyDomains<D>>);
+
+impl<const D: usize> DomainsOfBody<D> {
+    /// One domain for each point.
+    pub fn new<B: Basis<D> + 'static>(basis: B, domains: Vec<B::Domain>) -> Self {
+        Self(Box::new(DomainsOf { basis, domains, prepared: PreparedDomains::default() }))
+    }
+}
+
 /// A basis and the domain of every point; zero bytes for standard MPM.
-pub(crate) struct DomainsOf<const D: usize, B: Basis<D>> {
+struct DomainsOf<const D: usize, B: Basis<D>> {
     basis: B,
     domains: Vec<B::Domain>,
     /// Of the next step, kept for its memory.
     prepared: PreparedDomains<D, B::Domain>,
-}
-
-impl<const D: usize, B: Basis<D>> DomainsOf<D, B> {
-    pub(crate) fn new(basis: B, domains: Vec<B::Domain>) -> Self {
-        Self { basis, domains, prepared: PreparedDomains::default() }
-    }
 }
 
 impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {

@@ -34,7 +34,8 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
     /// Bytes of all histories.
     fn history_bytes(&self) -> usize;
 
-    /// Gives points the histories and elastic states with which they begin.
+    /// Gives points the histories and elastic states with which they begin: one start for each point, or none if all
+    /// begin free of stress.
     fn begin(&mut self, points: &mut Points<D>, starts: &[PointStart]) -> Result<(), RefusedStart>;
 
     /// As [`pass::assemble`].
@@ -86,8 +87,18 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
     fn restore_history(&mut self, values: &[f64], n: usize) -> Result<(), ForeignPoints>;
 }
 
+/// A law that a body can be given in the place of its own, see [`Body::set_law`](super::interface::Body::set_law).
+pub struct LawOfBody<const D: usize>(pub(super) Box<dyn BodyLaw<D>>);
+
+impl<const D: usize> LawOfBody<D> {
+    /// Takes a law.
+    pub fn new<M: Material + 'static>(law: M) -> Self {
+        Self(Box::new(LawOf { law, history: Vec::new(), next_history: Vec::new() }))
+    }
+}
+
 /// A law and its histories.
-pub(crate) struct LawOf<M: Material> {
+struct LawOf<M: Material> {
     law: M,
     /// One for each point; zero bytes for elasticity.
     history: Vec<M::History>,
@@ -96,12 +107,6 @@ pub(crate) struct LawOf<M: Material> {
 }
 
 impl<M: Material> LawOf<M> {
-    /// The law of points that rest at these places.
-    pub(crate) fn new<const D: usize>(law: M, position: &[Vector<D>]) -> Self {
-        let history = position.iter().map(|x| law.initial(&PointParameters::at(at_rest(x)))).collect();
-        Self { law, history, next_history: Vec::new() }
-    }
-
     fn committed<'a, const D: usize>(&'a self, points: &'a Points<D>) -> Committed<'a, D, M> {
         Committed { law: &self.law, points, history: &self.history }
     }
@@ -133,18 +138,19 @@ impl<const D: usize, M: Material> BodyLaw<D> for LawOf<M> {
     }
 
     fn begin(&mut self, points: &mut Points<D>, starts: &[PointStart]) -> Result<(), RefusedStart> {
-        for (point, start) in starts.iter().enumerate() {
-            let mut parameters = PointParameters::at(at_rest(&points.position[point]));
+        let default = PointStart::default();
+        self.history.clear();
+        for (point, position) in points.position.iter().enumerate() {
+            let start = starts.get(point).unwrap_or(&default);
+            let mut parameters = PointParameters::at(at_rest(position));
             (parameters.own, parameters.consolidation) = (start.own, start.consolidation);
-            self.history[point] = match &start.stress {
-                None => self.law.initial(&parameters),
-                Some(stress) => {
-                    let started = start_under(&self.law, &parameters, stress);
-                    let (excess, history) = started.map_err(|reason| RefusedStart { point, reason })?;
-                    points.elastic_excess[point] = excess;
-                    history
-                }
+            let (excess, history) = match &start.stress {
+                None => (SymmetricTensor::ZERO, self.law.initial(&parameters)),
+                Some(stress) => start_under(&self.law, &parameters, stress)
+                    .map_err(|reason| RefusedStart { point, reason })?,
             };
+            points.elastic_excess[point] = excess;
+            self.history.push(history);
         }
         Ok(())
     }

@@ -3,10 +3,12 @@
 use super::occupied::OccupiedCell;
 use crate::body::advance::{AdvanceError, Converged};
 use crate::body::assembly_plan::AssemblyPlan;
+use crate::body::body_law::LawOfBody;
 use crate::body::dilatation::Dilatation;
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
+use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::parallel::each_point;
@@ -31,6 +33,19 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Whether its law can yield.
     fn can_yield(&self) -> bool;
+
+    /// Whether its points have masses, which body forces need.
+    fn has_masses(&self) -> bool;
+
+    /// Gives the points another law, before the first load step: they begin as `starts` say, one for each point, or free
+    /// of stress if there are none.
+    ///
+    /// # Errors
+    /// The first point that has no elastic state under its stress.
+    ///
+    /// # Panics
+    /// If there are starts, and not one for each point.
+    fn set_law(&mut self, law: LawOfBody<D>, starts: &[PointStart]) -> Result<(), RefusedStart>;
 
     /// Whether its tangent is symmetric; the [`SparsityPattern`](crate::SparsityPattern) takes the worst of all bodies.
     fn symmetry(&self) -> Symmetry;
@@ -117,6 +132,9 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Makes the prepared points the present ones.
     fn commit(&mut self);
+
+    /// Makes the present positions those at rest, where the body keeps these: displacements count from here on.
+    fn reset_displacements(&mut self);
 
     /// Shortens or splits the domains of the present points that are too long in `mesh`.
     ///

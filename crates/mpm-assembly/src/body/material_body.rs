@@ -3,8 +3,8 @@
 use super::occupied::{OccupiedCell, occupied};
 use crate::body::advance::{AdvanceError, Converged, PreparedState};
 use crate::body::assembly_plan::AssemblyPlan;
-use crate::body::body_domains::{BodyDomains, DomainsOf};
-use crate::body::body_law::{BodyLaw, LawOf};
+use crate::body::body_domains::{BodyDomains, DomainsOfBody};
+use crate::body::body_law::{BodyLaw, LawOfBody};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::interface::{Body, BodyLoads, PointForce};
@@ -43,14 +43,27 @@ impl<const D: usize> MaterialBody<D> {
         law: M,
         seeds: impl IntoIterator<Item = Seed<D, B::Domain>>,
     ) -> Self {
-        let (mut points, mut domains) = (Points::default(), Vec::new());
-        for seed in seeds {
-            points.push(seed.position, seed.volume, M::PLASTIC);
-            domains.push(seed.domain);
+        let (places, domains): (Vec<_>, Vec<_>) =
+            seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
+        Self::of(LawOfBody::new(law), DomainsOfBody::new(basis, domains), places)
+    }
+
+    /// As [`Self::new`], of a law and domains that may have been compiled elsewhere; `places` has position `[L]` and
+    /// volume `[L^D]` of every point.
+    pub fn of(
+        law: LawOfBody<D>,
+        DomainsOfBody(domains): DomainsOfBody<D>,
+        places: impl IntoIterator<Item = (Vector<D>, f64)>,
+    ) -> Self {
+        let mut points = Points::default();
+        for (position, volume) in places {
+            points.push(position, volume, law.0.can_yield());
         }
+        let mut law = law.0;
+        law.begin(&mut points, &[]).expect("a point that begins free of stress is refused by no law");
         Self {
-            law: Box::new(LawOf::new(law, &points.position)),
-            domains: Box::new(DomainsOf::new(basis, domains)),
+            law,
+            domains,
             points,
             prepared: PreparedState::default(),
             is_prepared: false,
@@ -58,7 +71,7 @@ impl<const D: usize> MaterialBody<D> {
         }
     }
 
-    /// The same, with the mass `density · V⁰` `[M]` in every point. A run with body forces panics without it.
+    /// The same, with the mass `density · V⁰` `[M]` in every point. A run with body forces refuses bodies without it.
     pub fn with_density(mut self, density: f64) -> Self {
         self.points.mass = self.points.reference_volume.iter().map(|volume| density * volume).collect();
         self
@@ -127,6 +140,17 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.law.show_history(point, to);
     }
 
+    fn has_masses(&self) -> bool {
+        self.points.mass.len() == self.points.len()
+    }
+
+    fn set_law(&mut self, law: LawOfBody<D>, starts: &[PointStart]) -> Result<(), RefusedStart> {
+        assert!(starts.is_empty() || starts.len() == self.points.len(), "every point has a start");
+        self.law = law.0;
+        self.points.plastic = if self.law.can_yield() { vec![false; self.points.len()] } else { Vec::new() };
+        self.law.begin(&mut self.points, starts)
+    }
+
     fn has_domains(&self) -> bool {
         self.domains.domain_bytes() > 0
     }
@@ -170,7 +194,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         external: &mut [Vector<D>],
     ) {
         if let Some(acceleration) = loads.acceleration {
-            assert_eq!(self.points.mass.len(), self.points.len(), "a body force needs the masses");
+            assert!(self.has_masses(), "a body force needs the masses");
             for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
                 for k in 0..group.points {
                     let force = acceleration * self.points.mass[group.first_point + k];
@@ -247,6 +271,12 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             self.prepared.swap(&mut self.points);
             self.law.commit();
             self.domains.commit(&mut self.points.position);
+        }
+    }
+
+    fn reset_displacements(&mut self) {
+        if !self.points.reference_position.is_empty() {
+            self.points.reference_position.clone_from(&self.points.position);
         }
     }
 

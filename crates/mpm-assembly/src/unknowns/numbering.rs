@@ -108,6 +108,12 @@ impl<const D: usize> Unknowns<D> {
         UnknownId(narrow(node_equation::<D>(node, component)))
     }
 
+    /// The place of an active node's displacement.
+    pub fn place(&self, node: usize) -> Place {
+        assert!(node < self.nodes, "node {node} of {}", self.nodes);
+        narrow(node)
+    }
+
     /// Equations of a place.
     pub(crate) fn equations(&self, place: usize) -> std::ops::Range<usize> {
         if place < self.nodes {
@@ -209,7 +215,7 @@ mod tests {
         let mut unknowns = Unknowns::<2>::of_nodes(3);
         let (field, tool) = (unknowns.push(3, 1), unknowns.push(1, 3));
         assert_eq!((unknowns.n_places(), unknowns.n_own(), unknowns.n_equations()), (7, 6, 12));
-        assert_eq!(unknowns.displacement(2, 1).equation(), 5);
+        assert_eq!((unknowns.displacement(2, 1).equation(), unknowns.place(2)), (5, 2));
         assert_eq!((field.unknown(2, 0).equation(), tool.unknown(0, 2).equation()), (8, 11));
         assert_eq!((unknowns.equations(1), unknowns.equations(4), unknowns.equations(6)), (2..4, 7..8, 9..12));
         assert_eq!((field.place(1), tool.place(0)), (4, 6));

@@ -141,8 +141,8 @@ impl<const D: usize> SparsityPattern<D> {
     /// Place of the entry in a row and a column; of a symmetric tangent the row is not above the column.
     fn find(&self, row: usize, column: usize) -> usize {
         let entries = self.column_start[column]..self.column_start[column + 1];
-        let at = self.row[entries.clone()].binary_search(&row).expect("coupled unknowns have an entry");
-        entries.start + at
+        let at = self.row[entries.clone()].binary_search(&row);
+        entries.start + at.unwrap_or_else(|_| panic!("no contribution couples unknowns {row} and {column}"))
     }
 
     /// Adds the dense `stiffness` of some unknowns, column by column, leaving out what is prescribed.
@@ -164,6 +164,19 @@ impl<const D: usize> SparsityPattern<D> {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
                 if is_stored && (row == column || (is_free(row) && is_free(column))) {
                     values[self.find(row.equation(), column.equation())] += stiffness[w * n + v];
+                }
+            }
+        }
+    }
+
+    /// Subtracts the product of a stored tangent and a vector, both in the order of the equations.
+    pub(crate) fn subtract_product(&self, values: &[f64], vector: &[f64], from: &mut [f64]) {
+        for column in 0..self.n_equations() {
+            let entries = self.column_start[column]..self.column_start[column + 1];
+            for (&row, value) in self.row[entries.clone()].iter().zip(&values[entries]) {
+                from[row] -= value * vector[column];
+                if self.symmetry == Symmetry::Symmetric && row != column {
+                    from[column] -= value * vector[row];
                 }
             }
         }

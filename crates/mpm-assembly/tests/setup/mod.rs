@@ -4,7 +4,7 @@ use mpm_assembly::{
     AssemblyPlan, Body, BodyConnectivity, Constraints, MaterialBody, MeanDilatation, PassInput,
     SparsityPattern, Sums, TangentSums, finish_tangent,
 };
-use mpm_basis::{ActiveNodes, Basis, Connectivity};
+use mpm_basis::{ActiveNodes, Basis, Connectivity, seed_cells};
 use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{Elasticity, Material, VonMises};
@@ -35,19 +35,9 @@ pub fn setup<const D: usize, B: Basis<D> + 'static, M: Material + 'static>(
     let axes = std::array::from_fn(|d| Axis::geometric(0.0, 3.0, cells + d as u32, 1.5).unwrap());
     let layout = Layout::<D>::on_axes(axes).unwrap();
     let mesh = Mesh::at_rest(&layout);
-    let mut seeds = Vec::new();
     let extent = mesh.lattice().cells();
-    for cell in 0..mesh.lattice().n_cells() {
-        let index = mesh.lattice().cell_index(mpm_grid::CellId::from_index(cell).unwrap());
-        if (0..D).any(|d| index[d] == 0 || index[d] + 1 == extent[d]) {
-            continue;
-        }
-        for piece in 0..1 << D {
-            let low = Vector::<D>::from_fn(|d, _| if piece >> d & 1 == 1 { 0.0 } else { -1.0 });
-            let high = low.add_scalar(1.0);
-            basis.seed(&mesh.piece(index, &low, &high), &mut |seed| seeds.push(seed));
-        }
-    }
+    let inner = mesh.cells().filter(|index| (0..D).all(|d| index[d] > 0 && index[d] + 1 < extent[d]));
+    let seeds = seed_cells(&basis, &mesh, inner, 2);
     let points: Vec<_> =
         (0..stride).flat_map(|start| seeds.iter().skip(start).step_by(stride).cloned()).collect();
     connect(Box::new(MaterialBody::new(basis, law, points).with_mean_dilatation(mean)), mesh)
@@ -73,9 +63,12 @@ pub fn connect_as<const D: usize>(body: Box<dyn Body<D>>, mesh: Mesh<D>, symmetr
 
 /// A smooth displacement, large enough for a part of the points to yield.
 pub fn field<const D: usize>(setup: &Setup<D>, size: f64) -> Vec<Vector<D>> {
-    let wave =
-        |x: Vector<D>| Vector::from_fn(|i, _| size * (1.3 * x[i] + 0.7 * x[(i + 1) % D] + i as f64).sin());
-    setup.active.nodes().iter().map(|&node| wave(setup.mesh.position(node))).collect()
+    setup.active.nodes().iter().map(|&node| wave(size, &setup.mesh.position(node))).collect()
+}
+
+/// The displacement of [`field`] at a position.
+pub fn wave<const D: usize>(size: f64, x: &Vector<D>) -> Vector<D> {
+    Vector::from_fn(|i, _| size * (1.3 * x[i] + 0.7 * x[(i + 1) % D] + i as f64).sin())
 }
 
 /// Internal force, stored tangent and its product with the prescribed increments.

@@ -79,7 +79,7 @@ pub fn options() -> Options {
 }
 
 pub fn start(writer: &mut ResultsWriter, points: usize) -> Result<(), ObserverError> {
-    writer.start(&RunStart { columns: columns(), points, steps: 10, counted: Counted::Rows })
+    writer.start(&RunStart { columns: columns(), points, steps: 10, stages: 1, counted: Counted::Rows })
 }
 
 pub fn load_step(writer: &mut ResultsWriter, step: usize, points: usize) -> Result<(), ObserverError> {

@@ -1,18 +1,18 @@
 //! Bases and laws: what points of a body are under.
 
-use super::initial::{Beginning, Starts, refused, starts};
+use super::initial::{Beginning, refused, starts};
 use super::law::{Refusal, Refused, Site, WithLaw, fields_of, with_law};
 use super::quantity::Fields;
 use crate::error::SceneError;
-use crate::fill::{Filled, Plan, SeedOf, Seeded, body, seeds};
+use crate::fill::{Filled, Plan, body, seeds};
 use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
 };
-use mpm_assembly::RefusedStart;
+use mpm_assembly::{LawOfBody, RefusedStart, ShippedBasis, ShippedLaw};
 use mpm_basis::{
-    Basis, CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback,
-    Gimp, GimpUpdate, Smpm, TriangleSplit,
+    CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback, Gimp,
+    GimpUpdate, Smpm, TriangleSplit,
 };
 use mpm_material::{PerPoint, PointHistory, PoreFluid, SymmetricTensor, Undrained, Varied};
 use mpm_solver::DomainLimit;
@@ -150,58 +150,58 @@ pub(super) fn domain_limit<const D: usize>(
     })
 }
 
-fn fill_convected<const D: usize, B: Basis<D> + 'static>(
+fn fill_convected<const D: usize, B: ShippedBasis<D>>(
     basis: B,
     domains: &DomainsInput,
     beginning: &Beginning<'_>,
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, Refusal> {
+) -> Result<Filled<D>, Refusal>
+where
+    Fallback<B>: ShippedBasis<D>,
+    LawOfBody<D>: From<ShippedLaw>,
+{
     match domains.fallback_beyond {
         None => fill_with(basis, beginning, plan),
         Some(beyond) => fill_with(Fallback { basis, beyond: beyond.0 }, beginning, plan),
     }
 }
 
-fn fill_with<const D: usize, B: Basis<D> + 'static>(
+fn fill_with<const D: usize, B: ShippedBasis<D>>(
     basis: B,
     beginning: &Beginning<'_>,
     plan: &Plan<'_, D>,
-) -> Result<Filled<D>, Refusal> {
+) -> Result<Filled<D>, Refusal>
+where
+    LawOfBody<D>: From<ShippedLaw>,
+{
     let law = beginning.law;
     let seeded = seeds(&basis, plan, history_bytes(law).map_err(Refusal::Law)?)?;
     let positions = seeded.positions();
     let starts = starts(beginning, &positions)?;
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
-    let filled = with_law(law, site, Filling { basis, seeded, starts: &starts, plan }).map_err(Refusal::Law)?;
-    filled.map_err(|RefusedStart { point, reason }| {
+    let law = with_law(law, site, Chosen { has_own: starts.has_own }).map_err(Refusal::Law)?;
+    body(basis, law.into(), seeded, &starts.points, plan).map_err(|RefusedStart { point, reason }| {
         let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
         Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
     })
 }
 
-/// Makes a body of seeded points.
-struct Filling<'a, const D: usize, B: Basis<D>> {
-    basis: B,
-    seeded: Seeded<SeedOf<D, B>, D>,
-    starts: &'a Starts,
-    plan: &'a Plan<'a, D>,
+/// The law under which points are: a law with pore fluid is the one for points with parameters of their own, too, so that
+/// fewer kinds of bodies are compiled.
+struct Chosen {
+    /// Whether points have parameters of their own.
+    has_own: bool,
 }
 
-impl<const D: usize, B: Basis<D> + 'static> WithLaw for Filling<'_, D, B> {
-    type Answer = Result<Filled<D>, RefusedStart>;
+impl WithLaw for Chosen {
+    type Answer = ShippedLaw;
 
-    /// A law with pore fluid is the one for points with parameters of their own, too, so that fewer kinds of bodies are
-    /// compiled.
-    fn with<M: Varied>(self, law: M, fluid: Option<f64>) -> Self::Answer {
-        let Self { basis, seeded, starts, plan } = self;
+    fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> ShippedLaw {
         match fluid {
-            Some(bulk) => {
-                let law = Undrained::new(PerPoint::new(law), bulk).expect("a positive bulk modulus");
-                body(basis, law, seeded, &starts.points, plan)
-            }
-            None if starts.has_own => body(basis, PerPoint::new(law), seeded, &starts.points, plan),
-            None => body(basis, law, seeded, &starts.points, plan),
+            Some(bulk) => Undrained::new(PerPoint::new(law), bulk).expect("a positive bulk modulus").into(),
+            None if self.has_own => PerPoint::new(law).into(),
+            None => law.into(),
         }
     }
 }
@@ -212,7 +212,7 @@ fn history_bytes(input: &MaterialInput) -> Result<usize, Refused> {
     impl WithLaw for Size {
         type Answer = usize;
 
-        fn with<M: Varied>(self, _law: M, fluid: Option<f64>) -> usize {
+        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M, fluid: Option<f64>) -> usize {
             match fluid {
                 Some(_) => size_of::<PoreFluid<PointHistory>>(),
                 None => size_of::<M::History>(),

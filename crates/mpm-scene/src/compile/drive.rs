@@ -3,6 +3,7 @@
 use super::law::{WithLaw, fields_of, with_law};
 use crate::error::SceneError;
 use crate::language::{DriveInput, PointControlInput, SegmentInput};
+use mpm_assembly::ShippedLaw;
 use mpm_material::{
     Control, DrivenPoint, Material, PerPoint, PointParameters, StepControl, SymmetricTensor, Undrained, Varied,
     invariants,
@@ -45,7 +46,7 @@ pub fn drive(input: &DriveInput) -> Result<DrivenPath, SceneError> {
     impl WithLaw for Along<'_> {
         type Answer = Result<DrivenPath, SceneError>;
 
-        fn with<M: Varied>(self, law: M, fluid: Option<f64>) -> Self::Answer {
+        fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> Self::Answer {
             match fluid {
                 None => along(self.0, &law),
                 Some(bulk) => {

@@ -5,6 +5,7 @@ use crate::error::SceneError;
 use crate::language::{
     ConeInput, ConeMatchInput, MaterialInput, PointField, Poisson, Positive, Quantity, SofteningInput,
 };
+use mpm_assembly::ShippedLaw;
 use mpm_material::{
     CamClay, CamClayParameters, ConeMatch, DruckerPrager, Elasticity, Hencky, MohrCoulomb, NeoHooke,
     OwnParameters, ParameterError, Tresca, UndrainedStrength, Varied, VonMises,
@@ -16,7 +17,7 @@ pub(super) trait WithLaw {
     type Answer;
 
     /// `fluid` is the bulk modulus of pore fluid on top of it, where there is any `[F/L²]`.
-    fn with<M: Varied>(self, law: M, fluid: Option<f64>) -> Self::Answer;
+    fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> Self::Answer;
 }
 
 /// Parameters that a law refuses.
@@ -136,7 +137,7 @@ pub(super) fn check(input: &MaterialInput, name: &str) -> Result<(), SceneError>
     impl WithLaw for Nothing {
         type Answer = ();
 
-        fn with<M: Varied>(self, _law: M, _fluid: Option<f64>) {}
+        fn with<M: Varied + Into<ShippedLaw>>(self, _law: M, _fluid: Option<f64>) {}
     }
     if fields_of(input).is_empty() {
         with_law(input, None, Nothing).map_err(|refused| refused.of(name))?;
@@ -157,7 +158,7 @@ pub(super) fn of_points<const D: usize>(
     impl WithLaw for Own {
         type Answer = (OwnParameters, f64);
 
-        fn with<M: Varied>(self, law: M, fluid: Option<f64>) -> Self::Answer {
+        fn with<M: Varied + Into<ShippedLaw>>(self, law: M, fluid: Option<f64>) -> Self::Answer {
             (law.own(), law.elasticity().p_wave() + fluid.unwrap_or(0.0))
         }
     }

@@ -1,7 +1,7 @@
 //! Loads and probes: which points of which body.
 
-use super::mesh::ramp;
 use super::names::{A_NAME, is_name};
+use super::stages::Stages;
 use crate::error::SceneError;
 use crate::fill::FaceShare;
 use crate::language::{ControlInput, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
@@ -17,6 +17,7 @@ pub(super) fn loads<const D: usize, B>(
     start: &Mesh<D>,
     faces: Vec<Vec<Vec<FaceShare<D>>>>,
 ) -> Result<Loads<D>, SceneError> {
+    let stages = Stages::of(&scene.schedule);
     let mut loads = Loads::default();
     let mut faces: Vec<_> = faces.into_iter().map(Vec::into_iter).collect();
     for (k, input) in scene.loads.iter().enumerate() {
@@ -30,12 +31,12 @@ pub(super) fn loads<const D: usize, B>(
                 )
             })
         };
-        let ramp_path = format!("{path}.ramp");
         match input {
-            LoadInput::BodyForce { acceleration, ramp: input } => {
-                loads.body_forces.push((Vector::from(acceleration.0), ramp(input, 1.0, &ramp_path)?));
+            LoadInput::BodyForce { acceleration, ramp, active } => {
+                let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
+                loads.body_forces.push((Vector::from(acceleration.0), ramp));
             }
-            LoadInput::Vortex { body: name, angle, ramp: input } => {
+            LoadInput::Vortex { body: name, angle, ramp, active } => {
                 let body = find(name)?;
                 let material = scene.bodies[body].material.as_str();
                 let Some(MaterialInput::Hencky { young, poisson, .. }) = scene.materials.get(material) else {
@@ -48,10 +49,10 @@ pub(super) fn loads<const D: usize, B>(
                     return Err(SceneError::new(path, "a vortex needs the same stiffness everywhere"));
                 };
                 let shear = young / (2.0 * (1.0 + poisson.0));
-                let angle = ramp(input, angle.0.to_radians(), &ramp_path)?;
+                let angle = stages.load_ramp(ramp, angle.0.to_radians(), active, &path)?;
                 loads.fields.push((body, Arc::new(Vortex::new(shear, angle))));
             }
-            LoadInput::PointForce { body: name, near, points, force, ramp: input } => {
+            LoadInput::PointForce { body: name, near, points, force, ramp, active } => {
                 let body = find(name)?;
                 let (points_of, near) = (&*bodies[body].body, Vector::from(near.0));
                 let count = points.map_or(1, |points| points.0 as usize);
@@ -62,9 +63,10 @@ pub(super) fn loads<const D: usize, B>(
                 let arm = if points.is_some() { Vector::zeros() } else { arm(points_of, &nearest, &near) };
                 let shares = equal_shares(nearest, arm);
                 let force = Vector::from(force.0);
-                loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
+                let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
+                loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
-            LoadInput::Traction { body: name, at, resultant, ramp: input, .. } => {
+            LoadInput::Traction { body: name, at, resultant, ramp, active, .. } => {
                 let body = find(name)?;
                 let areas = faces[body].next().expect("one list of points per traction");
                 let whole: f64 = areas.iter().map(|share| share.area).sum();
@@ -77,7 +79,8 @@ pub(super) fn loads<const D: usize, B>(
                 let share = |it: FaceShare<D>| Share { point: it.point, part: it.area / whole, arm: it.arm };
                 let shares = areas.into_iter().map(share).collect();
                 let force = Vector::from(resultant.0);
-                loads.point_loads.push(PointLoad { body, shares, force, ramp: ramp(input, 1.0, &ramp_path)? });
+                let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
+                loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
         }
     }

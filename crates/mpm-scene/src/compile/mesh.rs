@@ -1,9 +1,11 @@
 //! The mesh and how it moves.
 
+use super::stages::Stages;
 use crate::error::SceneError;
 use crate::language::{AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};
+use mpm_solver::Active;
 
 pub(super) fn layout<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
     let axes = match mesh {
@@ -60,11 +62,6 @@ pub(super) fn plane_point(point: &PlanePoint) -> [f64; 2] {
     [x.0, y.0]
 }
 
-pub(super) fn ramp(input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
-    let knots = input.0.iter().map(|(fraction, factor)| (fraction.0, factor.0 * scale)).collect();
-    Ramp::new(knots).map_err(|it| SceneError::new(path, it))
-}
-
 pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, SceneError> {
     let index = direction.index();
     if index < D {
@@ -83,9 +80,11 @@ fn check_stretch(axis: &Axis, (anchor, driven): (f64, f64), memory: MemoryLimit)
 
 pub(super) fn motion<const D: usize>(
     input: &MotionInput<D>,
+    stages: Stages<'_>,
     layout: &Layout<D>,
     memory: MemoryLimit,
 ) -> Result<MeshMotion<D>, SceneError> {
+    let ramp = |input: &RampInput, scale: f64, path: &str| stages.ramp(input, scale, Active::default(), path);
     match input {
         MotionInput::Fixed => Ok(MeshMotion::Fixed),
         MotionInput::Stretch(stretches) => {

@@ -11,14 +11,14 @@ mod names;
 mod overlap;
 mod quantity;
 mod shapes;
+mod stages;
 mod supports;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
 use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
-    PathMeasureInput, PredictorInput, Scene, SceneIn, SolverInput, StabilisationInput, StepControlInput,
-    ToleranceInput, UnheldMotionInput,
+    ControlInput, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput, UnheldMotionInput,
 };
 use crate::limits::memory_left;
 pub use drive::{DrivenPath, drive};
@@ -32,10 +32,8 @@ use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
 use mpm_linear::Choice;
-use mpm_solver::{
-    Model, NamedBody, PathControl, PathMeasure, PredictorKind, Prescribed, Schedule, SolverChoice, StepFailure,
-    Support, Tolerance, UnheldMotion,
-};
+use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
+use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
 use supports::supports;
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
@@ -71,7 +69,7 @@ pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Resu
 pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, MeshMotion<D>), SceneError> {
     let memory = memory_left();
     let layout = layout(&scene.mesh, memory)?;
-    let motion = motion(&scene.motion, &layout, memory)?;
+    let motion = motion(&scene.motion, Stages::of(&scene.schedule), &layout, memory)?;
     Ok((layout, motion))
 }
 
@@ -91,10 +89,14 @@ fn model<const D: usize, B: FillBody<D>>(
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
     }
+    let made = stages(&scene.schedule)?;
+    let stages = Stages::of(&scene.schedule);
     let layout = layout(&scene.mesh, memory)?;
-    let motion = motion(&scene.motion, &layout, memory)?;
+    let motion = motion(&scene.motion, stages, &layout, memory)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
-    motion.mesh_at(&layout, LoadFraction::END).map_err(|it| SceneError::new("motion", it))?;
+    for end in stages.ends() {
+        motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
+    }
 
     let (bodies, faces) = bodies(scene, &layout, &mesh, files, memory)?;
     fields(&bodies, &scene.output)?;
@@ -107,9 +109,9 @@ fn model<const D: usize, B: FillBody<D>>(
     model.loads = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
-    model.schedule = schedule(scene)?;
-    model.path = path_control(&scene.schedule.control);
+    model.stages = made;
     refuse_jumps_along_a_path(&model)?;
+    refuse_resets(&model, matches!(scene.domains.control, Some(ControlInput::Split { .. })))?;
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
@@ -132,35 +134,6 @@ fn model<const D: usize, B: FillBody<D>>(
     Ok(model)
 }
 
-fn schedule<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<Schedule, SceneError> {
-    let cuts = scene.schedule.cuts;
-    if cuts > Schedule::MOST_CUTS {
-        let reason = format!("expected at most {} halvings, got {cuts}", Schedule::MOST_CUTS);
-        return Err(SceneError::new("schedule.cuts", reason));
-    }
-    let predictor = match scene.schedule.predictor {
-        PredictorInput::LastStep => PredictorKind::LastStep,
-        PredictorInput::Rest => PredictorKind::Rest,
-    };
-    Ok(Schedule { steps: scene.schedule.steps.0, cuts, predictor })
-}
-
-/// A path is followed from rest on: what jumps at its start has no beginning there.
-fn refuse_jumps_along_a_path<const D: usize>(model: &Model<D>) -> Result<(), SceneError> {
-    if model.path.is_none() {
-        return Ok(());
-    }
-    let reason = "the ramp is not 0 at load fraction 0, where path control begins at rest";
-    let jumping = |support: &Support<D>| support.components.iter().flatten().any(Prescribed::jumps);
-    if let Some(k) = model.supports.iter().position(jumping) {
-        return Err(SceneError::new(format!("supports[{k}]"), reason));
-    }
-    if model.motion.ramps().iter().any(|ramp| ramp.jumps()) {
-        return Err(SceneError::new("motion", reason));
-    }
-    Ok(())
-}
-
 fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
     if input.residual.0 >= 1.0 {
         let reason =
@@ -172,16 +145,6 @@ fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {
         return Err(SceneError::new("tolerance.keep_factor_below", format!("is {part}, expected less than 1")));
     }
     Ok(Tolerance { residual: input.residual.0, iterations: input.iterations.0, keep_factor_below })
-}
-
-fn path_control(control: &StepControlInput) -> Option<PathControl> {
-    let StepControlInput::Path { first, longest, iterations, measure } = control else { return None };
-    let measure = match measure {
-        PathMeasureInput::Dissipation { most } => PathMeasure::Dissipation { most: most.map(|it| it.0) },
-        PathMeasureInput::ArcLength { most } => PathMeasure::ArcLength { most: most.map(|it| it.0) },
-    };
-    let longest = longest.as_ref().map_or(first.0, |it| it.0);
-    Some(PathControl { measure, first: first.0, longest, iterations: iterations.0 })
 }
 
 /// The start of the first load step: the mesh covers every point, and what is driven carries material.
@@ -196,7 +159,7 @@ fn check_start<const D: usize>(
     let room_for = memory.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
     room_for.map_err(|it| SceneError::new("bodies", it))?;
     let active = ActiveNodes::of(&model.nodes, &stencils);
-    for (k, support) in model.supports.iter().enumerate() {
+    for (k, support) in model.supports.iter().enumerate().filter(|(_, support)| support.acts_in(0)) {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {
             return Err(SceneError::new(

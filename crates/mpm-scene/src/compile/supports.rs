@@ -1,12 +1,13 @@
 //! Supports: which nodes, and what is prescribed of them.
 
-use super::mesh::{component, plane_point, ramp};
+use super::mesh::{component, plane_point};
 use super::names::{A_NAME, is_name};
+use super::stages::Stages;
 use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
 use mpm_grid::{Layout, Mesh, NodeId, NodeSpace, Position, Region, Vector};
-use mpm_solver::{Prescribed, Support, Turn, across};
+use mpm_solver::{Active, Prescribed, Release, Support, Turn, across};
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
     Ok(match input {
@@ -43,6 +44,7 @@ pub(super) fn supports<const D: usize, B>(
     layout: &Layout<D>,
     space: &NodeSpace<D>,
 ) -> Result<Vec<Support<D>>, SceneError> {
+    let stages = Stages::of(&scene.schedule);
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
     let mut sought = 0.0;
     for (k, input) in scene.supports.iter().enumerate() {
@@ -63,14 +65,27 @@ pub(super) fn supports<const D: usize, B>(
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout)));
         }
+        let active = stages.active(&input.active, &path)?;
+        if let Some(until) = active.until.filter(|&until| stages.follows_path(until))
+            && active.release == Release::AtOnce
+        {
+            return Err(stages.at_once_on_a_path(until, &path));
+        }
         supports.push(Support {
             name: input.name.clone(),
             nodes,
-            components: components(input, &path)?,
+            components: components(input, (stages, active), &path)?,
             moment_about: moment_about::<D>(input, &path)?,
+            active,
         });
     }
-    refuse_contradictions(&supports, layout, space)?;
+    // Supports begin and end with stages.
+    let mut begins: Vec<u32> = supports.iter().map(|support| support.active.from).collect();
+    begins.sort_unstable();
+    begins.dedup();
+    for stage in begins {
+        refuse_contradictions(&supports, stage, layout, space)?;
+    }
     Ok(supports)
 }
 
@@ -89,15 +104,17 @@ fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
 
 fn components<const D: usize>(
     input: &SupportInput<D>,
+    (stages, active): (Stages<'_>, Active),
     path: &str,
 ) -> Result<[Option<Prescribed>; D], SceneError> {
     let held = input.fix.iter().map(|axis| Ok((*axis, Prescribed::Held)));
     let following = input.follow_mesh.iter().map(|axis| Ok((*axis, Prescribed::FollowMesh)));
     let driven = input.displace.iter().enumerate().map(|(k, displace)| {
-        let ramp = ramp(&displace.ramp, displace.by.0, &format!("{path}.displace[{k}].ramp"))?;
+        let ramp = stages.ramp(&displace.ramp, displace.by.0, active, &format!("{path}.displace[{k}].ramp"))?;
         Ok((displace.axis, Prescribed::Driven(ramp)))
     });
-    let turned = input.turn.as_ref().map(|it| turn::<D>(it, &format!("{path}.turn"))).transpose()?;
+    let turned = input.turn.as_ref().map(|it| turn::<D>(it, (stages, active), &format!("{path}.turn")));
+    let turned = turned.transpose()?;
     let turned = turned.iter().flat_map(|turn| {
         let directions = [Direction::X, Direction::Y, Direction::Z];
         turn.across().map(|axis| Ok((directions[axis], Prescribed::Turned(turn.clone()))))
@@ -142,17 +159,22 @@ fn moment_about<const D: usize>(input: &SupportInput<D>, path: &str) -> Result<O
     Ok(Some(about))
 }
 
-fn turn<const D: usize>(input: &TurnInput, path: &str) -> Result<Turn, SceneError> {
+fn turn<const D: usize>(
+    input: &TurnInput,
+    (stages, active): (Stages<'_>, Active),
+    path: &str,
+) -> Result<Turn, SceneError> {
     if D == 2 && input.axis != Direction::Z {
         return Err(SceneError::new(format!("{path}.axis"), "in the plane nodes turn about `Z`"));
     }
-    let angle = ramp(&input.ramp, input.angle.0.to_radians(), &format!("{path}.ramp"))?;
+    let angle = stages.ramp(&input.ramp, input.angle.0.to_radians(), active, &format!("{path}.ramp"))?;
     Ok(Turn { axis: input.axis.index(), centre: plane_point(&input.centre), angle })
 }
 
-/// Two supports may share nodes only where they prescribe the same.
+/// Two supports of a stage may share nodes only where they prescribe the same.
 fn refuse_contradictions<const D: usize>(
     supports: &[Support<D>],
+    stage: u32,
     layout: &Layout<D>,
     space: &NodeSpace<D>,
 ) -> Result<(), SceneError> {
@@ -160,7 +182,7 @@ fn refuse_contradictions<const D: usize>(
         let mut claims: Vec<(NodeId, usize)> = supports
             .iter()
             .enumerate()
-            .filter(|(_, support)| support.components[component].is_some())
+            .filter(|(_, support)| support.acts_in(stage) && support.components[component].is_some())
             .flat_map(|(k, support)| support.nodes.iter().map(move |&node| (node, k)))
             .collect();
         claims.sort_unstable();

@@ -1,7 +1,9 @@
 //! Where bodies are held, what pulls at them, and where they are watched.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, RampInput, zero};
+use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, zero};
+use super::ramp::RampInput;
+use super::stage::ActiveInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -88,6 +90,9 @@ pub struct SupportInput<const D: usize> {
     /// Direction of that axis; that of `turn` if left out, and `Z` without a `turn`.
     #[serde(default)]
     pub moment_axis: Option<Direction>,
+    /// In which stages of the schedule it acts. It takes hold of its nodes where they then are.
+    #[serde(default)]
+    pub active: ActiveInput,
 }
 
 /// Prescribed displacement of one component.
@@ -133,6 +138,9 @@ pub enum LoadInput<const D: usize> {
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
+        /// In which stages of the schedule it acts.
+        #[serde(default)]
+        active: ActiveInput,
     },
     /// The body force of the generalised vortex (Brannon, Kamojjala & Sadeghirad 2011), a manufactured solution for a
     /// ring of radii 0.75 and 1.25 around the origin in `Hencky` elasticity, in the plane: every circle of radius R
@@ -145,6 +153,9 @@ pub enum LoadInput<const D: usize> {
         /// Part of the angle against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
+        /// In which stages of the schedule it acts.
+        #[serde(default)]
+        active: ActiveInput,
     },
     /// A force at a position of a body at rest, which the material points nearest to it carry with them.
     PointForce {
@@ -161,6 +172,9 @@ pub enum LoadInput<const D: usize> {
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
+        /// In which stages of the schedule it acts.
+        #[serde(default)]
+        active: ActiveInput,
     },
     /// A dead traction on the part of a body's boundary that lies on a plane across an axis at rest, carried by the
     /// material points next to it in proportion to their share of the boundary. It acts on the boundary itself, which
@@ -180,6 +194,9 @@ pub enum LoadInput<const D: usize> {
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,
+        /// In which stages of the schedule it acts.
+        #[serde(default)]
+        active: ActiveInput,
     },
 }
 

@@ -1,7 +1,8 @@
 //! The background mesh and how it moves.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, RampInput, zero};
+use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, zero};
+use super::ramp::RampInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +61,8 @@ pub enum AxisInput {
     Nodes(Vec<Finite>),
 }
 
-/// How the mesh moves; a pure function of the load fraction.
+/// How the mesh moves; a pure function of the load fraction. In a schedule of stages its ramps begin with the first stage, unless
+/// they name others.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum MotionInput<const D: usize> {

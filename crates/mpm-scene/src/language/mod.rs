@@ -18,9 +18,11 @@ mod mesh;
 mod number;
 mod position;
 mod quantity;
+mod ramp;
 mod read;
 mod run;
 mod scene;
+mod stage;
 
 pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
@@ -35,12 +37,13 @@ pub use drive::{DriveInput, PointControlInput, SegmentInput};
 pub use edit::{EditError, Edited, set_value};
 pub use material::{ConeInput, ConeMatchInput, MaterialInput, SofteningInput};
 pub use mesh::{AxisInput, CornerInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
-pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive, RampInput};
+pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive};
 pub use position::{Position, position_of};
 pub use quantity::{LayerInput, PointField, Quantity};
+pub use ramp::{Knots, RampInput};
 pub use read::ReadError;
-pub use run::{
-    CheckpointInput, FieldInput, OutputInput, PathMeasureInput, PredictorInput, ScheduleInput, SolverInput,
-    StepControlInput, ToleranceInput, UnheldMotionInput,
-};
+pub use run::{CheckpointInput, FieldInput, OutputInput, SolverInput, ToleranceInput, UnheldMotionInput};
 pub use scene::{Scene, SceneIn};
+pub use stage::{
+    ActiveInput, PathMeasureInput, PredictorInput, ReleaseInput, ScheduleInput, StageInput, StepControlInput,
+};

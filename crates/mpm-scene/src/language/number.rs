@@ -1,6 +1,6 @@
 //! Numbers that are checked as they are read, so that a wrong one is reported where it stands.
 
-use mpm_solver::Schedule;
+use mpm_solver::Stage;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -42,18 +42,6 @@ pub struct Coordinates<const D: usize>(pub [f64; D]);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct PlanePoint(pub (Finite, Finite));
-
-/// A piecewise linear function of the load fraction, as knots (load fraction, factor), held constant
-/// before the first and after the last. Left out, it rises linearly from 0 to 1.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct RampInput(pub Vec<(Fraction, Finite)>);
-
-impl Default for RampInput {
-    fn default() -> Self {
-        Self(vec![(Fraction(0.0), Finite(0.0)), (Fraction(1.0), Finite(1.0))])
-    }
-}
 
 pub(super) fn zero() -> Finite {
     Finite(0.0)
@@ -197,10 +185,15 @@ impl<'de, const D: usize> Deserialize<'de> for Coordinates<D> {
 /// Reads how often a step may be halved.
 pub(super) fn halvings<'de, De: Deserializer<'de>>(deserializer: De) -> Result<u8, De::Error> {
     let n = i64::deserialize(deserializer)?;
-    let fits = u8::try_from(n).ok().filter(|&n| n <= Schedule::MOST_CUTS);
+    let fits = u8::try_from(n).ok().filter(|&n| n <= Stage::MOST_CUTS);
     fits.ok_or_else(|| {
-        De::Error::custom(format!("expected a whole number from 0 to {}, got {n}", Schedule::MOST_CUTS))
+        De::Error::custom(format!("expected a whole number from 0 to {}, got {n}", Stage::MOST_CUTS))
     })
+}
+
+/// As [`halvings`], of a stage that says so.
+pub(super) fn own_halvings<'de, De: Deserializer<'de>>(deserializer: De) -> Result<Option<u8>, De::Error> {
+    halvings(deserializer).map(Some)
 }
 
 /// Reads a map in which no key may stand twice (the last would win).

@@ -1,102 +1,12 @@
-//! Load steps, how each is solved, and what is recorded.
+//! How load steps are solved, and what is recorded.
 
-use super::number::{self, Count, Positive};
+use super::number::{Count, Positive};
+use mpm_solver::Tolerance;
 use mpm_solver::observe::Field;
-use mpm_solver::{Schedule, Tolerance};
 use schemars::JsonSchema;
 use serde::de::{EnumAccess, VariantAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
-
-/// Load steps.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ScheduleInput {
-    /// Number of equal load steps.
-    pub steps: Count,
-    /// How often a step that does not converge may be halved before the run ends; steps grow again
-    /// by doubling, and every one of the equal steps ends where it would have.
-    #[serde(default = "default_cuts", deserialize_with = "number::halvings")]
-    #[schemars(range(min = 0, max = Schedule::MOST_CUTS))]
-    pub cuts: u8,
-    /// Where the iteration of a load step begins.
-    #[serde(default)]
-    pub predictor: PredictorInput,
-    /// What sets the load fraction of a load step.
-    #[serde(default)]
-    pub control: StepControlInput,
-}
-
-/// Where the iteration of a load step begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum PredictorInput {
-    /// At the displacement of the step before, in proportion to the change of the load fraction, and on to a
-    /// hundredth of the tolerance. Where that does not converge at once, the step begins again at rest.
-    #[default]
-    LastStep,
-    /// At rest, as other codes do. Path control has a guess of its own.
-    Rest,
-}
-
-/// What sets the load fraction of a load step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub enum StepControlInput {
-    /// It is given: `steps` equal steps.
-    #[default]
-    Load,
-    /// It is found: each step has a given length along the path of equilibria, so that a run passes points
-    /// where the load fraction has to decrease (snap-through, snap-back). `steps` is then the largest
-    /// number of load steps; the run ends when the load fraction reaches 1. `cuts` limits how often in a
-    /// row a step that cannot be solved is halved.
-    Path {
-        /// Change of the load fraction in the first step.
-        first: Positive,
-        /// Largest change of the load fraction in a step; as `first` if left out.
-        #[serde(default)]
-        longest: Option<Positive>,
-        /// Newton iterations that a step should need: with fewer the next is longer, with more shorter.
-        #[serde(default = "default_path_iterations")]
-        iterations: Count,
-        /// What the length of a step is.
-        #[serde(default)]
-        measure: PathMeasureInput,
-    },
-}
-
-/// What the length of a step along the path is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub enum PathMeasureInput {
-    /// Energy dissipated by yielding; load steps while nothing yields. For limit points caused by
-    /// yielding and localisation: it cannot turn back, because a body that unloads dissipates nothing.
-    Dissipation {
-        /// Longest step `[F L]` (in the plane: per unit thickness); if left out, as the iterations allow.
-        #[serde(default)]
-        most: Option<Positive>,
-    },
-    /// Root mean square of the free displacements, each node weighted by its share of the stiffness. For
-    /// limit points of elastic bodies (arches, shells).
-    ArcLength {
-        /// Longest step `[L]`; if left out, as the iterations allow.
-        #[serde(default)]
-        most: Option<Positive>,
-    },
-}
-
-impl Default for PathMeasureInput {
-    fn default() -> Self {
-        Self::Dissipation { most: None }
-    }
-}
-
-fn default_path_iterations() -> Count {
-    Count(6)
-}
-
-fn default_cuts() -> u8 {
-    Schedule::equal(1).cuts
-}
 
 /// How linear systems are solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -155,7 +65,7 @@ impl Default for ToleranceInput {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename = "Field")]
 pub enum FieldInput {
-    /// Displacement since the start, three components `[L]`.
+    /// Displacement since the start, or since the last stage that resets it, three components `[L]`.
     Displacement,
     /// Deformation gradient F, nine components row by row `[-]`.
     DeformationGradient,
@@ -287,7 +197,7 @@ pub struct OutputInput {
     /// Fields of the material points.
     pub fields: Vec<FieldInput>,
     /// Points are recorded every so many load steps, and always at the start and the end. Of halved steps, and of those
-    /// that end at knots of ramps, only the ends of the equal steps count.
+    /// that end at knots of ramps, only the ends of the equal steps count, through all stages.
     pub every: Count,
     /// Whether the health of the points' domains is worked out after every load step, as columns
     /// `/history/domain_…`.
@@ -309,7 +219,7 @@ pub struct OutputInput {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckpointInput {
-    /// After every so many load steps.
+    /// After every so many load steps; in a schedule of stages also at the end of each.
     #[serde(default)]
     pub every: Option<Count>,
     /// After the first load step that ends so long after the last checkpoint `[s]`.

@@ -7,7 +7,8 @@ use super::material::MaterialInput;
 use super::mesh::{MeshInput, MotionInput};
 use super::number;
 use super::read::{ReadError, read};
-use super::run::{OutputInput, ScheduleInput, SolverInput, ToleranceInput, UnheldMotionInput};
+use super::run::{OutputInput, SolverInput, ToleranceInput, UnheldMotionInput};
+use super::stage::ScheduleInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -102,6 +103,14 @@ impl Scene {
         match self {
             Scene::PlaneStrain(scene) => &scene.output,
             Scene::Solid(scene) => &scene.output,
+        }
+    }
+
+    /// Its load steps.
+    pub fn schedule(&self) -> &ScheduleInput {
+        match self {
+            Scene::PlaneStrain(scene) => &scene.schedule,
+            Scene::Solid(scene) => &scene.schedule,
         }
     }
 

@@ -195,7 +195,7 @@ impl<const D: usize> Problem<'_, D> {
                 for &v in own.iter().flat_map(|body| &body.nodes) {
                     iterate.out_of_balance.nodes[v as usize] = sums.force.nodes[v as usize];
                 }
-                contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
+                contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
                 if let Some(body) = own {
                     let before = &iterate.out_of_balance.nodes;
                     let force = body.nodes.iter().map(|&v| sums.force.nodes[v as usize] - before[v as usize]);
@@ -221,17 +221,6 @@ impl<const D: usize> Problem<'_, D> {
         })
     }
 
-    /// The failure of a trial that is not admissible for the contribution with this index.
-    fn refuse(&self, index: usize, it: Inadmissible) -> StepFailure {
-        match it {
-            Inadmissible::Point(it) => inadmissible(&self.bodies[index], it),
-            Inadmissible::Contribution(reason) => StepFailure::Inadmissible {
-                contribution: self.named[index - self.bodies.len()].name.clone(),
-                reason,
-            },
-        }
-    }
-
     /// `∂f_int/∂t` of contributions that move with the load fraction t, by central differences over `half` on either
     /// side `[F]`; zero without any.
     ///
@@ -240,14 +229,14 @@ impl<const D: usize> Problem<'_, D> {
     pub(crate) fn force_rate(&self, iterate: &Iterate<D>, half: f64) -> Result<UnknownVector<D>, StepFailure> {
         let mut rate = UnknownVector::zeros(self.unknowns());
         let (before, after) =
-            (LoadFraction::clamped(self.end.get() - half), LoadFraction::clamped(self.end.get() + half));
+            (self.end.with_value(self.end.get() - half), self.end.with_value(self.end.get() + half));
         for (index, contribution) in self.contributions.iter().enumerate().filter(|it| it.1.moves_with_load()) {
             for (end, sign) in [(after, 1.0), (before, -1.0)] {
                 let mut force = UnknownVector::zeros(self.unknowns());
                 let trial = Trial { end, ..self.trial(&iterate.increment, false) };
                 let mut sums =
                     SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
-                contribution.add(&trial, &mut sums).map_err(|it| self.refuse(index, it))?;
+                contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
                 rate.add(sign / (after.get() - before.get()), &force);
             }
         }
@@ -258,6 +247,21 @@ impl<const D: usize> Problem<'_, D> {
 /// Sum of the scalar products, node by node.
 pub(crate) fn dot<const D: usize>(a: &[Vector<D>], b: &[Vector<D>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+}
+
+/// The failure of a trial that is not admissible for the contribution with this index: the bodies come first.
+pub(crate) fn refuse<const D: usize>(
+    bodies: &[NamedBody<D>],
+    named: &[NamedContribution<D>],
+    index: usize,
+    it: Inadmissible,
+) -> StepFailure {
+    match it {
+        Inadmissible::Point(it) => inadmissible(&bodies[index], it),
+        Inadmissible::Contribution(reason) => {
+            StepFailure::Inadmissible { contribution: named[index - bodies.len()].name.clone(), reason }
+        }
+    }
 }
 
 /// The failure of a trial under which a point has no admissible state.

@@ -23,14 +23,20 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     remarks
 }
 
-fn fractions() -> impl Iterator<Item = LoadFraction> {
-    (1..=PARTS).filter_map(|k| LoadFraction::new(f64::from(k) / f64::from(PARTS)).ok())
+/// Load fractions of the stages in which a support acts.
+fn fractions<const D: usize>(model: &Model<D>, support: &Support<D>) -> impl Iterator<Item = LoadFraction> {
+    let stages = (0..model.stages.len() as u32).filter(|&stage| support.acts_in(stage)).collect::<Vec<_>>();
+    let parts = |stage| {
+        let part = move |k| LoadFraction::in_stage(stage, f64::from(k) / f64::from(PARTS)).ok();
+        (1..=PARTS).filter_map(part)
+    };
+    stages.into_iter().flat_map(parts)
 }
 
 /// Nodes whose mesh stays while the body goes with what is prescribed of them.
 fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, active: &ActiveNodes<D>) -> Option<String> {
     let (mut most, mut lost) = (0.0, None);
-    for at in fractions() {
+    for at in fractions(model, support) {
         let Ok(moved) = model.motion.mesh_at(&model.layout, at) else { continue };
         let carrying = support.nodes.iter().copied().filter(|&node| active.number(node).is_some());
         let mut gone = departures(model, support, (&moved, at), carrying, 1.0);
@@ -47,7 +53,7 @@ fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, active: &Activ
     let how = match lost {
         Some(at) => format!(
             "by more than half a cell from load fraction {} on, where a run ends that has lost its body",
-            six_digits(at.get())
+            six_digits(at.total())
         ),
         None => format!("by up to {} cells, and the reaction is off as far", six_digits(most)),
     };
@@ -122,8 +128,11 @@ fn farthest<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<
             Some(Prescribed::Held) | None => 0.0,
         })
     };
-    let knots =
-        model.knots().into_iter().filter_map(|knot| LoadFraction::new(knot).ok()).chain([LoadFraction::END]);
+    let stages = (0..model.stages.len() as u32).filter(|&stage| support.acts_in(stage));
+    let knots = stages.flat_map(|stage| {
+        let knots = model.knots_in(stage).into_iter().chain([1.0]);
+        knots.filter_map(move |knot| LoadFraction::in_stage(stage, knot).ok())
+    });
     let mut all: Vec<Vector<D>> = knots.map(displacement).collect();
     all.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     all.pop().unwrap_or_else(Vector::zeros)

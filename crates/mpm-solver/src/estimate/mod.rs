@@ -7,7 +7,7 @@ mod remarks;
 use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, periods};
 use crate::error::{Error, StepFailure};
-use crate::model::{Model, NamedBody, UnheldMotion};
+use crate::model::{Active, Model, NamedBody, UnheldMotion};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
@@ -16,7 +16,7 @@ use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
 pub use rehearsal::Seconds;
-use rehearsal::{Stage, rehearse};
+use rehearsal::{Rehearsal, rehearse};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +49,8 @@ pub struct Estimate {
     pub seconds: Seconds,
     /// Nominal load steps; those that end at knots of ramps between the equal ones are among them.
     pub steps: u32,
+    /// The same of every stage.
+    pub stages: Vec<StageSteps>,
     /// Volume and mass of every body.
     pub volumes: Vec<BodyVolume>,
     /// What in the model is probably not meant: sentences for people.
@@ -59,6 +61,19 @@ pub struct Estimate {
     pub memory: Memory,
     /// What will end the run, or may do so, and what the scene can have against it.
     pub warnings: Vec<String>,
+}
+
+/// A stage of the schedule in an [`Estimate`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StageSteps {
+    /// Its name; empty where there is no other.
+    pub name: String,
+    /// Nominal load steps, those included that end at knots of ramps.
+    pub steps: u32,
+    /// Names of the supports that begin with it; in the first stage none are named.
+    pub begun: Vec<String>,
+    /// Names of the supports that end in it.
+    pub ended: Vec<String>,
 }
 
 /// Volume of a body, told by its points and by its shape.
@@ -112,7 +127,7 @@ impl Memory {
 /// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
 /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
 pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
-    model.check_nodes()?;
+    model.check()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;
@@ -122,7 +137,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let (lattice, lines) = (active.lattice_indices(), lines(model));
     let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(model) };
     let prediction = predict(pattern.for_solver(), places);
-    let stage = Stage {
+    let stage = Rehearsal {
         model,
         mesh: &mesh,
         connected: &connected,
@@ -145,6 +160,8 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
     let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
     let real = size_of::<f64>();
+    let nominal = model.stages.iter().fold(0_u32, |sum, stage| sum.saturating_add(stage.steps));
+    let stages: Vec<StageSteps> = (0..model.stages.len() as u32).map(|stage| steps_of(model, stage)).collect();
     let (entries, n) = (pattern.n_entries(), pattern.n_equations());
     Ok(Estimate {
         dimensions: D,
@@ -158,7 +175,8 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         tangent_entries: entries,
         factor_entries,
         seconds,
-        steps: stations(model).steps().try_into().unwrap_or(u32::MAX),
+        steps: stages.iter().fold(0, |sum, stage| stage.steps.saturating_add(sum)),
+        stages,
         volumes: model.bodies.iter().map(volume).collect(),
         remarks: remarks::of(model, &mesh, active),
         columns_not_stored: columns_not_stored(&model.bodies),
@@ -176,7 +194,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
                 // Entries are permuted into the order of elimination before they are eliminated.
                 factor_entries * real + entries * (real + size_of::<usize>())
             },
-            work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, model.schedule.steps),
+            work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, nominal),
             program: PROGRAM,
         },
         is_iterative,
@@ -185,10 +203,23 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     })
 }
 
-/// The components of active nodes that supports prescribe.
+fn steps_of<const D: usize>(model: &Model<D>, stage: u32) -> StageSteps {
+    let named = |of: &dyn Fn(&Active) -> bool| {
+        let supports = model.supports.iter().filter(|support| of(&support.active));
+        supports.map(|support| support.name.clone()).collect()
+    };
+    StageSteps {
+        name: model.stages[stage as usize].name.clone(),
+        steps: stations(model, stage).steps().try_into().unwrap_or(u32::MAX),
+        begun: named(&|active| stage > 0 && active.from == stage),
+        ended: named(&|active| active.until == Some(stage)),
+    }
+}
+
+/// The components of active nodes that supports prescribe at the start.
 fn supported<const D: usize>(model: &Model<D>, active: &ActiveNodes<D>) -> Constraints<D> {
     let mut constraints = Constraints::none(active.len());
-    for support in &model.supports {
+    for support in model.supports.iter().filter(|support| support.acts_in(0)) {
         for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
             for component in (0..D).filter(|&i| support.components[i].is_some()) {
                 constraints.prescribe(number, component, 0.0);
@@ -228,7 +259,8 @@ fn kept_records(n_points: usize, steps: u32) -> usize {
 /// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
 /// memory `[s]`.
 fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
-    let to = LoadFraction::clamped(1.0 / f64::from(model.schedule.steps));
+    let steps = model.stages.first().map_or(1, |stage| stage.steps);
+    let to = LoadFraction::START.with_value(1.0 / f64::from(steps));
     let mut once = || {
         let clock = processor_seconds();
         let interval = Interval { from: LoadFraction::START, to };

@@ -95,7 +95,7 @@ impl Seconds {
 }
 
 /// What is at hand for a rehearsal.
-pub(crate) struct Stage<'a, const D: usize> {
+pub(crate) struct Rehearsal<'a, const D: usize> {
     pub model: &'a Model<D>,
     pub mesh: &'a Mesh<D>,
     pub connected: &'a Connected<D>,
@@ -110,8 +110,8 @@ pub(crate) struct Stage<'a, const D: usize> {
 ///
 /// # Errors
 /// The bodies cannot be assembled.
-pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, Error> {
-    let Stage { model, connected, constraints, .. } = *stage;
+pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Seconds, Error> {
+    let Rehearsal { model, connected, constraints, .. } = *stage;
     let pattern = &connected.pattern;
     let mut values = vec![0.0; pattern.n_entries()];
     // At rest laws have less to do: nothing yields, and no direction is a principal one.
@@ -153,12 +153,12 @@ pub(crate) fn rehearse<const D: usize>(stage: &Stage<'_, D>) -> Result<Seconds, 
         solve,
         look,
         is_tried,
-        steps: f64::from(model.schedule.steps),
+        steps: model.stages.iter().map(|stage| f64::from(stage.steps)).sum(),
     })
 }
 
 /// Seconds of preparing for a pattern and of a solution, where they are few and the matrix can be solved at all.
-fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<(f64, f64)> {
+fn try_solution<const D: usize>(stage: &Rehearsal<'_, D>, values: &[f64]) -> Option<(f64, f64)> {
     let Prediction { factor_operations, iterative_traffic, .. } = *stage.prediction;
     let is_quick = match is_iterative(stage) {
         true => iterative_traffic <= MOST_TRAFFIC,
@@ -184,12 +184,12 @@ fn try_solution<const D: usize>(stage: &Stage<'_, D>, values: &[f64]) -> Option<
 }
 
 /// Whether the linear systems are solved by iteration.
-fn is_iterative<const D: usize>(stage: &Stage<'_, D>) -> bool {
+fn is_iterative<const D: usize>(stage: &Rehearsal<'_, D>) -> bool {
     stage.model.choice().is_some_and(|choice| choice.is_iterative(stage.prediction))
 }
 
 /// The same from operations and bytes, and from what the machine does with small ones.
-fn counted<const D: usize>(stage: &Stage<'_, D>) -> (f64, f64) {
+fn counted<const D: usize>(stage: &Rehearsal<'_, D>) -> (f64, f64) {
     let Prediction { factor_operations, factor_entries, iterative_traffic, .. } = *stage.prediction;
     let operation = dense_operation(processor_seconds);
     if is_iterative(stage) {

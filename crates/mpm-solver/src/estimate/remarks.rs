@@ -2,7 +2,7 @@
 
 use super::driven;
 use crate::model::{Model, NamedBody, Support};
-use crate::steps::stations::Stations;
+use crate::steps::stations;
 use mpm_assembly::views;
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Mesh, Vector, six_digits};
@@ -99,7 +99,7 @@ fn shared<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes
     let mut pairs: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for ((number, _), holders) in &holders {
         for (k, first) in holders.iter().enumerate() {
-            for second in &holders[k + 1..] {
+            for second in holders[k + 1..].iter().filter(|&&second| act_together(model, *first, second)) {
                 let nodes = pairs.entry((*first, *second)).or_default();
                 if nodes.last() != Some(number) {
                     nodes.push(*number);
@@ -120,26 +120,46 @@ fn shared<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes
     pairs.into_iter().map(sentence).collect()
 }
 
+/// Whether two supports act in one stage.
+fn act_together<const D: usize>(model: &Model<D>, first: usize, second: usize) -> bool {
+    let both = |stage| [first, second].iter().all(|&k| model.supports[k].acts_in(stage));
+    (0..model.stages.len() as u32).any(both)
+}
+
 /// Ramps of what is prescribed that do not begin at rest.
 fn jumps<const D: usize>(model: &Model<D>) -> Vec<String> {
     let mut jumps = Vec::new();
-    for support in &model.supports {
-        if support.components.iter().flatten().any(|prescribed| prescribed.jumps()) {
-            jumps.push(format!("support `{}`", support.name));
+    for (number, stage) in model.stages.iter().enumerate() {
+        let mut jump = |who: String| {
+            jumps.push(match number {
+                0 => format!("{who} begins elsewhere than at rest: it jumps there in the first load step"),
+                _ => format!(
+                    "in stage `{}` {who} begins elsewhere than where the stage before has left it: it jumps there in the \
+                     first load step",
+                    stage.name
+                ),
+            });
+        };
+        let number = number as u32;
+        for support in model.supports.iter().filter(|support| support.acts_in(number)) {
+            if support.components.iter().flatten().any(|prescribed| prescribed.jumps_in(number)) {
+                jump(format!("support `{}`", support.name));
+            }
+        }
+        if model.motion.ramps().iter().any(|ramp| ramp.jumps_in(number)) {
+            jump("the motion of the mesh".into());
         }
     }
-    if model.motion.ramps().iter().any(|ramp| ramp.jumps()) {
-        jumps.push("the motion of the mesh".into());
-    }
-    let sentence = |who| format!("{who} begins elsewhere than at rest: it jumps there in the first load step");
-    jumps.into_iter().map(sentence).collect()
+    jumps
 }
 
 /// Knots of ramps at which no load step would end.
 fn knots<const D: usize>(model: &Model<D>) -> Option<String> {
-    let knots = model.knots();
-    let stations = Stations::new(model.schedule.steps, &knots);
-    let between: Vec<String> = stations.knots().map(six_digits).collect();
+    let of = |stage| {
+        let total = move |knot| f64::from(stage) + knot;
+        stations(model, stage).knots().map(total).map(six_digits).collect::<Vec<String>>()
+    };
+    let between: Vec<String> = (0..model.stages.len() as u32).flat_map(of).collect();
     if between.is_empty() {
         return None;
     }
@@ -148,8 +168,8 @@ fn knots<const D: usize>(model: &Model<D>) -> Option<String> {
         [one] => one.clone(),
         _ => format!("{}, {}, … {}", between[0], between[1], between[between.len() - 1]),
     };
-    Some(match model.path {
-        None => format!("load steps end at knots of ramps, too: at load fraction {listed}"),
-        Some(_) => format!("ramps have knots at load fraction {listed}; steps along the path pass over them"),
+    Some(match model.follows_path() {
+        false => format!("load steps end at knots of ramps, too: at load fraction {listed}"),
+        true => format!("ramps have knots at load fraction {listed}; steps along the path pass over them"),
     })
 }

@@ -1,25 +1,43 @@
 //! How a run proceeds: load steps, control of the path, tolerances, and care for domains.
 
 use mpm_basis::DomainControl;
+#[cfg(doc)]
+use mpm_grid::LoadFraction;
 
-/// Equal load steps, and how often one may be halved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Schedule {
+/// A part of the schedule: load steps over which the load fraction goes from 0 to 1, and how often one may be halved.
+///
+/// Ramps, the motion of the mesh and the supports say what they do in which stage, see [`LoadFraction`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Its name; empty in a schedule that has no others. With names, the history says in which stage a row is.
+    pub name: String,
     /// Number of nominal load steps.
     pub steps: u32,
     /// Halvings of a nominal step before the run gives up.
     pub cuts: u8,
     /// Where Newton's iteration begins.
     pub predictor: PredictorKind,
+    /// How the load fraction follows the path, where it does.
+    pub path: Option<PathControl>,
+    /// Whether displacements count from its start on. Positions at rest are then those at its start, so that forces that are
+    /// functions of them ([`crate::BodyForce`]) cannot act on the bodies.
+    pub resets_displacements: bool,
 }
 
-impl Schedule {
+impl Stage {
     /// Halvings at most: a part of a step is a whole number of the smallest ones, in 64 bits.
     pub const MOST_CUTS: u8 = 40;
 
     /// So many equal load steps, each of which may be halved ten times.
     pub const fn equal(steps: u32) -> Self {
-        Self { steps, cuts: 10, predictor: PredictorKind::LastStep }
+        Self {
+            name: String::new(),
+            steps,
+            cuts: 10,
+            predictor: PredictorKind::LastStep,
+            path: None,
+            resets_displacements: false,
+        }
     }
 }
 

@@ -5,10 +5,10 @@ mod loads;
 mod solver;
 mod supports;
 
-pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Schedule, Tolerance, UnheldMotion};
+pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Stage, Tolerance, UnheldMotion};
 pub use loads::{BodyForce, Loads, PointLoad, Share};
 pub use solver::{SolverChoice, SolverFactory};
-pub use supports::{Prescribed, Support, Turn, across};
+pub use supports::{Active, Prescribed, Release, Support, Turn, across};
 
 use mpm_assembly::{Body, Contribution};
 use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
@@ -31,10 +31,8 @@ pub struct Model<const D: usize> {
     pub supports: Vec<Support<D>>,
     /// Forces.
     pub loads: Loads<D>,
-    /// Load steps.
-    pub schedule: Schedule,
-    /// How the load fraction follows the path, where it does.
-    pub path: Option<PathControl>,
+    /// Load steps: the stages of the schedule, one after the other.
+    pub stages: Vec<Stage>,
     /// When a load step counts as solved.
     pub tolerance: Tolerance,
     /// What is done about rigid motions that nothing holds.
@@ -75,8 +73,7 @@ impl<const D: usize> Model<D> {
             bodies: Vec::new(),
             supports: Vec::new(),
             loads: Loads::default(),
-            schedule: Schedule::equal(1),
-            path: None,
+            stages: vec![Stage::equal(1)],
             tolerance: Tolerance::default(),
             unheld_motion: UnheldMotion::default(),
             solver: SolverChoice::default(),
@@ -94,10 +91,20 @@ impl<const D: usize> Model<D> {
     /// signs of pivots to see limit points, which conjugate gradients can pass without notice.
     pub(crate) fn choice(&self) -> Option<Choice> {
         match self.solver {
-            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.path.is_some() => Some(Choice::Direct),
+            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.follows_path() => Some(Choice::Direct),
             SolverChoice::Automatic(choice) => Some(choice),
             SolverChoice::Custom(_) => None,
         }
+    }
+
+    /// Whether the load fraction follows the path in any stage.
+    pub(crate) fn follows_path(&self) -> bool {
+        self.stages.iter().any(|stage| stage.path.is_some())
+    }
+
+    /// Whether the history says in which stage a row is.
+    pub(crate) fn has_named_stages(&self) -> bool {
+        self.stages.iter().any(|stage| !stage.name.is_empty())
     }
 
     /// A linear solver for a run.
@@ -108,15 +115,16 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// Load fractions of the knots of all its ramps, in no order, some more than once.
-    pub fn knots(&self) -> Vec<f64> {
+    /// Load fractions of the knots of all its ramps in a stage, in no order, some more than once.
+    pub fn knots_in(&self, stage: u32) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let prescribed = supports.filter_map(Prescribed::ramp);
         let Loads { body_forces, point_loads, fields } = &self.loads;
         let forces = body_forces.iter().map(|(_, ramp)| ramp).chain(point_loads.iter().map(|load| &load.ramp));
         let fields = fields.iter().flat_map(|(_, field)| field.ramps());
         let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps());
-        ramps.flat_map(|ramp| ramp.knots().iter().map(|knot| knot.0)).collect()
+        let knots = ramps.flat_map(|ramp| ramp.knots().map(|knot| knot.0));
+        knots.filter(|at| at.stage() == stage).map(|at| at.get()).collect()
     }
 
     /// Puts a body behind the others.
@@ -136,6 +144,14 @@ impl<const D: usize> Model<D> {
         self.contributions.iter_mut().for_each(|named| named.contribution.commit());
     }
 
+    /// Makes the present positions those from which displacements count.
+    pub(crate) fn reset_displacements(&mut self) {
+        self.bodies.iter_mut().for_each(|named| named.body.reset_displacements());
+        for k in 0..self.probes.len() {
+            self.probes[k].rest = self.probes[k].mean_position(&self.bodies);
+        }
+    }
+
     /// Puts a support of the nodes in a region (at rest) behind the others.
     pub fn add_support(
         &mut self,
@@ -144,7 +160,13 @@ impl<const D: usize> Model<D> {
         components: [Option<Prescribed>; D],
     ) {
         let nodes = region.nodes(&self.nodes, &self.layout);
-        self.supports.push(Support { name: name.into(), nodes, components, moment_about: None });
+        self.supports.push(Support {
+            name: name.into(),
+            nodes,
+            components,
+            moment_about: None,
+            active: Active::default(),
+        });
     }
 }
 
@@ -157,7 +179,7 @@ pub struct Probe<const D: usize> {
     pub body: usize,
     /// Its points, ascending; at least one.
     pub points: Vec<usize>,
-    /// Their mean position at rest `[L]`.
+    /// Their mean position where displacements count from: at rest, or at the last stage that resets them `[L]`.
     pub rest: Vector<D>,
 }
 

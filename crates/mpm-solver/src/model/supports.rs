@@ -13,6 +13,47 @@ pub struct Support<const D: usize> {
     pub components: [Option<Prescribed>; D],
     /// Point about which the moment of the reaction is recorded, if it is; the third coordinate is 0 in the plane `[L]`.
     pub moment_about: Option<[f64; 3]>,
+    /// When it acts.
+    pub active: Active,
+}
+
+impl<const D: usize> Support<D> {
+    /// Whether it acts in a stage.
+    pub fn acts_in(&self, stage: u32) -> bool {
+        let Active { from, until, .. } = self.active;
+        stage >= from && until.is_none_or(|until| stage < until)
+    }
+
+    /// Whether it ends in a stage, over which what it carries is released.
+    pub fn is_released_in(&self, stage: u32) -> bool {
+        self.active.until == Some(stage) && self.active.release == Release::Linear
+    }
+
+    /// Whether it moves its nodes.
+    pub(crate) fn drives(&self) -> bool {
+        self.components.iter().flatten().any(|it| *it != Prescribed::Held)
+    }
+}
+
+/// In which stages of the schedule a support acts. It takes hold of its nodes where they then are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Active {
+    /// The stage with which it begins, from 0.
+    pub from: u32,
+    /// The stage in which it ends, if it does: its nodes are free from the start of that stage on.
+    pub until: Option<u32>,
+    /// What becomes of the force that it carries at its end.
+    pub release: Release,
+}
+
+/// How the force that a support carries goes, once the support has ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Release {
+    /// It acts on the nodes as a force from outside and falls to 0 linearly over the stage in which the support ends.
+    #[default]
+    Linear,
+    /// It is out of balance in the first load step of that stage.
+    AtOnce,
 }
 
 /// How a component of displacement is prescribed.
@@ -20,8 +61,8 @@ pub struct Support<const D: usize> {
 pub enum Prescribed {
     /// Zero.
     Held,
-    /// A displacement against the load fraction, from rest on: a ramp that is not 0 at fraction 0 jumps in the first
-    /// load step `[L]`.
+    /// A displacement against the load fraction, from rest on: a ramp that is not 0 at fraction 0, or in a later stage not
+    /// where the stage before has left it, jumps in the first load step `[L]`.
     Driven(Ramp),
     /// The motion of the mesh.
     FollowMesh,
@@ -53,9 +94,9 @@ impl Prescribed {
         matches!(self, Self::Turned(_))
     }
 
-    /// Whether it is not at rest at load fraction 0.
-    pub fn jumps(&self) -> bool {
-        self.ramp().is_some_and(Ramp::jumps)
+    /// Whether it jumps in the first load step of a stage.
+    pub fn jumps_in(&self, stage: u32) -> bool {
+        self.ramp().is_some_and(|ramp| ramp.jumps_in(stage))
     }
 }
 

@@ -10,6 +10,9 @@ use mpm_linear::Choice;
 /// The columns, in the order in which [`super::history::Record`] fills them.
 pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     let mut columns = columns_of_every_run();
+    if model.has_named_stages() {
+        columns.extend([count(STAGE), real("stage/fraction", 1)]);
+    }
     if !model.supports.is_empty() {
         columns.push(real(&format!("reaction/{TOTAL}"), D));
     }
@@ -64,6 +67,9 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
 
 /// Before the name of a support, its column of gaps.
 pub(crate) const GAP: &str = "driven_gap/";
+
+/// Name of the column of the stage, counted from 1.
+pub(crate) const STAGE: &str = "stage/number";
 
 /// Name of the sum of all reactions; no support has it.
 pub(crate) const TOTAL: &str = "total";

@@ -37,7 +37,7 @@ pub(crate) struct Grip {
 /// Whether a support drives its nodes by a motion of its own.
 pub(crate) fn is_driven<const D: usize>(support: &Support<D>) -> bool {
     let ramps = support.components.iter().flatten().filter_map(Prescribed::ramp);
-    ramps.flat_map(|ramp| ramp.knots()).any(|knot| knot.1 != 0.0)
+    ramps.flat_map(|ramp| ramp.knots()).any(|(_, value)| value != 0.0)
 }
 
 /// The supports whose gap is recorded.
@@ -113,12 +113,15 @@ pub(crate) fn departures<const D: usize>(
     let turns = support.components.iter().flatten().any(|it| matches!(it, Prescribed::Turned(_)));
     let renames = matches!(model.motion, MeshMotion::Rotate { .. } | MeshMotion::Twist { .. });
     let rest = Mesh::at_rest(&model.layout);
+    // The mesh in which a support of a later stage took hold.
+    let from = LoadFraction::start_of(support.active.from);
+    let begun = (from.stage() > 0).then(|| model.motion.mesh_at(&model.layout, from).ok()).flatten();
     let departure = |node: NodeId| {
         if turns || renames {
             return 0.0;
         }
         let x = mesh.position(node);
-        let carried = x - rest.position(node);
+        let carried = x - begun.as_ref().unwrap_or(&rest).position(node);
         let relative = Vector::from_fn(|d, _| match &support.components[d] {
             Some(Prescribed::Driven(ramp)) => ramp.from_rest(at) - carried[d],
             _ => 0.0,

@@ -1,10 +1,11 @@
 //! The history of a run: one row per load step.
 
-use super::columns::{GAP, columns, may_iterate};
+use super::columns::{GAP, STAGE, columns, may_iterate};
 use super::energy::elastic;
 use super::fields::BodyFields;
 use super::grip::{Grip, driven};
 use super::summary::Summary;
+use super::supports::{support_entries, total_reaction};
 use super::{Balanced, StepResult};
 use crate::error::Error;
 use crate::model::{Model, NamedContribution, Support};
@@ -13,9 +14,8 @@ use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
 use mpm_basis::DomainReport;
-use mpm_grid::{LoadFraction, Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Analysis, Method};
-use std::array::from_fn;
 use std::time::Instant;
 
 /// Builds the rows of the history and keeps the running totals.
@@ -23,6 +23,7 @@ pub(crate) struct Record {
     columns: Vec<Column>,
     points: usize,
     nominal_steps: usize,
+    stages: usize,
     counted: Counted,
     rows: usize,
     at: LoadFraction,
@@ -41,10 +42,11 @@ impl Record {
         Self {
             columns: columns(model),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
-            nominal_steps: model.schedule.steps as usize,
-            counted: match model.path {
-                None => Counted::EqualSteps(model.schedule.steps as usize),
-                Some(_) => Counted::Rows,
+            nominal_steps: model.stages.iter().map(|stage| stage.steps as usize).sum(),
+            stages: model.stages.len(),
+            counted: match model.follows_path() {
+                false => Counted::EqualSteps(model.stages.iter().map(|stage| stage.steps).collect()),
+                true => Counted::Rows,
             },
             rows: 0,
             at: LoadFraction::START,
@@ -57,9 +59,8 @@ impl Record {
     }
 
     pub(crate) fn start(&self) -> RunStart {
-        let (columns, points, steps, counted) =
-            (self.columns.clone(), self.points, self.nominal_steps, self.counted);
-        RunStart { columns, points, steps, counted }
+        let (columns, counted) = (self.columns.clone(), self.counted.clone());
+        RunStart { columns, points: self.points, steps: self.nominal_steps, stages: self.stages, counted }
     }
 
     /// What of it the rest of the run needs; the control is not the record's.
@@ -127,8 +128,23 @@ impl Record {
         self.at = at;
         let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
         let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
-        let resumed = Resumed { rows: self.rows, fraction: at.get(), fields: &fields };
+        let resumed = Resumed { rows: self.rows, fraction: at.total(), fields: &fields };
         observer.resume(&self.start(), &resumed).map_err(Error::Observer)
+    }
+
+    /// Begins a stage, whose supports take hold of what they now find, and sets displacements to zero where the stage wants
+    /// that.
+    pub(crate) fn begin_stage<const D: usize>(&mut self, model: &Model<D>, number: u32) {
+        let stage = &model.stages[number as usize];
+        if stage.resets_displacements {
+            self.displacement.iter_mut().for_each(|displacement| displacement.fill(0.0));
+        }
+        let mesh = mesh_after(model, LoadFraction::start_of(number), &Mesh::at_rest(&model.layout));
+        for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
+            if support.active.from == number {
+                *grip = Grip::at_start(model, support, &mesh);
+            }
+        }
     }
 
     /// Load fraction of the last row.
@@ -152,6 +168,7 @@ impl Record {
             .columns
             .iter()
             .map(|column| match column.kind {
+                ColumnKind::Count if column.name == STAGE => Entry::Count(vec![1]),
                 ColumnKind::Count => Entry::Count(vec![0; column.width]),
                 ColumnKind::Real if column.name == "smallest_det_increment" => Entry::Real(vec![1.0]),
                 ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
@@ -161,7 +178,11 @@ impl Record {
         row.truncate(row.len() - probes.len());
         row.extend(probes);
         let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
-        self.grips = driven(model).map(|support| Grip::at_start(model, support, &mesh)).collect();
+        let grip = |support: &Support<D>| match support.acts_in(0) {
+            true => Grip::at_start(model, support, &mesh),
+            false => Grip::default(),
+        };
+        self.grips = driven(model).map(grip).collect();
         let of_gaps = self.columns.iter().zip(&mut row).filter(|(column, _)| column.name.starts_with(GAP));
         for ((_, entry), grip) in of_gaps.zip(&self.grips) {
             *entry = Entry::Real(vec![grip.at_start]);
@@ -187,10 +208,18 @@ impl Record {
         let seconds = self.clock.elapsed().as_secs_f64();
         self.clock = Instant::now();
         let mut row = solution_entries(result, cuts_here, seconds);
+        let stage = result.balanced.end.stage();
+        if model.has_named_stages() {
+            row.push(Entry::Count(vec![u64::from(stage) + 1]));
+            row.push(Entry::Real(vec![result.balanced.end.get()]));
+        }
         row.extend(total_reaction(&model.supports, result));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
-            grip.now = grip.gap_at(model, support, (&mesh_after, result.balanced.end));
+            grip.now = match support.acts_in(stage) {
+                true => grip.gap_at(model, support, (&mesh_after, result.balanced.end)),
+                false => 0.0,
+            };
         }
         row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now])));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
@@ -204,23 +233,25 @@ impl Record {
         self.totals.add(result);
         let shown = Shown {
             mesh: &mesh_after,
-            fraction: result.balanced.end.get(),
+            fraction: result.balanced.end.total(),
             row: &row,
             residuals: &result.balanced.equilibrium.effort.residuals,
         };
         self.show(model, &shown, observer, timings)
     }
 
-    /// Ends a run before a load step in which a driven support would not hold its body.
+    /// Ends a run before a load step of a stage in which a driven support would not hold its body.
     ///
     /// # Errors
     /// [`Error::LostBody`] for the first of them.
-    pub(crate) fn check_grips<const D: usize>(&self, model: &Model<D>) -> Result<(), Error> {
-        let lost = |(grip, _): &(&Grip, &Support<D>)| model.needs_grip && grip.is_lost();
+    pub(crate) fn check_grips<const D: usize>(&self, model: &Model<D>, stage: u32) -> Result<(), Error> {
+        let lost = |(grip, support): &(&Grip, &Support<D>)| {
+            model.needs_grip && support.acts_in(stage) && grip.is_lost()
+        };
         let Some((grip, support)) = self.grips.iter().zip(driven(model)).find(lost) else { return Ok(()) };
         Err(Error::LostBody {
             step: self.rows - 1,
-            fraction: self.at.get(),
+            fraction: self.at.total(),
             support: support.name.clone(),
             gap: grip.now,
             start: grip.at_start,
@@ -304,7 +335,7 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Method::Other(_) => 4,
     };
     vec![
-        Entry::Real(vec![end.get()]),
+        Entry::Real(vec![end.total()]),
         Entry::Count(vec![effort.residuals.len() as u64]),
         Entry::Real(vec![effort.residual]),
         Entry::Count(vec![*equations as u64]),
@@ -322,67 +353,6 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Entry::Real(vec![effort.pivot_spread]),
         Entry::Real(vec![seconds]),
     ]
-}
-
-/// Reaction of a support, its mean displacement so far (`displacement`, which grows by this step), and the moment of
-/// the reaction where it is recorded.
-fn support_entries<const D: usize>(
-    support: &Support<D>,
-    result: &StepResult<D>,
-    displacement: &mut [f64],
-) -> Vec<Entry> {
-    let StepResult { mesh, connected, balanced, .. } = result;
-    let equilibrium = &balanced.equilibrium;
-    let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
-    let mut moment = [0.0; 3];
-    for &node in &support.nodes {
-        let Some(number) = connected.active.number(node) else { continue };
-        moved += equilibrium.increment.nodes[number];
-        carrying += 1;
-        let mut force = equilibrium.reaction.nodes[number];
-        for i in (0..D).filter(|&i| support.components[i].is_none()) {
-            force[i] = 0.0;
-        }
-        reaction += force;
-        if let Some(about) = support.moment_about {
-            // The arm reaches to where the node is at the end of the step.
-            let end = connected.active.space().position(mesh, node) + equilibrium.increment.nodes[number];
-            let arm: [f64; 3] = from_fn(|d| if d < D { end[d] - about[d] } else { 0.0 });
-            let force: [f64; 3] = from_fn(|d| if d < D { force[d] } else { 0.0 });
-            for (d, moment) in moment.iter_mut().enumerate() {
-                let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-                *moment += arm[e] * force[f] - arm[f] * force[e];
-            }
-        }
-    }
-    for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
-        *total += moved / f64::from(carrying.max(1));
-    }
-    let mut entries = vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())];
-    if support.moment_about.is_some() {
-        entries.push(Entry::Real(if D == 3 { moment.to_vec() } else { vec![moment[2]] }));
-    }
-    entries
-}
-
-/// Sum of the reactions of all supports, each component of a node once; nothing where there are no supports.
-fn total_reaction<const D: usize>(supports: &[Support<D>], result: &StepResult<D>) -> Option<Entry> {
-    if supports.is_empty() {
-        return None;
-    }
-    let StepResult { connected, balanced, .. } = result;
-    let mut counted = vec![[false; D]; connected.active.len()];
-    let mut total = vec![0.0; D];
-    for support in supports {
-        for number in support.nodes.iter().filter_map(|&node| connected.active.number(node)) {
-            for i in (0..D).filter(|&i| support.components[i].is_some()) {
-                if !std::mem::replace(&mut counted[number][i], true) {
-                    total[i] += balanced.equilibrium.reaction.nodes[number][i];
-                }
-            }
-        }
-    }
-    Some(Entry::Real(total))
 }
 
 /// Entries of a contribution's columns.

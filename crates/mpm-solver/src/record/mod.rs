@@ -1,12 +1,13 @@
 //! What a run leaves behind: the history of its load steps, fields of its points, and a summary.
 
-mod columns;
+pub(crate) mod columns;
 pub(crate) mod energy;
 mod fields;
 pub(crate) mod grip;
 pub(crate) mod history;
 mod probe;
 pub(crate) mod summary;
+mod supports;
 
 use crate::connection::{Connected, Former};
 use crate::equilibrium::problem::Equilibrium;

@@ -42,7 +42,7 @@ impl<const D: usize> Probe<D> {
     }
 
     /// Mean position of its points `[L]`.
-    fn mean_position(&self, bodies: &[NamedBody<D>]) -> Vector<D> {
+    pub(crate) fn mean_position(&self, bodies: &[NamedBody<D>]) -> Vector<D> {
         let (mut sum, mut volume) = (Vector::zeros(), 0.0);
         for view in self.views(bodies) {
             sum += view.position * view.reference_volume;

@@ -1,9 +1,9 @@
-//! How the load fraction goes from 0 to 1: equal steps, halved where one does not converge.
+//! How the load fraction goes from 0 to 1 in a stage: equal steps, halved where one does not converge.
 
-use super::plan::{Plan, StepKind};
+use super::plan::{Before, Plan, StepKind};
 use super::stations::Stations;
 use crate::error::{Error, StepFailure};
-use crate::model::{PredictorKind, Schedule};
+use crate::model::{PredictorKind, Stage};
 use crate::predictor::Predictor;
 use crate::progress::{Progress, StepsProgress};
 use crate::record::StepResult;
@@ -13,12 +13,16 @@ use std::sync::Arc;
 
 /// Walks through equal load steps.
 ///
-/// A nominal step may be halved up to [`Schedule::cuts`] times. After a success the next step is
+/// A nominal step may be halved up to [`Stage::cuts`] times. After a success the next step is
 /// twice as long where it can be, so that every nominal step ends exactly where it would have.
 pub(crate) struct LoadSteps<const D: usize> {
-    schedule: Schedule,
+    /// Number of the stage, from 0.
+    stage: u32,
+    /// Halvings of a nominal step at most.
+    most_cuts: u8,
+    kind: PredictorKind,
     stations: Stations,
-    /// Load steps taken.
+    /// Load steps taken, those of earlier stages too.
     taken: usize,
     /// Nominal steps completed.
     done: u64,
@@ -34,23 +38,25 @@ pub(crate) struct LoadSteps<const D: usize> {
 }
 
 impl<const D: usize> LoadSteps<D> {
-    /// At the start.
-    pub(crate) fn new(schedule: Schedule, stations: Stations) -> Self {
+    /// At the start of a stage.
+    pub(crate) fn new(stage: &Stage, stations: Stations, before: Before) -> Self {
         Self {
-            schedule,
+            stage: before.stage,
+            most_cuts: stage.cuts,
+            kind: stage.predictor,
             stations,
-            taken: 0,
+            taken: before.taken,
             done: 0,
             position: 0,
             level: 0,
-            cuts: 0,
+            cuts: before.cuts,
             predictor: None,
             failure: None,
         }
     }
 
     fn parts(&self) -> u64 {
-        1 << self.schedule.cuts
+        1 << self.most_cuts
     }
 
     /// Load fraction at `position` of the present nominal step.
@@ -60,7 +66,7 @@ impl<const D: usize> LoadSteps<D> {
             _ if position == self.parts() => self.stations.fraction(self.done + 1),
             _ => self.stations.between(self.done, position as f64 / self.parts() as f64),
         };
-        LoadFraction::new(fraction.min(1.0)).expect("between 0 and 1")
+        LoadFraction::in_stage(self.stage, fraction.min(1.0)).expect("between 0 and 1")
     }
 
     /// See [`super::Steps::next`].
@@ -81,7 +87,7 @@ impl<const D: usize> LoadSteps<D> {
         self.failure = None;
         self.go_on();
         let is_last = self.done == self.stations.steps();
-        let predicts = self.schedule.predictor == PredictorKind::LastStep && !is_last;
+        let predicts = self.kind == PredictorKind::LastStep && !is_last;
         self.predictor = predicts.then(|| {
             let increment = done.balanced.equilibrium.increment.nodes.iter().copied();
             let change = plan.end.get() - plan.start.get();
@@ -110,7 +116,7 @@ impl<const D: usize> LoadSteps<D> {
     pub(crate) fn reject(&mut self, plan: &Plan<D>, failure: StepFailure) -> Result<(), Error> {
         let first = self.failure.take();
         if failure == StepFailure::Cancelled {
-            return Err(Error::Cancelled { steps: self.taken, fraction: self.at().get() });
+            return Err(Error::Cancelled { steps: self.taken, fraction: self.at().total() });
         }
         let was_relaxed = first.is_some();
         let reason = first.unwrap_or(failure);
@@ -121,13 +127,13 @@ impl<const D: usize> LoadSteps<D> {
             }
             return Ok(());
         }
-        let (from, to, level) = (plan.start.get(), plan.end.get(), self.level);
+        let (from, to, level) = (plan.start.total(), plan.end.total(), self.level);
         Err(Error::Step { step: self.taken + 1, from, to, level, reason, remedy: None })
     }
 
     /// Halves the next step; `false` where it may not be halved again.
     fn cut(&mut self) -> bool {
-        if self.level == self.schedule.cuts {
+        if self.level == self.most_cuts {
             return false;
         }
         self.level += 1;
@@ -166,17 +172,17 @@ impl<const D: usize> LoadSteps<D> {
         let StepsProgress::Load { done, position, level, cuts, last } = progress.control else {
             return Err("is that of path control, expected equal load steps".into());
         };
-        let (schedule, steps) = (self.schedule, self.stations.steps());
+        let (most_cuts, steps) = (self.most_cuts, self.stations.steps());
         if done > steps || (done == steps && position > 0) {
             return Err(format!("has {done} nominal steps done, expected at most {steps}"));
         }
-        if level > schedule.cuts {
-            return Err(format!("has halved a step {level} times, expected at most {}", schedule.cuts));
+        if level > most_cuts {
+            return Err(format!("has halved a step {level} times, expected at most {most_cuts}"));
         }
         if let Some(wrong) = last.filter(|it| !(*it > 0.0 && *it <= 1.0)) {
             return Err(format!("has a last step over {wrong} of the load, expected above 0 to 1"));
         }
-        let parts = 1 << schedule.cuts;
+        let parts = 1 << most_cuts;
         if position >= parts || !position.is_multiple_of(parts >> level) {
             return Err(format!("stands at part {position} of a step halved {level} times, of {parts}"));
         }
@@ -191,7 +197,8 @@ mod tests {
     use super::*;
 
     fn steps(cuts: u8, equal: u32) -> LoadSteps<2> {
-        LoadSteps::new(Schedule { cuts, ..Schedule::equal(equal) }, Stations::new(equal, &[]))
+        let stage = Stage { cuts, ..Stage::equal(equal) };
+        LoadSteps::new(&stage, Stations::new(equal, &[]), Before::default())
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! How far the next step along the path goes.
 
-use super::plan::{Plan, StepKind};
+use super::plan::{Before, Plan, StepKind};
 use crate::equilibrium::path::{FirstGuess, Length, PathStep};
 use crate::error::{Error, PathFailure, StepFailure};
-use crate::model::{PathControl, PathMeasure, Schedule};
+use crate::model::{PathControl, PathMeasure, Stage};
 use crate::predictor::Predictor;
 use crate::progress::{Progress, StepsProgress};
 use crate::record::StepResult;
@@ -21,9 +21,13 @@ pub(crate) struct PathSteps<const D: usize> {
     floor: u8,
     /// Most steps.
     most: u32,
-    /// Load steps taken.
+    /// Number of the stage, from 0.
+    stage: u32,
+    /// Load steps taken in earlier stages.
+    before: usize,
+    /// Load steps taken in this stage.
     taken: u32,
-    /// Load fraction reached.
+    /// Load fraction reached in the stage.
     at: f64,
     /// Change of the load fraction of the next load step.
     span: f64,
@@ -40,12 +44,14 @@ pub(crate) struct PathSteps<const D: usize> {
 }
 
 impl<const D: usize> PathSteps<D> {
-    /// At the start.
-    pub(crate) fn new(control: PathControl, schedule: Schedule) -> Self {
+    /// At the start of a stage.
+    pub(crate) fn new(control: PathControl, stage: &Stage, before: Before) -> Self {
         Self {
             control,
-            floor: schedule.cuts,
-            most: schedule.steps,
+            floor: stage.cuts,
+            most: stage.steps,
+            stage: before.stage,
+            before: before.taken,
             taken: 0,
             at: 0.0,
             span: control.first,
@@ -54,7 +60,7 @@ impl<const D: usize> PathSteps<D> {
             landing: false,
             predictor: None,
             level: 0,
-            cuts: 0,
+            cuts: before.cuts,
         }
     }
 
@@ -77,7 +83,8 @@ impl<const D: usize> PathSteps<D> {
         n_nodes: usize,
     ) -> Result<Self, String> {
         let rows = progress.rows();
-        if rows - 1 > self.most as usize {
+        let taken = rows - 1 - self.before;
+        if taken > self.most as usize {
             return Err(format!("has {rows} rows of history, expected at most one more than steps"));
         }
         let StepsProgress::Path { at, span, aim, along, landing, level, cuts, last } = progress.control else {
@@ -96,13 +103,13 @@ impl<const D: usize> PathSteps<D> {
             return Err(format!("has halved a step {level} times, expected at most {}", self.floor));
         }
         let predictor = Predictor::restore(last, stored, n_nodes)?.map(Arc::new);
-        let taken = rows as u32 - 1;
+        let taken = taken as u32;
         Ok(Self { taken, at, span, aim, along, landing, predictor, level, cuts, ..self })
     }
 
     /// Load fraction reached.
     pub(crate) fn at(&self) -> LoadFraction {
-        LoadFraction::clamped(self.at)
+        LoadFraction::start_of(self.stage).with_value(self.at)
     }
 
     /// Times that a step was halved so far.
@@ -116,15 +123,15 @@ impl<const D: usize> PathSteps<D> {
             return Ok(None);
         }
         if self.taken == self.most {
-            return Err(Error::StepLimit { steps: self.taken, fraction: self.at });
+            return Err(Error::StepLimit { steps: self.taken, fraction: self.at().total() });
         }
         let (start, step) = (self.at(), self.path_step());
         Ok(Some(if self.landing {
-            Plan { start, end: LoadFraction::END, kind: StepKind::Measured(step) }
+            Plan { start, end: LoadFraction::end_of(self.stage), kind: StepKind::Measured(step) }
         } else if self.along {
             Plan { start, end: start, kind: StepKind::Along(step) }
         } else {
-            let end = LoadFraction::clamped(self.at + self.span);
+            let end = start.with_value(self.at + self.span);
             Plan { start, end, kind: StepKind::Measured(step) }
         }))
     }
@@ -172,14 +179,16 @@ impl<const D: usize> PathSteps<D> {
         };
         match failure {
             StepFailure::Cancelled => {
-                return Err(Error::Cancelled { steps: self.taken as usize, fraction: self.at });
+                let steps = self.before + self.taken as usize;
+                return Err(Error::Cancelled { steps, fraction: self.at().total() });
             }
             StepFailure::Path(PathFailure::Leaves { fraction }) if fraction > 1.0 => self.land(step.aim),
             reason => {
-                let (from, to, level) = (plan.start.get(), step.end, self.level);
+                let (from, level) = (plan.start.total(), self.level);
+                let to = f64::from(self.stage) + step.end;
                 let no_length = matches!(reason, StepFailure::Path(PathFailure::NoLength));
                 if !self.cut(step.aim, no_length) {
-                    let step = self.taken as usize + 1;
+                    let step = self.before + self.taken as usize + 1;
                     return Err(Error::Step { step, from, to, level, reason, remedy: None });
                 }
             }

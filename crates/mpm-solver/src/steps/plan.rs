@@ -5,6 +5,17 @@ use crate::predictor::Predictor;
 use mpm_grid::LoadFraction;
 use std::sync::Arc;
 
+/// What lies before a stage.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Before {
+    /// Number of the stage, from 0.
+    pub stage: u32,
+    /// Load steps taken.
+    pub taken: usize,
+    /// Times that a step was halved.
+    pub cuts: u64,
+}
+
 /// A load step to be tried.
 pub(crate) struct Plan<const D: usize> {
     /// Load fraction at its start.

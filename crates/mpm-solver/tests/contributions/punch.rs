@@ -183,7 +183,7 @@ fn run_with(drive: Drive) -> History {
     let top = Region::<2>::Plane { axis: 1, at: 1.0 };
     let top = top.nodes(&model.nodes, &model.layout);
     model.add_contribution("punch", Box::new(Punch::new(top, drive)));
-    (model.schedule.steps, model.energies) = (STEPS, true);
+    (model.stages[0].steps, model.energies) = (STEPS, true);
     let mut history = History::default();
     run(&mut model, &mut history).unwrap();
     history

@@ -1,11 +1,11 @@
 //! A square, and the history of its run.
 
 use mpm_assembly::MaterialBody;
-use mpm_basis::{Basis, Seed, Smpm};
-use mpm_grid::{Axis, Layout, Mesh, Region, Vector};
+use mpm_basis::{Seed, Smpm, seed_cells};
+use mpm_grid::{Axis, Layout, Mesh, Region};
 use mpm_material::{Elasticity, Hencky};
 use mpm_solver::observe::{Entry, LoadStep, Observer, ObserverError, RunStart};
-use mpm_solver::{Model, PredictorKind, Prescribed, Schedule};
+use mpm_solver::{Model, PredictorKind, Prescribed, Stage};
 use std::collections::BTreeMap;
 
 fn layout(cells: u32) -> Layout<2> {
@@ -20,15 +20,7 @@ pub fn law() -> Hencky {
 /// Four points in each cell of the unit square that has material.
 pub fn seeds(cells: u32, has_material: impl Fn(u32, u32) -> bool) -> Vec<Seed<2, ()>> {
     let mesh = Mesh::at_rest(&layout(cells));
-    let mut seeds = Vec::new();
-    let all = (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j)));
-    for (i, j) in all.filter(|&(i, j)| has_material(i, j)) {
-        for (a, b) in [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)] {
-            let from = Vector::<2>::new(a, b);
-            Smpm.seed(&mesh.piece([i, j], &from, &from.add_scalar(1.0)), &mut |seed| seeds.push(seed));
-        }
-    }
-    seeds
+    seed_cells(&Smpm, &mesh, mesh.cells().filter(|&[i, j]| has_material(i, j)), 2)
 }
 
 /// The unit square of `cells` × `cells` cells with 4 points each, held at its base.
@@ -37,7 +29,7 @@ pub fn square(cells: u32) -> Model<2> {
     model.add_body("square", Box::new(MaterialBody::new(Smpm, law(), seeds(cells, |_, _| true))));
     let base = Region::<2>::Plane { axis: 1, at: 0.0 };
     model.add_support("base", &base, [Some(Prescribed::Held), Some(Prescribed::Held)]);
-    model.schedule = Schedule { cuts: 0, predictor: PredictorKind::Rest, ..Schedule::equal(1) };
+    model.stages = vec![Stage { cuts: 0, predictor: PredictorKind::Rest, ..Stage::equal(1) }];
     model.tolerance.residual = 1e-11;
     model
 }

@@ -66,7 +66,7 @@ impl Job {
             *inner = Finite(f64::from(degrees));
             *reindexing = ReindexingInput::WholeCells;
         }
-        scene.schedule.steps = Count(degrees);
+        scene.schedule.steps = Some(Count(degrees));
         scene.output.fields.clear();
         scene
     }

@@ -30,7 +30,7 @@ fn scene(method: &Method, factor: u32) -> Result<Scene, Broken> {
     for body in &mut scene.bodies {
         body.mean_dilatation = None;
     }
-    scene.schedule.steps = Count(50);
+    scene.schedule.steps = Some(Count(50));
     scene.output.fields.clear();
     Ok(Scene::PlaneStrain(scene))
 }

@@ -1,0 +1,70 @@
+//! The shipped laws and bases, compiled here, once for the plane and once for space.
+//!
+//! A body that is made of these by [`MaterialBody::of`](super::material_body::MaterialBody::of) compiles nothing of a
+//! pass anew. A law or a basis of one's own is compiled where [`LawOfBody::new`] and [`DomainsOfBody::new`] are called.
+
+use crate::body::body_domains::DomainsOfBody;
+use crate::body::body_law::LawOfBody;
+use mpm_basis::{Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, Smpm};
+use mpm_material::{
+    CamClay, DruckerPrager, Hencky, MohrCoulomb, NeoHooke, PerPoint, Tresca, Undrained, VonMises,
+};
+
+macro_rules! shipped_laws {
+    ($($law:ident($type:ty)),* $(,)?) => {
+        /// A law that this crate has compiled.
+        pub enum ShippedLaw {
+            $(#[doc = concat!("[`", stringify!($law), "`](mpm_material::", stringify!($law), ").")] $law($type)),*
+        }
+
+        $(impl From<$type> for ShippedLaw {
+            fn from(law: $type) -> Self {
+                Self::$law(law)
+            }
+        })*
+
+        impl From<ShippedLaw> for LawOfBody<2> {
+            #[inline(never)]
+            fn from(law: ShippedLaw) -> Self {
+                match law { $(ShippedLaw::$law(law) => Self::new(law)),* }
+            }
+        }
+
+        impl From<ShippedLaw> for LawOfBody<3> {
+            #[inline(never)]
+            fn from(law: ShippedLaw) -> Self {
+                match law { $(ShippedLaw::$law(law) => Self::new(law)),* }
+            }
+        }
+    };
+}
+
+shipped_laws! {
+    Hencky(Hencky), NeoHooke(NeoHooke), VonMises(VonMises), Tresca(Tresca), MohrCoulomb(MohrCoulomb),
+    DruckerPrager(DruckerPrager), CamClay(CamClay), PerPoint(PerPoint), Undrained(Undrained<PerPoint>),
+}
+
+/// A basis that this crate has compiled.
+pub trait ShippedBasis<const D: usize>: Basis<D> {
+    /// The domains of a body's points under this basis.
+    fn domains_of_body(self, domains: Vec<Self::Domain>) -> DomainsOfBody<D>;
+}
+
+macro_rules! shipped_bases {
+    ($dimension:literal: $($basis:ty),* $(,)?) => {
+        $(impl ShippedBasis<$dimension> for $basis {
+            #[inline(never)]
+            fn domains_of_body(
+                self,
+                domains: Vec<<Self as Basis<$dimension>>::Domain>,
+            ) -> DomainsOfBody<$dimension> {
+                DomainsOfBody::new(self, domains)
+            }
+        })*
+    };
+}
+
+shipped_bases!(2: Smpm, Gimp, Cpdi1, Cpdi2q, Cpdi2t, Fallback<Cpdi2q>, Fallback<Cpdi2t>);
+shipped_bases!(
+    3: Smpm, Gimp, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Fallback<Cpdi2Hexahedron>, Fallback<Cpdi2Tetrahedron>,
+);

@@ -1,0 +1,99 @@
+//! Tangents against differences of the force: for the tests of a new law, basis, or contribution.
+
+use crate::body::{AssemblyPlan, Body, BodyConnectivity};
+use crate::contribution::{ConnectedBody, Contribution, Inadmissible, SystemSums, SystemTangent, Trial};
+use crate::unknowns::{Constraints, SparsityPattern, UnknownVector};
+use mpm_basis::{ActiveNodes, Connectivity, UnconnectedPoint};
+use mpm_grid::{LoadFraction, Mesh, NodeSpace, NodeSpaceError, Vector};
+
+/// By how much the unknowns are varied on either side, as part of a direction whose entries are of order one.
+const STEP: f64 = 1e-6;
+
+/// How far a contribution's tangent under a trial is from differences of its force: the product of the tangent and a
+/// direction in which every unknown takes part, less central differences along it, as part of the largest of them.
+///
+/// Nothing may be prescribed. The unknowns are varied by 1e-6, so they should be of order one; an error of about 1e-8 is
+/// that of differences. Where the force has a kink under the trial (first yield, a contact that opens), they mean nothing.
+///
+/// # Errors
+/// The trial, or one beside it, is not admissible.
+pub fn stiffness_error<const D: usize>(
+    contribution: &dyn Contribution<D>,
+    trial: &Trial<'_, D>,
+) -> Result<f64, Inadmissible> {
+    let unknowns = trial.pattern.unknowns();
+    let mut direction = UnknownVector::zeros(unknowns);
+    let entries = (0..unknowns.n_equations()).map(|k| (1.7 * k as f64 + 0.6 * (k % D) as f64).sin());
+    direction.read_equations(&entries.collect::<Vec<_>>());
+    let force = |by: f64, values: Option<&mut [f64]>| {
+        let mut increment = trial.increment.clone();
+        increment.add(by, &direction);
+        let mut force = UnknownVector::zeros(unknowns);
+        let tangent = values.map(|values| SystemTangent { values, lift: None });
+        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        contribution.add(&Trial { increment: &increment, ..*trial }, &mut sums)?;
+        Ok(force)
+    };
+    let mut values = vec![0.0; trial.pattern.n_entries()];
+    force(0.0, Some(&mut values))?;
+    let mut difference = force(STEP, None)?;
+    difference.subtract(&force(-STEP, None)?);
+    let (mut along, mut error) = (Vec::new(), Vec::new());
+    direction.write_equations(&mut along);
+    difference.write_equations(&mut error);
+    error.iter_mut().for_each(|it| *it /= 2.0 * STEP);
+    let size = largest(&error);
+    trial.pattern.subtract_product(&values, &along, &mut error);
+    Ok(largest(&error) / size)
+}
+
+/// [`stiffness_error`] of a body alone on a mesh, under the displacement that `displacement` gives every node by its
+/// position `[L]`.
+///
+/// # Errors
+/// The mesh does not suit the body, or the displacement is not admissible.
+pub fn body_stiffness_error<const D: usize>(
+    body: &dyn Body<D>,
+    mesh: &Mesh<D>,
+    displacement: impl Fn(&Vector<D>) -> Vector<D>,
+) -> Result<f64, NotCompared<D>> {
+    let space = NodeSpace::of(body.node_kind(), mesh)?;
+    let stencils = body.stencils(mesh)?;
+    let active = ActiveNodes::of(&space, std::slice::from_ref(&stencils));
+    let connectivity = Connectivity::of(stencils, &active);
+    let dilatation = body.dilatation(&connectivity, mesh, &active)?;
+    let connected = BodyConnectivity { connectivity, dilatation };
+    let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&connected]);
+    let plan = AssemblyPlan::new(connected, &pattern);
+    let mut increment = UnknownVector::zeros(pattern.unknowns());
+    for (to, &node) in increment.nodes.iter_mut().zip(active.nodes()) {
+        *to = displacement(&space.position(mesh, node));
+    }
+    let trial = Trial {
+        pattern: &pattern,
+        constraints: &Constraints::none(active.len()),
+        increment: &increment,
+        end: LoadFraction::END,
+        is_first: false,
+    };
+    Ok(stiffness_error(&ConnectedBody { body, plan: &plan }, &trial)?)
+}
+
+/// Why a body's tangent is not compared with differences.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NotCompared<const D: usize> {
+    /// The mesh has no such nodes as its basis needs.
+    #[error(transparent)]
+    Nodes(#[from] NodeSpaceError),
+    /// A point is not in the mesh.
+    #[error(transparent)]
+    Point(#[from] UnconnectedPoint<D>),
+    /// The displacement, or one beside it, is not admissible.
+    #[error(transparent)]
+    Trial(#[from] Inadmissible),
+}
+
+/// The largest size; NaN if one is NaN, which `f64::max` would pass over.
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |most: f64, it| if it.abs() > most || it.is_nan() { it.abs() } else { most })
+}

@@ -1,0 +1,105 @@
+//! What every run refuses before it begins.
+
+use crate::model::{Model, NamedContribution};
+use crate::nodes::NodeMismatch;
+use crate::record::columns::columns;
+use mpm_assembly::Body;
+use std::collections::BTreeSet;
+
+/// A model that cannot be run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// Parts of the model need different nodes.
+    #[error(transparent)]
+    Nodes(#[from] NodeMismatch),
+    /// No stage, and so no load steps.
+    #[error("there are no load steps, expected a stage at least")]
+    NoStages,
+    /// A stage that resets displacements, and a force that is a function of positions at rest.
+    #[error(
+        "stage `{stage}` resets displacements, and with them the positions at rest, of which a force per volume is a function"
+    )]
+    NoRestAfterReset {
+        /// Name of the stage.
+        stage: String,
+    },
+    /// Two contributions of one name, which checkpoints could not tell apart.
+    #[error("there are two contributions of the name `{name}`, expected a name for each")]
+    SameContribution {
+        /// The name.
+        name: String,
+    },
+    /// Two columns of the history of one name.
+    #[error(
+        "contribution `{contribution}` has a column `{column}`, which the history has already, expected another name"
+    )]
+    SameColumn {
+        /// Name of the second contribution that has it.
+        contribution: String,
+        /// Name of the column.
+        column: String,
+    },
+    /// A body force on points without masses.
+    #[error(
+        "body forces act, and the points of body `{body}` have no masses, expected `MaterialBody::with_density`"
+    )]
+    NoMasses {
+        /// Name of the body.
+        body: String,
+    },
+    /// A force per volume on points that do not know where they rested.
+    #[error(
+        "a force per volume acts on body `{body}`, whose points do not keep their positions at rest, expected \
+        `MaterialBody::with_reference_positions`"
+    )]
+    NoRest {
+        /// Name of the body.
+        body: String,
+    },
+}
+
+impl<const D: usize> Model<D> {
+    /// Refuses models that cannot be run; every run begins with this check.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self) -> Result<(), ModelError> {
+        self.check_nodes()?;
+        self.check_stages()?;
+        let weightless = self.bodies.iter().find(|named| !named.body.has_masses());
+        if let Some(named) = weightless.filter(|_| !self.loads.body_forces.is_empty()) {
+            return Err(ModelError::NoMasses { body: named.name.clone() });
+        }
+        let keeps_rest =
+            |body: &dyn Body<D>| body.n_points() == 0 || body.point(0).reference_position.is_some();
+        let mut pushed = self.loads.fields.iter().map(|&(index, _)| &self.bodies[index]);
+        if let Some(named) = pushed.find(|named| !keeps_rest(&*named.body)) {
+            return Err(ModelError::NoRest { body: named.name.clone() });
+        }
+        let mut seen = BTreeSet::new();
+        if let Some(named) = self.contributions.iter().find(|named| !seen.insert(&named.name)) {
+            return Err(ModelError::SameContribution { name: named.name.clone() });
+        }
+        let mut seen = BTreeSet::new();
+        let mut columns = columns(self).into_iter().map(|column| column.name);
+        if let Some(column) = columns.find(|name| !seen.insert(name.clone())) {
+            let has =
+                |named: &&NamedContribution<D>| named.contribution.history().iter().any(|it| it.name == column);
+            let last = self.contributions.iter().rfind(has).map_or("", |named| &named.name);
+            return Err(ModelError::SameColumn { contribution: last.into(), column });
+        }
+        Ok(())
+    }
+
+    fn check_stages(&self) -> Result<(), ModelError> {
+        if self.stages.is_empty() {
+            return Err(ModelError::NoStages);
+        }
+        let mut resets = self.stages.iter().filter(|stage| stage.resets_displacements);
+        match resets.next().filter(|_| !self.loads.fields.is_empty()) {
+            Some(stage) => Err(ModelError::NoRestAfterReset { stage: stage.name.clone() }),
+            None => Ok(()),
+        }
+    }
+}

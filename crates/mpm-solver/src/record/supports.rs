@@ -1,0 +1,69 @@
+//! What supports carry and how far they have moved.
+
+use super::StepResult;
+use crate::model::Support;
+use crate::observe::Entry;
+use mpm_grid::Vector;
+use std::array::from_fn;
+
+/// Reaction of a support, its mean displacement so far (`displacement`, which grows by this step), and the moment of
+/// the reaction where it is recorded.
+pub(super) fn support_entries<const D: usize>(
+    support: &Support<D>,
+    result: &StepResult<D>,
+    displacement: &mut [f64],
+) -> Vec<Entry> {
+    let StepResult { mesh, connected, balanced, .. } = result;
+    let equilibrium = &balanced.equilibrium;
+    let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
+    let mut moment = [0.0; 3];
+    let acts = support.acts_in(balanced.end.stage());
+    for &node in support.nodes.iter().filter(|_| acts) {
+        let Some(number) = connected.active.number(node) else { continue };
+        moved += equilibrium.increment.nodes[number];
+        carrying += 1;
+        let mut force = equilibrium.reaction.nodes[number];
+        for i in (0..D).filter(|&i| support.components[i].is_none()) {
+            force[i] = 0.0;
+        }
+        reaction += force;
+        if let Some(about) = support.moment_about {
+            // The arm reaches to where the node is at the end of the step.
+            let end = connected.active.space().position(mesh, node) + equilibrium.increment.nodes[number];
+            let arm: [f64; 3] = from_fn(|d| if d < D { end[d] - about[d] } else { 0.0 });
+            let force: [f64; 3] = from_fn(|d| if d < D { force[d] } else { 0.0 });
+            for (d, moment) in moment.iter_mut().enumerate() {
+                let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+                *moment += arm[e] * force[f] - arm[f] * force[e];
+            }
+        }
+    }
+    for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
+        *total += moved / f64::from(carrying.max(1));
+    }
+    let mut entries = vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())];
+    if support.moment_about.is_some() {
+        entries.push(Entry::Real(if D == 3 { moment.to_vec() } else { vec![moment[2]] }));
+    }
+    entries
+}
+
+/// Sum of the reactions of all supports, each component of a node once; nothing where there are no supports.
+pub(super) fn total_reaction<const D: usize>(supports: &[Support<D>], result: &StepResult<D>) -> Option<Entry> {
+    if supports.is_empty() {
+        return None;
+    }
+    let StepResult { connected, balanced, .. } = result;
+    let mut counted = vec![[false; D]; connected.active.len()];
+    let mut total = vec![0.0; D];
+    for support in supports.iter().filter(|support| support.acts_in(balanced.end.stage())) {
+        for number in support.nodes.iter().filter_map(|&node| connected.active.number(node)) {
+            for i in (0..D).filter(|&i| support.components[i].is_some()) {
+                if !std::mem::replace(&mut counted[number][i], true) {
+                    total[i] += balanced.equilibrium.reaction.nodes[number][i];
+                }
+            }
+        }
+    }
+    Some(Entry::Real(total))
+}
