@@ -91,6 +91,7 @@ pub fn method(code: u64) -> &'static str {
         1 => "LBLᵀ",
         2 => "LU",
         3 => "CG",
+        5 => "GMRES",
         _ => "another solver",
     }
 }
@@ -123,18 +124,19 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     }
     line("smallest det ΔF", format!("{:.6}", summary.smallest_determinant));
     line("equilibrium", format!("relative out-of-balance force at most {:.1e}", summary.residual));
-    let condition = match summary.condition {
-        Some(condition) => format!("about {condition:.0e} (power and inverse iteration)"),
-        None => format!("at least {:.0e} (pivots)", summary.pivot_spread),
+    let solutions = summary
+        .backward_error
+        .map(|error| format!("backward error at most {error:.1e}, {} refinements", count(summary.refinements)));
+    let condition = match (summary.condition, summary.pivot_spread) {
+        (Some(condition), _) => {
+            Some(format!("worst condition number about {condition:.0e} (power and inverse iteration)"))
+        }
+        (None, Some(spread)) => Some(format!("worst condition number at least {spread:.0e} (pivots)")),
+        (None, None) => None,
     };
-    let solutions = format!(
-        "backward error at most {:.1e}, {} refinements; worst condition number {condition}",
-        summary.backward_error,
-        count(summary.refinements)
-    );
-    // Conjugate gradients stop at the accuracy that the Newton iteration needs, and have no pivots: nothing to report.
-    let is_factorised = summary.pivot_spread > 0.0 || summary.condition.is_some();
-    line("linear systems", if is_factorised { solutions } else { "by conjugate gradients".into() });
+    // Iterative solvers stop at the accuracy that the Newton iteration needs, and have no pivots: nothing to report.
+    let known: Vec<String> = solutions.into_iter().chain(condition).collect();
+    line("linear systems", if known.is_empty() { "by iteration".to_owned() } else { known.join("; ") });
     let timings = summary.timings.iter().filter(|timing| timing.count > 0);
     let timings: Vec<String> =
         timings.map(|timing| format!("{} {:.3} s ({}×)", timing.phase, timing.seconds, timing.count)).collect();

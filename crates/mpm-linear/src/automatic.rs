@@ -7,7 +7,7 @@ use crate::prediction::{Prediction, predict};
 use crate::report::{Analysis, Cause, Factored, Method, OutOfMemory, Singular, Solved};
 use crate::solver::{Hints, LatticePlaces, LinearSolver, NotSavedHere, Saved};
 
-/// Iterations after which a system is left to the direct solver.
+/// Iterations after which a system is left to the direct solver, whatever they cost.
 const MOST_ITERATIONS: u32 = 400;
 
 /// The least limit of iterations where the solver is chosen by its predicted cost.
@@ -24,12 +24,13 @@ pub enum Choice {
     Auto,
     /// Sparse factorisation.
     Direct,
-    /// Conjugate gradients with multigrid; what they cannot solve is factorised, if the factor is small enough.
+    /// Conjugate gradients with multigrid, or GMRES where the matrix is not symmetric; what they cannot solve is
+    /// factorised, if the factor is small enough.
     Iterative,
 }
 
 impl Choice {
-    /// Whether a system that conjugate gradients can solve is solved by them.
+    /// Whether a system that can be iterated on is solved by iteration.
     pub fn is_iterative(self, prediction: &Prediction) -> bool {
         match self {
             Choice::Direct => false,
@@ -48,10 +49,10 @@ impl Choice {
     }
 }
 
-/// Solves by conjugate gradients or by factorisation, as the [`Choice`] says.
+/// Solves by iteration or by factorisation, as the [`Choice`] says.
 ///
-/// Conjugate gradients need a symmetric matrix whose equations all belong to nodes on a lattice; other
-/// matrices are factorised.
+/// The iteration needs a matrix whose equations all belong to nodes on a lattice; other matrices are factorised. It is
+/// by conjugate gradients where the matrix is symmetric, else by GMRES.
 pub struct Automatic {
     choice: Choice,
     direct: Factorization,
@@ -67,6 +68,7 @@ pub struct Automatic {
 }
 
 struct Iterative {
+    method: Method,
     multigrid: Box<dyn Iteration>,
     /// Of pattern and places: all that the hierarchy depends on besides the lattice.
     fingerprint: u64,
@@ -78,7 +80,7 @@ struct Iterative {
     block: usize,
 }
 
-/// Conjugate gradients with multigrid for any number of equations a node.
+/// An iteration with multigrid for any number of equations a node.
 trait Iteration: Send {
     fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure>;
     fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure>;
@@ -94,9 +96,14 @@ impl<const D: usize> Iteration for Multigrid<D> {
     }
 }
 
-/// Whether there are conjugate gradients for a pattern.
+/// Whether there is an iteration for a pattern.
 fn can_iterate(pattern: Pattern<'_>) -> bool {
-    pattern.is_symmetric() && pattern.has_blocks_only() && (1..=3).contains(&pattern.block)
+    pattern.has_blocks_only() && (1..=3).contains(&pattern.block)
+}
+
+/// The iteration for a pattern.
+fn method(pattern: Pattern<'_>) -> Method {
+    if pattern.is_symmetric() { Method::ConjugateGradients } else { Method::Gmres }
 }
 
 fn hierarchy(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
@@ -174,15 +181,19 @@ impl LinearSolver for Automatic {
         // helps with the next one orders its equations anew.
         self.iterative = None;
         self.direct = Factorization::new();
-        let multigrid = hierarchy(pattern, places).expect("the pattern can be iterated");
+        let Some(multigrid) = hierarchy(pattern, places) else {
+            return self.direct.analyse(pattern, hints);
+        };
         let LatticePlaces { index, lines, periods } = places;
         let (index, lines, block) = (index.to_vec(), lines.clone(), pattern.block);
-        self.iterative = Some(Iterative { multigrid, fingerprint, index, lines, periods, prediction, block });
+        let method = method(pattern);
+        self.iterative =
+            Some(Iterative { method, multigrid, fingerprint, index, lines, periods, prediction, block });
         Ok(analysis)
     }
 
     /// # Errors
-    /// If the matrix is singular or not finite, or is not positive definite and too large for a factorisation.
+    /// If the matrix is singular or not finite, or cannot be iterated on and is too large for a factorisation.
     fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
         self.helped = false;
         let Some(iterative) = &mut self.iterative else { return self.direct.factorise(matrix) };
@@ -190,7 +201,7 @@ impl LinearSolver for Automatic {
             return self.help(matrix);
         }
         match iterative.multigrid.prepare(matrix) {
-            Ok(()) => Ok(Factored::by(Method::ConjugateGradients)),
+            Ok(()) => Ok(Factored::by(iterative.method)),
             Err(Failure::NotFinite { node }) => {
                 let equation = node * iterative.block;
                 Err(Singular { equation, pivot: None, cause: Cause::MatrixNotFinite })
@@ -209,7 +220,7 @@ impl LinearSolver for Automatic {
         let iterations = match iterative.multigrid.solve(rhs, tolerance, most) {
             Ok(Converged { iterations, residual }) => {
                 return Ok(Solved {
-                    method: Method::ConjugateGradients,
+                    method: iterative.method,
                     backward_error: None,
                     residual: Some(residual),
                     refinements: 0,
@@ -223,7 +234,7 @@ impl LinearSolver for Automatic {
                 return Err(Singular { equation, pivot: None, cause: Cause::RightHandSideNotFinite });
             }
             Err(Failure::NotConverged { iterations, .. }) => iterations,
-            Err(Failure::Indefinite { .. }) => 0,
+            Err(Failure::Indefinite { .. } | Failure::Singular { .. }) => 0,
         };
         rhs.copy_from_slice(&b);
         let factored = self.help(matrix)?;
@@ -232,7 +243,7 @@ impl LinearSolver for Automatic {
     }
 
     fn first_method(&self) -> Method {
-        if self.iterative.is_some() { Method::ConjugateGradients } else { self.direct.first_method() }
+        self.iterative.as_ref().map_or_else(|| self.direct.first_method(), |it| it.method)
     }
 
     fn restart(&mut self) {

@@ -78,6 +78,23 @@ impl<'a> Pattern<'a> {
         self.block * self.blocks == self.n_equations()
     }
 
+    /// Whether every equation belongs to a node, and all equations of a node couple with all of its neighbours'.
+    pub(crate) fn has_whole_blocks(&self) -> bool {
+        let block = self.block;
+        let is_whole = |rows: &[usize]| {
+            rows[0].is_multiple_of(block) && rows.windows(2).all(|pair| pair[1] == pair[0] + 1)
+        };
+        self.has_blocks_only()
+            && (0..self.blocks).all(|node| {
+                let first = self.rows_of(node * block);
+                // Columns of a symmetric matrix begin at the diagonal.
+                let lacking = |j: usize| if self.is_symmetric() { j } else { 0 };
+                first.len().is_multiple_of(block)
+                    && first.chunks_exact(block).all(is_whole)
+                    && (1..block).all(|j| self.rows_of(node * block + j) == &first[lacking(j)..])
+            })
+    }
+
     /// Refuses what the fields cannot mean.
     ///
     /// # Panics
@@ -104,14 +121,17 @@ pub struct Matrix<'a> {
 }
 
 impl Matrix<'_> {
-    /// The column of the first entry that is not a finite number.
-    pub(crate) fn first_not_finite(&self) -> Option<usize> {
+    /// The column of the first entry that is not a finite number; none where all of them are finite.
+    pub fn first_not_finite(&self) -> Option<usize> {
         let entry = self.values.iter().position(|value| !value.is_finite())?;
         Some(self.pattern.column_start.partition_point(|&start| start <= entry) - 1)
     }
 
-    /// The diagonal entry of an equation.
-    pub(crate) fn diagonal(&self, equation: usize) -> f64 {
+    /// The diagonal entry of an equation, in units of K.
+    ///
+    /// # Panics
+    /// If there is no such equation.
+    pub fn diagonal(&self, equation: usize) -> f64 {
         let (start, end) = (self.pattern.column_start[equation], self.pattern.column_start[equation + 1]);
         let before = match self.pattern.symmetry {
             Symmetry::Symmetric => 0,

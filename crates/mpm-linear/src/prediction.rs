@@ -1,6 +1,7 @@
 //! What both ways to solve a system will cost, from where its nodes stand.
 
 use crate::matrix::Pattern;
+use crate::multigrid::RESTART;
 use crate::solver::LatticePlaces;
 
 /// Operations that the direct solver makes in the time in which the iteration moves a byte, in the plane and in
@@ -10,6 +11,17 @@ const OPERATIONS_PER_BYTE: [f64; 2] = [1.0, 2.0];
 
 /// Iterations of an average linear solution of Newton's method.
 const ITERATIONS: f64 = 12.0;
+
+/// The same of matrices that are not symmetric, in the plane and in space, where frictional material flows: up to a
+/// residual of 1e-3 GMRES took 10 to 54 iterations in space; in the plane near failure over 200.
+const UNSYMMETRIC_ITERATIONS: [f64; 2] = [200.0, 40.0];
+
+/// Operations that LU makes in the time in which GMRES moves a byte, in the plane and in space: 4.7 at 7,000 equations
+/// in space, 8.5 at 47,000, 9.4 at 108,000.
+const UNSYMMETRIC_OPERATIONS_PER_BYTE: [f64; 2] = [2.0, 8.0];
+
+/// Entries of a factor beyond which an unsymmetric matrix is iterated on, whatever that takes: 8 GB.
+const MOST_FACTOR_ENTRIES: f64 = 1e9;
 
 /// Passes over all blocks in an iteration: product, two sweeps and a residual make three, coarser levels
 /// a seventh more in space and a third more in the plane.
@@ -34,18 +46,48 @@ pub struct Prediction {
     pub iterative_traffic: f64,
     /// Operations that the direct solver makes in the time in which the iteration moves a byte.
     operations_per_byte: f64,
+    /// Bytes that an iteration moves.
+    of_one: f64,
+    /// Whether the factor should not be stored.
+    is_too_large: bool,
 }
 
 impl Prediction {
-    /// Whether conjugate gradients are predicted to be quicker.
+    /// Whether the iteration is predicted to be quicker, or the factor of an unsymmetric matrix to be too large.
     pub fn prefers_iterative(&self) -> bool {
-        self.factor_operations > self.operations_per_byte * self.iterative_traffic
+        self.is_too_large || self.factor_operations > self.operations_per_byte * self.iterative_traffic
     }
 
     /// Iterations that take as long as a factorisation.
     pub(crate) fn break_even(&self) -> f64 {
-        let of_one = self.iterative_traffic * PASSES / (PASSES * ITERATIONS + PREPARATION);
-        self.factor_operations / (self.operations_per_byte * of_one)
+        self.factor_operations / (self.operations_per_byte * self.of_one)
+    }
+}
+
+/// What an iteration takes besides the passes over the matrix.
+struct Iteration {
+    /// Iterations of an average solution.
+    number: f64,
+    /// Bytes of vectors that an iteration moves.
+    traffic: f64,
+    /// Bytes of vectors that are held.
+    held: f64,
+    operations_per_byte: f64,
+}
+
+impl Iteration {
+    /// With `vector` bytes a vector; `is_space` is 1 in space, else 0.
+    fn of(pattern: Pattern<'_>, vector: f64, is_space: usize) -> Self {
+        if pattern.is_symmetric() {
+            let operations_per_byte = OPERATIONS_PER_BYTE[is_space];
+            return Self { number: ITERATIONS, traffic: 0.0, held: 0.0, operations_per_byte };
+        }
+        let number = UNSYMMETRIC_ITERATIONS[is_space];
+        let most = RESTART as f64;
+        // For each vector of the Krylov space, half of them on average, five vectors are read or written.
+        let traffic = 5.0 * 0.5 * number.min(most) * vector;
+        let operations_per_byte = UNSYMMETRIC_OPERATIONS_PER_BYTE[is_space];
+        Self { number, traffic, held: most * vector, operations_per_byte }
     }
 }
 
@@ -74,17 +116,23 @@ pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
     let mut dissection = Dissection { layer, equations: dimensions as f64, entries: 0.0, operations: 0.0 };
     dissection.cut(sides, [0.0; 3]);
 
+    let is_space = usize::from(dimensions > 2);
+    let iteration = Iteration::of(pattern, (n * dimensions * size_of::<f64>()) as f64, is_space);
     let block = (dimensions * dimensions * size_of::<f64>() + 4) as f64;
     let levels = 1.0 + 1.0 / ((1 << dimensions) as f64 - 1.0);
     // Of each block also where it comes from; of each node vectors, interpolation, a diagonal block.
     let per_node =
         (14 * dimensions * size_of::<f64>() + 2 * dimensions * dimensions * size_of::<f64>() + 100) as f64;
+    let factor_entries = dissection.entries * factors;
+    let of_one = blocks * block * PASSES + iteration.traffic;
     Prediction {
-        factor_entries: dissection.entries * factors,
+        factor_entries,
         factor_operations: dissection.operations * factors,
-        iterative_bytes: blocks * (levels * block + 8.0) + n as f64 * levels * per_node,
-        iterative_traffic: blocks * block * (PASSES * ITERATIONS + PREPARATION),
-        operations_per_byte: OPERATIONS_PER_BYTE[usize::from(dimensions > 2)],
+        iterative_bytes: blocks * (levels * block + 8.0) + n as f64 * levels * per_node + iteration.held,
+        iterative_traffic: blocks * block * PREPARATION + iteration.number * of_one,
+        operations_per_byte: iteration.operations_per_byte,
+        of_one,
+        is_too_large: !pattern.is_symmetric() && factor_entries > MOST_FACTOR_ENTRIES,
     }
 }
 

@@ -5,6 +5,8 @@
 pub enum Method {
     /// Conjugate gradients with multigrid; end if K is not positive definite.
     ConjugateGradients,
+    /// Restarted GMRES with multigrid, for matrices that are not symmetric.
+    Gmres,
     /// K = L Lᵀ; exists if and only if K is positive definite.
     Llt,
     /// K = L B Lᵀ with Bunch–Kaufman pivots (1×1 and 2×2) chosen inside supernodes.
@@ -106,7 +108,7 @@ pub struct Solved {
     pub residual: Option<f64>,
     /// Steps of iterative refinement taken.
     pub refinements: usize,
-    /// Iterations of conjugate gradients, also where they were given up.
+    /// Iterations of conjugate gradients or GMRES, also where they were given up.
     pub iterations: u32,
     /// What another factorisation found that took over because the solutions by the first one were not
     /// accurate, or the iteration did not converge.
@@ -162,14 +164,18 @@ pub enum Cause {
         /// Entries that were stored.
         entries: f64,
     },
-    /// Conjugate gradients do not solve it (K is not positive definite, or far from its coarse images),
-    /// and its factor is too large.
+    /// The iteration does not solve it (K is not positive definite, or far from its coarse images), and its factor is
+    /// too large.
     #[error(
-        "conjugate gradients do not solve the system, as where the tangent is not positive definite or the \
+        "the iteration does not solve the system, as where the tangent is not positive definite or the \
          material nearly incompressible, and its factor would have about {entries:.0e} entries"
     )]
     TooLargeToFactorise {
         /// Entries of the factor, about.
         entries: f64,
     },
+    /// The solver does not take matrices of this kind, whatever their values: what it needs, in a sentence that follows
+    /// on a colon. No step is tried again.
+    #[error("{0}")]
+    Unsuitable(&'static str),
 }

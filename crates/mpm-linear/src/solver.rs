@@ -25,8 +25,8 @@ pub trait LinearSolver: Send {
     /// Takes the matrix of the next solutions. Its pattern is the one last analysed.
     ///
     /// # Errors
-    /// If the matrix is singular, is not finite, or cannot be solved by this solver. The load step is then cut, so that
-    /// a solver that cannot take a kind of matrix at all had better hand it on to a [`crate::Factorization`].
+    /// If the matrix is singular, is not finite, or cannot be solved by this solver. The load step is then cut. With
+    /// [`crate::Cause::Unsuitable`], for a kind of matrix that this solver does not take at all, the run ends.
     fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular>;
 
     /// Replaces the right-hand side b by x with K x = b, where K is the `matrix` last factorised. (A solver

@@ -1,5 +1,8 @@
 //! Linear elasticity of trilinear cells on lattices: whole, cut, graded and closed on themselves.
 
+#[path = "multigrid/unsymmetric.rs"]
+mod unsymmetric;
+
 use mpm_linear::multigrid::{Failure, Multigrid};
 use mpm_linear::{LatticePlaces, Matrix, Pattern};
 use nalgebra::{DMatrix, SMatrix, Vector3};
@@ -325,13 +328,15 @@ fn what_is_held_does_not_weigh_on_coarse_lattices() {
 }
 
 #[test]
-fn unsymmetric_matrices_and_equations_without_a_node_are_declined() {
+fn equations_without_a_node_and_parts_of_blocks_are_declined() {
     let index = [[0, 0, 0], [1, 0, 0]];
     let lines = [vec![0.0, 1.0], vec![0.0], vec![0.0]];
     let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3] };
-    let (column_start, row) = ([0, 2, 4], [0, 1, 0, 1]);
-    assert!(Multigrid::<1>::analyse(Pattern::unsymmetric(&column_start, &row, 1), places).is_none());
     let (column_start, row) = ([0, 2, 4, 5], [0, 2, 1, 2, 2]);
     let bordered = Pattern { blocks: 2, ..Pattern::symmetric(&column_start, &row, 1) };
     assert!(Multigrid::<1>::analyse(bordered, places).is_none());
+    // Components that do not couple are no blocks.
+    let (column_start, row) = ([0, 1, 2, 3, 4], [0, 1, 2, 3]);
+    assert!(Multigrid::<2>::analyse(Pattern::symmetric(&column_start, &row, 2), places).is_none());
+    assert!(Multigrid::<2>::analyse(Pattern::unsymmetric(&column_start, &row, 2), places).is_none());
 }

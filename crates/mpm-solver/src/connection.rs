@@ -201,13 +201,9 @@ fn couple<const D: usize>(
     (unknowns, own): (Unknowns<D>, Vec<Range<usize>>),
     former: Option<SparsityPattern<D>>,
 ) -> Connected<D> {
-    let of_bodies = model.bodies.iter().map(|named| named.body.symmetry());
-    let mut symmetries = of_bodies.chain(model.contributions.iter().map(|named| named.contribution.symmetry()));
-    let is_symmetric = symmetries.all(|it| it == Symmetry::Symmetric);
-    let symmetry = if is_symmetric { Symmetry::Symmetric } else { Symmetry::Unsymmetric };
     let mut couplings: Vec<&dyn Couplings> = linked.iter().map(|it| it as _).collect();
     couplings.extend(model.contributions.iter().map(|named| named.contribution.couplings()));
-    let pattern = SparsityPattern::reusing(former, &unknowns, symmetry, &couplings);
+    let pattern = SparsityPattern::reusing(former, &unknowns, model.symmetry(), &couplings);
     let assembly_plans = linked.into_iter().map(|linked| AssemblyPlan::new(linked, &pattern)).collect();
     for named in &mut model.contributions {
         named.contribution.locate(&pattern);

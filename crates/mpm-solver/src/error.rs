@@ -237,6 +237,9 @@ pub enum StepFailure {
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]
     Linear(String),
+    /// The linear solver takes no matrices of this kind.
+    #[error("the linear solver does not take this system: {0}")]
+    Unsuitable(&'static str),
     /// The run was asked to stop.
     #[error("interrupted")]
     Cancelled,
@@ -268,13 +271,14 @@ impl StepFailure {
         )
     }
 
-    /// Whether the step failed before its length mattered.
+    /// Whether the step failed for a reason on which its length has no influence.
     pub(crate) fn is_at_start(&self) -> bool {
         match self {
             StepFailure::Outside { .. }
             | StepFailure::Mesh(_)
             | StepFailure::Unheld { .. }
-            | StepFailure::UnheldLoaded { .. } => true,
+            | StepFailure::UnheldLoaded { .. }
+            | StepFailure::Unsuitable(_) => true,
             StepFailure::Refused { is_step_too_long, .. } => !is_step_too_long,
             _ => false,
         }

@@ -121,9 +121,9 @@ pub(crate) struct Totals {
     #[serde(default)]
     pub stored_before: f64,
     pub residual: f64,
-    pub backward_error: f64,
+    pub backward_error: Option<f64>,
     pub refinements: u64,
-    pub pivot_spread: f64,
+    pub pivot_spread: Option<f64>,
     pub condition: Option<f64>,
 }
 

@@ -21,7 +21,8 @@ pub(super) const SMALL: &[&str] = &[
     supports: [
         (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
         (name: "prop", region: Plane(axis: X, at: 1), fix: [X], active: (until: "hold")),
-        (name: "top", region: Plane(axis: Y, at: 1), follow_mesh: [Y], active: (from: "press", until: "hold", release: AtOnce)),
+        (name: "top", region: Plane(axis: Y, at: 1), follow_mesh: [Y], active: (from: "press")),
+        (name: "wall", region: Plane(axis: X, at: 0), fix: [X], active: (until: "press", release: AtOnce)),
     ],
     loads: [
         BodyForce(acceleration: (0, -1), active: (until: "press", release: Linear)),
@@ -29,7 +30,7 @@ pub(super) const SMALL: &[&str] = &[
     ],
     schedule: (cuts: 4, stages: [
         (name: "weight", steps: 1), (name: "press", steps: 2, cuts: 3, predictor: Rest, reset_displacements: true),
-        (name: "hold", steps: 9, control: Path(first: 0.5)),
+        (name: "hold", steps: 40, control: Path(first: 0.5)),
     ]),
 )"#,
     r#"Solid(

@@ -99,6 +99,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("basis/src/basis.rs", "its domain inverted", "Newton finds no equilibrium before"),
     ("basis/src/basis.rs", "its domain left the mesh", "the load step after finds the point outside"),
     ("error.rs", "the linear system could not be solved", "singular tangents are told of their node"),
+    ("error.rs", "the linear solver does not take", "of solvers of programs, in `own_linear_solver.rs`"),
     ("error.rs", "the path leads to load fraction", "steps are shortened before"),
     ("error.rs", "the equilibrium found is", "steps are shortened before"),
     ("error.rs", "nothing in the step changes", "load steps are taken in its place"),

@@ -2,12 +2,13 @@
 
 use super::arithmetic::{Block, CHUNK, Vector, for_each_part, without};
 use super::strips::Strips;
+use crate::matrix::Symmetry;
 use rayon::prelude::*;
 
 /// A pivot of a diagonal block below this part of the block's largest entry belongs to nothing.
 const NOTHING: f64 = 1e-13;
 
-/// A symmetric matrix by rows of `D × D` blocks, both triangles; columns ascend in each row.
+/// A matrix by rows of `D × D` blocks, both triangles; columns ascend in each row.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockMatrix<const D: usize> {
     /// Where each row starts in `column` and `block`, and their length.
@@ -47,12 +48,12 @@ impl<const D: usize> BlockMatrix<D> {
     /// Inverts the diagonal blocks.
     ///
     /// # Errors
-    /// The first row whose block is not positive definite.
-    pub(crate) fn invert_diagonal(&mut self) -> Result<(), usize> {
+    /// The first row whose block is not finite or, of a symmetric matrix, not positive definite.
+    pub(crate) fn invert_diagonal(&mut self, symmetry: Symmetry) -> Result<(), usize> {
         let Self { block, diagonal, inverse, .. } = self;
         let failed =
             inverse.par_iter_mut().zip(&*diagonal).enumerate().filter_map(|(row, (inverse, &place))| {
-                match pseudo_inverse(block[place]) {
+                match pseudo_inverse(block[place], symmetry) {
                     Some(found) => {
                         *inverse = found;
                         None
@@ -157,18 +158,19 @@ impl<const D: usize> BlockMatrix<D> {
     }
 }
 
-/// Inverse of a symmetric block, by elimination; components whose pivot is nothing stay zero. None where
-/// a pivot is negative.
-fn pseudo_inverse<const D: usize>(mut block: Block<D>) -> Option<Block<D>> {
+/// Inverse of a block, by elimination; components whose pivot is nothing stay zero. None where a pivot is not finite,
+/// or a pivot of a symmetric block negative.
+fn pseudo_inverse<const D: usize>(mut block: Block<D>, symmetry: Symmetry) -> Option<Block<D>> {
+    let may_be_negative = symmetry == Symmetry::Unsymmetric;
     let largest = block.diagonal().amax();
     let mut inverse = Block::identity();
     let mut carries = [false; D];
     for k in 0..D {
         let pivot = block[(k, k)];
-        if !pivot.is_finite() || pivot < -NOTHING * largest {
+        if !pivot.is_finite() || !may_be_negative && pivot < -NOTHING * largest {
             return None;
         }
-        carries[k] = pivot > NOTHING * largest;
+        carries[k] = pivot.abs() > NOTHING * largest;
         if !carries[k] {
             continue;
         }
@@ -196,11 +198,15 @@ mod tests {
     #[test]
     fn a_block_is_inverted_in_what_it_carries() {
         let block = Block::<3>::new(4.0, 1.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 0.0);
-        let inverse = pseudo_inverse(block).unwrap();
+        let inverse = pseudo_inverse(block, Symmetry::Symmetric).unwrap();
         let product = block * inverse;
         let expected = Block::<3>::from_diagonal(&Vector::<3>::new(1.0, 1.0, 0.0));
         assert!((product - expected).norm() < 1e-15, "{product}");
-        assert!(pseudo_inverse(Block::<2>::new(1.0, 2.0, 2.0, 1.0)).is_none());
-        assert!(pseudo_inverse(Block::<2>::new(f64::NAN, 0.0, 0.0, 1.0)).is_none());
+        let indefinite = Block::<2>::new(1.0, 2.0, 2.0, 1.0);
+        assert!(pseudo_inverse(indefinite, Symmetry::Symmetric).is_none());
+        assert!(pseudo_inverse(Block::<2>::new(f64::NAN, 0.0, 0.0, 1.0), Symmetry::Symmetric).is_none());
+        let unsymmetric = Block::<2>::new(-1.0, 3.0, 2.0, 1.0);
+        let inverse = pseudo_inverse(unsymmetric, Symmetry::Unsymmetric).unwrap();
+        assert!((unsymmetric * inverse - Block::<2>::identity()).norm() < 1e-15, "{inverse}");
     }
 }

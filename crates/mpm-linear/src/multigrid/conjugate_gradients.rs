@@ -2,17 +2,7 @@
 
 use super::arithmetic::{Vector, add, add_to_multiple, dot};
 use super::blocks::BlockMatrix;
-use super::outcome::Converged;
-
-/// How the iteration ended.
-pub(crate) enum Stop {
-    Solved(Converged),
-    NotConverged(Converged),
-    /// A search direction along which the matrix is not positive; the row that it moves most.
-    Indefinite {
-        row: usize,
-    },
-}
+use super::outcome::{Converged, Stop};
 
 /// Recomputed residuals that may still be too large before the iteration is given up.
 const RESTARTS: u32 = 2;

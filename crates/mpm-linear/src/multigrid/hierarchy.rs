@@ -1,14 +1,15 @@
 //! Levels of lattices and matrices, and the cycle through them.
 
-use super::arithmetic::{Block, Vector, add, for_each_part};
+use super::arithmetic::{Vector, add, for_each_part};
 use super::blocks::BlockMatrix;
 use super::coarsening::{Interpolation, Lattice};
-use super::conjugate_gradients::{self, Iterates, Stop};
+use super::coarsest::CoarsestFactor;
 use super::galerkin;
-use super::outcome::{Converged, Failure};
-use crate::matrix::{Matrix, Pattern};
+use super::krylov::Krylov;
+use super::outcome::{Converged, Failure, Stop};
+use super::source::{Column, Source, TRANSPOSED};
+use crate::matrix::{Matrix, Pattern, Symmetry};
 use crate::solver::LatticePlaces;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 /// Nodes of the coarsest level, whose matrix is factorised, at most (where lattices can still be coarsened).
@@ -28,11 +29,12 @@ pub struct Multigrid<const D: usize> {
     source: Vec<Source>,
     /// Bit i is set where component i of a node of the finest level couples with nothing.
     held: Vec<u8>,
-    coarsest: Option<Cholesky<f64, Dyn>>,
+    coarsest: Option<CoarsestFactor>,
+    symmetry: Symmetry,
     /// Of every level.
     scratch: Vec<Scratch<D>>,
     /// Made when first needed.
-    iterates: Option<Iterates<D>>,
+    krylov: Option<Krylov<D>>,
 }
 
 #[derive(Clone, Debug)]
@@ -42,17 +44,6 @@ struct Level<const D: usize> {
     /// From the next coarser level; none on the coarsest.
     interpolation: Option<Interpolation>,
 }
-
-/// A block of the caller's lower triangle: below the diagonal block of a column's node.
-#[derive(Clone, Copy, Debug)]
-struct Source {
-    /// Node of the column.
-    column: u32,
-    /// 0 for the diagonal block, then the blocks below it; the highest bit is set where it is transposed.
-    slot: u32,
-}
-
-const TRANSPOSED: u32 = 1 << 31;
 
 /// Size of a hierarchy.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,19 +72,19 @@ impl<const D: usize> Scratch<D> {
 }
 
 impl<const D: usize> Multigrid<D> {
-    /// Coarsens the lattice and finds the structure of all matrices. None where the pattern is not that of
-    /// a symmetric matrix with `D` equations for each node and no others: conjugate gradients do not solve it.
+    /// Coarsens the lattice and finds the structure of all matrices. None where the pattern has not
+    /// `D` equations for each node and no others, or some of these do not couple with all of a neighbour's.
     ///
     /// # Panics
     /// If there are not as many places as nodes, or a node stands beyond the lines.
     pub fn analyse(pattern: Pattern<'_>, nodes: LatticePlaces<'_>) -> Option<Self> {
-        if !pattern.is_symmetric() || !pattern.has_blocks_only() || pattern.block != D {
+        if pattern.block != D || !pattern.has_whole_blocks() {
             return None;
         }
         let n = nodes.index.len();
         assert_eq!(pattern.blocks, n, "a place on the lattice for each node");
-        let neighbours = |node: usize| Neighbours::<D>::of(pattern, node);
-        let reach = reach(n, &nodes, |node, see| neighbours(node).for_each(see));
+        let column = |node: usize| Column::<D>::of(pattern, node);
+        let reach = reach(n, &nodes, |node, see| column(node).for_each(|other, _| see(other)));
         let (lattice, order) = Lattice::finest(nodes.index, nodes.lines, nodes.periods, reach);
         let mut number = vec![0_u32; n];
         for (new, &old) in order.iter().enumerate() {
@@ -101,12 +92,12 @@ impl<const D: usize> Multigrid<D> {
         }
 
         // Both triangles by rows, in the order of the strips.
+        let both = |node: usize, other: usize| pattern.is_symmetric() && node != other;
         let mut start = vec![0; n + 1];
         for node in 0..n {
-            start[number[node] as usize + 1] += 1;
-            neighbours(node).for_each(|other| {
-                start[number[node] as usize + 1] += 1;
+            column(node).for_each(|other, _| {
                 start[number[other] as usize + 1] += 1;
+                start[number[node] as usize + 1] += usize::from(both(node, other));
             });
         }
         for row in 0..n {
@@ -120,13 +111,12 @@ impl<const D: usize> Multigrid<D> {
             *place += 1;
         };
         for node in 0..n {
-            let (here, column) = (number[node], node as u32);
-            put(here, here, Source { column, slot: 0 });
-            let mut slot = 0;
-            neighbours(node).for_each(|other| {
-                slot += 1;
-                put(number[other], here, Source { column, slot });
-                put(here, number[other], Source { column, slot: slot | TRANSPOSED });
+            let (here, from) = (number[node], node as u32);
+            column(node).for_each(|other, slot| {
+                put(number[other], here, Source { column: from, slot });
+                if both(node, other) {
+                    put(here, number[other], Source { column: from, slot: slot | TRANSPOSED });
+                }
             });
         }
         for_each_part(&row_bounds(&start), &mut entry, &|task, entries| {
@@ -152,15 +142,17 @@ impl<const D: usize> Multigrid<D> {
             levels.push(Level { lattice, matrix, interpolation: None });
         }
         let scratch = levels.iter().map(|level| Scratch::zeros(level.matrix.n_rows())).collect();
-        Some(Self { levels, order, source, held: vec![0; n], coarsest: None, scratch, iterates: None })
+        let symmetry = pattern.symmetry;
+        Some(Self { levels, order, source, held: vec![0; n], coarsest: None, symmetry, scratch, krylov: None })
     }
 
     /// Takes the values of the matrix, whose pattern is the one analysed, and forms the coarse matrices.
     /// Components that couple with nothing are left out of these.
     ///
     /// # Errors
-    /// [`Failure::NotFinite`], or [`Failure::Indefinite`] where a diagonal block or the coarsest matrix is not
-    /// positive definite (where they all are, the matrix may still not be).
+    /// [`Failure::NotFinite`]; of a symmetric matrix [`Failure::Indefinite`] where a diagonal block or the coarsest
+    /// matrix is not positive definite (where they all are, the matrix may still not be), of another one
+    /// [`Failure::Singular`] where the coarsest matrix is singular.
     ///
     /// # Panics
     /// If there is not one value per entry of the pattern.
@@ -169,8 +161,8 @@ impl<const D: usize> Multigrid<D> {
         self.coarsest = None;
         self.take(matrix)?;
         for level in 0..self.levels.len() {
-            if let Err(row) = self.levels[level].matrix.invert_diagonal() {
-                return Err(Failure::Indefinite { node: self.on_finest(level, row) });
+            if let Err(row) = self.levels[level].matrix.invert_diagonal(self.symmetry) {
+                return Err(self.unusable(level, row));
             }
             let (fine, coarse) = self.levels.split_at_mut(level + 1);
             let Some(interpolation) = &fine[level].interpolation else { break };
@@ -178,9 +170,9 @@ impl<const D: usize> Multigrid<D> {
             galerkin::fill(&fine[level].matrix, held, interpolation, &mut coarse[0].matrix);
         }
         let last = self.levels.len() - 1;
-        match dense(&self.levels[last].matrix).cholesky() {
-            Some(factor) => self.coarsest = Some(factor),
-            None => return Err(Failure::Indefinite { node: self.on_finest(last, 0) }),
+        self.coarsest = CoarsestFactor::of(&self.levels[last].matrix, self.symmetry);
+        if self.coarsest.is_none() {
+            return Err(self.unusable(last, 0));
         }
         Ok(())
     }
@@ -194,18 +186,21 @@ impl<const D: usize> Multigrid<D> {
     /// If no matrix was prepared or `x` does not fit it.
     pub fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
         assert_eq!(x.len(), self.order.len() * D, "{D} numbers for each node");
-        let mut iterates = self.iterates.take().unwrap_or_else(|| Iterates::zeros(self.order.len()));
-        for (b, &node) in iterates.b.iter_mut().zip(&self.order) {
+        let n = self.order.len();
+        let mut krylov = self.krylov.take().unwrap_or_else(|| Krylov::zeros(self.symmetry, n));
+        let (b, _) = krylov.system();
+        for (b, &node) in b.iter_mut().zip(&self.order) {
             b.copy_from_slice(&x[node * D..(node + 1) * D]);
         }
-        let infinite = iterates.b.iter().position(|b| b.iter().any(|b| !b.is_finite()));
-        let stop = infinite.is_none().then(|| self.iterate(&mut iterates, tolerance, iterations));
+        let infinite = b.iter().position(|b| b.iter().any(|b| !b.is_finite()));
+        let stop = infinite.is_none().then(|| self.iterate(&mut krylov, tolerance, iterations));
         if stop.is_some() {
-            for (&node, found) in self.order.iter().zip(&iterates.x) {
+            let (_, found) = krylov.system();
+            for (&node, found) in self.order.iter().zip(found) {
                 x[node * D..(node + 1) * D].copy_from_slice(found.as_slice());
             }
         }
-        self.iterates = Some(iterates);
+        self.krylov = Some(krylov);
         let Some(stop) = stop else {
             return Err(Failure::NotFinite { node: self.order[infinite.unwrap_or(0)] });
         };
@@ -218,16 +213,15 @@ impl<const D: usize> Multigrid<D> {
         }
     }
 
-    /// Conjugate gradients with one cycle as preconditioner.
-    fn iterate(&mut self, iterates: &mut Iterates<D>, tolerance: f64, iterations: u32) -> Stop {
+    /// The iteration with one cycle as preconditioner.
+    fn iterate(&mut self, krylov: &mut Krylov<D>, tolerance: f64, iterations: u32) -> Stop {
         let mut scratch = std::mem::take(&mut self.scratch);
         let precondition = |r: &[Vector<D>], z: &mut [Vector<D>]| {
             scratch[0].b.copy_from_slice(r);
             self.cycle(0, &mut scratch);
             z.copy_from_slice(&scratch[0].x);
         };
-        let matrix = &self.levels[0].matrix;
-        let stop = conjugate_gradients::solve(matrix, iterates, precondition, tolerance, iterations);
+        let stop = krylov.solve(&self.levels[0].matrix, precondition, tolerance, iterations);
         self.scratch = scratch;
         stop
     }
@@ -240,8 +234,7 @@ impl<const D: usize> Multigrid<D> {
             level.matrix.bytes() + interpolation + level.matrix.n_rows() * (3 * size_of::<Vector<D>>() + 12)
         };
         let own = size_of_val(&self.order[..]) + size_of_val(&self.source[..]) + self.held.len();
-        // Vectors of the conjugate gradients.
-        let vectors = 6 * self.order.len() * size_of::<Vector<D>>();
+        let vectors = Krylov::<D>::vectors(self.symmetry) * self.order.len() * size_of::<Vector<D>>();
         Size {
             nodes: self.levels.iter().map(|level| level.matrix.n_rows()).collect(),
             blocks: self.levels.iter().map(|level| level.matrix.column.len()).collect(),
@@ -283,6 +276,15 @@ impl<const D: usize> Multigrid<D> {
         }
     }
 
+    /// A diagonal block or the coarsest matrix cannot be inverted.
+    fn unusable(&self, level: usize, row: usize) -> Failure {
+        let node = self.on_finest(level, row);
+        match self.symmetry {
+            Symmetry::Symmetric => Failure::Indefinite { node },
+            Symmetry::Unsymmetric => Failure::Singular { node },
+        }
+    }
+
     /// A caller's node near a node of a level.
     fn on_finest(&self, level: usize, row: usize) -> usize {
         let row = (0..level).rev().fold(row, |row, level| {
@@ -299,12 +301,7 @@ impl<const D: usize> Multigrid<D> {
         let Scratch { b, x, r } = &mut here[0];
         let Some(Interpolation { parents, children }) = interpolation else {
             let factor = self.coarsest.as_ref().expect("prepared before");
-            let mut dense = DVector::from_iterator(b.len() * D, b.iter().flat_map(|b| b.iter().copied()));
-            factor.solve_mut(&mut dense);
-            for (x, found) in x.iter_mut().zip(dense.as_slice().chunks_exact(D)) {
-                x.copy_from_slice(found);
-            }
-            return;
+            return factor.solve(b, x);
         };
         matrix.sweep_from_zero(&lattice.strips, b, x);
         matrix.residual_after_sweep(x, r);
@@ -327,40 +324,6 @@ impl<const D: usize> Multigrid<D> {
     }
 }
 
-impl Source {
-    #[inline]
-    fn read<const D: usize>(self, pattern: Pattern<'_>, values: &[f64]) -> Block<D> {
-        let first = self.column as usize * D;
-        if self.slot == 0 {
-            return Block::from_fn(|i, j| {
-                let (i, j) = (i.max(j), i.min(j));
-                values[pattern.column_start[first + j] + i - j]
-            });
-        }
-        let slot = (self.slot & !TRANSPOSED) as usize - 1;
-        let block = Block::from_fn(|i, j| values[pattern.column_start[first + j] + (D - j) + slot * D + i]);
-        if self.slot & TRANSPOSED == 0 { block } else { block.transpose() }
-    }
-}
-
-/// Nodes below the diagonal in a node's columns.
-struct Neighbours<'a, const D: usize> {
-    rows: &'a [usize],
-}
-
-impl<'a, const D: usize> Neighbours<'a, D> {
-    fn of(pattern: Pattern<'a>, node: usize) -> Self {
-        let entries = pattern.column_start[node * D] + D..pattern.column_start[node * D + 1];
-        Self { rows: &pattern.row[entries] }
-    }
-
-    fn for_each(&self, mut see: impl FnMut(usize)) {
-        for rows in self.rows.chunks_exact(D) {
-            see(rows[0] / D);
-        }
-    }
-}
-
 /// Lines that couplings span in each direction.
 fn reach(n: usize, nodes: &LatticePlaces<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(usize))) -> [u32; 3] {
     let mut reach = [1; 3];
@@ -380,24 +343,4 @@ fn reach(n: usize, nodes: &LatticePlaces<'_>, neighbours: impl Fn(usize, &mut dy
 fn row_bounds(start: &[usize]) -> Vec<usize> {
     let n = start.len() - 1;
     (0..=n.div_ceil(ROWS)).map(|task| start[(task * ROWS).min(n)]).collect()
-}
-
-/// A matrix with ones on the diagonal where a component carries nothing.
-fn dense<const D: usize>(matrix: &BlockMatrix<D>) -> DMatrix<f64> {
-    let n = matrix.n_rows();
-    let mut dense = DMatrix::zeros(n * D, n * D);
-    for row in 0..n {
-        for entry in matrix.start[row]..matrix.start[row + 1] {
-            let column = matrix.column[entry] as usize;
-            dense.view_mut((row * D, column * D), (D, D)).copy_from(&matrix.block[entry]);
-        }
-        for i in row * D..(row + 1) * D {
-            if matrix.inverse[row].row(i - row * D).iter().all(|&it| it == 0.0) {
-                dense.row_mut(i).fill(0.0);
-                dense.column_mut(i).fill(0.0);
-                dense[(i, i)] = 1.0;
-            }
-        }
-    }
-    dense
 }

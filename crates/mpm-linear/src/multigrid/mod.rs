@@ -1,5 +1,5 @@
-//! Conjugate gradients with a geometric multigrid preconditioner, for symmetric matrices of `D × D` blocks
-//! whose nodes stand on a lattice that is filled in part: the tangents of implicit material point methods.
+//! Conjugate gradients and GMRES with a geometric multigrid preconditioner, for matrices of `D × D` blocks whose nodes
+//! stand on a lattice that is filled in part: the tangents of implicit material point methods.
 //!
 //! [`Multigrid::analyse`] takes the pattern and coarsens the lattice: every second line of the directions
 //! in which lines stand closest. [`Multigrid::prepare`] takes values and forms the coarse matrices
@@ -8,17 +8,25 @@
 //! sweep before and a backward one after the coarse correction is the preconditioner
 //! (W. L. Briggs, V. E. Henson and S. F. McCormick, *A Multigrid Tutorial*, 2000).
 //!
+//! Symmetric matrices are solved by conjugate gradients, others by restarted GMRES. The hierarchy of the latter is that of
+//! A itself and not of its symmetric part, which is indefinite where frictional material flows.
+//!
 //! Sweeps run over strips of lattice lines, all even strips and then all odd ones: strips of one kind do
 //! not couple, so threads change nothing but the time.
 
 mod arithmetic;
 mod blocks;
 mod coarsening;
+mod coarsest;
 mod conjugate_gradients;
 mod galerkin;
+mod gmres;
 mod hierarchy;
+mod krylov;
 mod outcome;
+mod source;
 mod strips;
 
+pub(crate) use gmres::RESTART;
 pub use hierarchy::{Multigrid, Size};
 pub use outcome::{Converged, Failure};

@@ -1,4 +1,4 @@
-//! How conjugate gradients ended.
+//! How an iteration ended.
 
 /// A system that was solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,6 +9,16 @@ pub struct Converged {
     pub residual: f64,
 }
 
+/// How the iteration ended.
+pub(crate) enum Stop {
+    Solved(Converged),
+    NotConverged(Converged),
+    /// A search direction along which a symmetric matrix is not positive; the row that it moves most.
+    Indefinite {
+        row: usize,
+    },
+}
+
 /// Why a system was not solved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Failure {
@@ -17,6 +27,12 @@ pub enum Failure {
     Indefinite {
         /// A node at which it showed, in the caller's numbering; where it showed on a coarser lattice, or
         /// along a search direction, the node nearest to it or moved most.
+        node: usize,
+    },
+    /// The coarsest matrix of a hierarchy that is not symmetric is singular, or a diagonal block is not finite.
+    #[error("the matrix is singular on a coarser lattice (seen near node {node})")]
+    Singular {
+        /// The node nearest to where it showed, in the caller's numbering.
         node: usize,
     },
     /// The iterations were used up, or no longer improve x.

@@ -12,14 +12,15 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SolverInput {
     /// By the solver that is predicted to be quicker: up to some ten thousand equations the direct one, beyond
-    /// the iterative one, which leaves to the other what takes it more iterations than a factorisation is worth.
+    /// the iterative one, which leaves to the other what takes it more iterations than a factorisation is worth. Where
+    /// tangents are not symmetric, up to some thirty thousand in space; in the plane, while its factor stays below 8 GB.
     /// `mpm check` tells both costs.
     #[default]
     Auto,
     /// By sparse factorisation.
     Direct,
-    /// By conjugate gradients with geometric multigrid, as accurately as each Newton iteration needs it; what
-    /// they cannot solve is factorised.
+    /// By conjugate gradients with geometric multigrid, or by GMRES with it where tangents are not symmetric, as
+    /// accurately as each Newton iteration needs it; what they cannot solve is factorised.
     Iterative,
 }
 

@@ -73,7 +73,7 @@ pub(crate) struct Effort {
     pub method: Method,
     /// Whether a tangent was seen not to be positive definite.
     pub is_unstable: bool,
-    /// Iterations of conjugate gradients.
+    /// Iterations of conjugate gradients or GMRES.
     pub linear_iterations: u64,
     /// Corrections of which only a part was taken.
     pub shortened: u32,
@@ -83,12 +83,17 @@ pub(crate) struct Effort {
     pub relaxations: u32,
     /// Node at which LLᵀ last met a pivot that was not positive.
     pub unstable_node: Option<NodeId>,
-    /// Largest backward error of a linear solution.
-    pub backward_error: f64,
+    /// Largest backward error of a linear solution, of those whose backward error is known.
+    pub backward_error: Option<f64>,
     /// Steps of iterative refinement of linear solutions, in all.
     pub refinements: u32,
-    /// Largest ratio of the pivots of a factorisation; the condition number is as large or larger. 0: no pivots.
-    pub pivot_spread: f64,
+    /// Largest ratio of the pivots of a factorisation; the condition number is as large or larger. None without pivots.
+    pub pivot_spread: Option<f64>,
+}
+
+/// The larger of two numbers, of which each may be unknown.
+pub(crate) fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.into_iter().chain(b).reduce(f64::max)
 }
 
 impl<const D: usize> Iterate<D> {
@@ -104,9 +109,9 @@ impl<const D: usize> Iterate<D> {
             dropped: 0,
             relaxations: 0,
             unstable_node: None,
-            backward_error: 0.0,
+            backward_error: None,
             refinements: 0,
-            pivot_spread: 0.0,
+            pivot_spread: None,
         };
         Self {
             increment: UnknownVector::zeros(unknowns),

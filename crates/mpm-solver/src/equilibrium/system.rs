@@ -11,7 +11,7 @@
 //! One factorisation of K serves all right-hand sides, and the border unknowns follow from the small dense Schur
 //! complement: `(E + C K⁻¹B) δλ = g - C K⁻¹f`, then `δu = K⁻¹f + K⁻¹B δλ`.
 
-use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot};
+use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot, larger};
 use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
@@ -145,9 +145,7 @@ impl<const D: usize> Solver<D> {
         effort.method = factored.method;
         effort.is_unstable |= factored.shows_instability();
         self.weakest_pivot = factored.weakest;
-        if let Some(ratio) = factored.pivot_ratio {
-            effort.pivot_spread = effort.pivot_spread.max(ratio.recip());
-        }
+        effort.pivot_spread = larger(effort.pivot_spread, factored.pivot_ratio.map(f64::recip));
         if let Some(pivot) = factored.not_positive {
             let node = problem.unknowns().node_of(pivot.equation);
             effort.unstable_node = node.map(|(node, _)| problem.connected.active.nodes()[node]);
@@ -180,9 +178,7 @@ impl<const D: usize> Solver<D> {
         effort.linear_iterations += u64::from(solved.iterations);
         effort.method = solved.method;
         effort.is_unstable |= solved.taken_over.is_some_and(|factored| factored.shows_instability());
-        if let Some(backward_error) = solved.backward_error {
-            effort.backward_error = effort.backward_error.max(backward_error);
-        }
+        effort.backward_error = larger(effort.backward_error, solved.backward_error);
         effort.refinements += solved.refinements as u32;
         solution.read_equations(rhs);
         Ok(())
@@ -305,6 +301,7 @@ fn linear_failure<const D: usize>(problem: &Problem<'_, D>, error: Singular) -> 
         | Cause::RightHandSideNotFinite
         | Cause::TooLargeToFactorise { .. }
         | Cause::NoMemory { .. } => StepFailure::Linear(error.to_string()),
+        Cause::Unsuitable(reason) => StepFailure::Unsuitable(reason),
     }
 }
 

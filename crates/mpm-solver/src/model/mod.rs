@@ -12,7 +12,7 @@ pub use supports::{Active, Prescribed, Release, Support, Turn, across};
 
 use mpm_assembly::{Body, Contribution};
 use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
-use mpm_linear::{Automatic, Choice, LinearSolver};
+use mpm_linear::{Automatic, Choice, LinearSolver, Symmetry};
 
 /// All that a run needs to know.
 ///
@@ -87,11 +87,19 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// The choice among the shipped solvers, if one of them is to be taken: path control in the plane takes the
-    /// signs of pivots to see limit points, which conjugate gradients can pass without notice.
+    /// Whether the tangents equal their transposes: those of all bodies and contributions have to.
+    pub(crate) fn symmetry(&self) -> Symmetry {
+        let of_bodies = self.bodies.iter().map(|named| named.body.symmetry());
+        let mut all = of_bodies.chain(self.contributions.iter().map(|named| named.contribution.symmetry()));
+        if all.all(|it| it == Symmetry::Symmetric) { Symmetry::Symmetric } else { Symmetry::Unsymmetric }
+    }
+
+    /// The choice among the shipped solvers, if one of them is to be taken. Path control takes the signs of pivots to see
+    /// limit points, which conjugate gradients in the plane can pass without notice, and GMRES never sees.
     pub(crate) fn choice(&self) -> Option<Choice> {
+        let needs_pivots = || self.follows_path() && (D == 2 || self.symmetry() == Symmetry::Unsymmetric);
         match self.solver {
-            SolverChoice::Automatic(Choice::Auto) if D == 2 && self.follows_path() => Some(Choice::Direct),
+            SolverChoice::Automatic(Choice::Auto) if needs_pivots() => Some(Choice::Direct),
             SolverChoice::Automatic(choice) => Some(choice),
             SolverChoice::Custom(_) => None,
         }

@@ -333,6 +333,7 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Method::Lu => 2,
         Method::ConjugateGradients => 3,
         Method::Other(_) => 4,
+        Method::Gmres => 5,
     };
     vec![
         Entry::Real(vec![end.total()]),
@@ -348,9 +349,10 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Entry::Count(vec![effort.shortened.into()]),
         Entry::Count(vec![effort.relaxations.into()]),
         Entry::Real(vec![equilibrium.smallest_determinant]),
-        Entry::Real(vec![effort.backward_error]),
+        // 0 where it is not known, as of iterative solutions.
+        Entry::Real(vec![effort.backward_error.unwrap_or(0.0)]),
         Entry::Count(vec![effort.refinements.into()]),
-        Entry::Real(vec![effort.pivot_spread]),
+        Entry::Real(vec![effort.pivot_spread.unwrap_or(0.0)]),
         Entry::Real(vec![seconds]),
     ]
 }

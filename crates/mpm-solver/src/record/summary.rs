@@ -1,6 +1,7 @@
 //! A run in a few numbers.
 
 use super::{Balanced, StepResult};
+use crate::equilibrium::problem::larger;
 use crate::model::Model;
 use crate::progress::Totals;
 use crate::timing::{Timing, Timings};
@@ -26,12 +27,13 @@ pub struct Summary {
     pub smallest_determinant: f64,
     /// Largest relative out-of-balance force that a step was left with `[-]`.
     pub residual: f64,
-    /// Largest componentwise backward error of a linear solution `[-]`.
-    pub backward_error: f64,
+    /// Largest componentwise backward error of a linear solution, of those whose backward error is known `[-]`.
+    pub backward_error: Option<f64>,
     /// Steps of iterative refinement of linear solutions.
     pub refinements: u64,
-    /// Largest ratio of the pivots of one factorisation: the condition number was that large or larger `[-]`.
-    pub pivot_spread: f64,
+    /// Largest ratio of the pivots of one factorisation, where pivots are known: the condition number was that large or
+    /// larger `[-]`.
+    pub pivot_spread: Option<f64>,
     /// Largest estimate of the condition number (by power and inverse iteration, from below), where it was asked
     /// for `[-]`.
     pub condition: Option<f64>,
@@ -93,9 +95,9 @@ impl Totals {
         let smallest = self.smallest_determinant.unwrap_or(f64::INFINITY);
         self.smallest_determinant = Some(smallest.min(equilibrium.smallest_determinant));
         self.residual = self.residual.max(effort.residual);
-        self.backward_error = self.backward_error.max(effort.backward_error);
+        self.backward_error = larger(self.backward_error, effort.backward_error);
         self.refinements += u64::from(effort.refinements);
-        self.pivot_spread = self.pivot_spread.max(effort.pivot_spread);
-        self.condition = condition.iter().copied().chain(self.condition).reduce(f64::max);
+        self.pivot_spread = larger(self.pivot_spread, effort.pivot_spread);
+        self.condition = larger(self.condition, *condition);
     }
 }

@@ -187,7 +187,8 @@ impl<const D: usize> PathSteps<D> {
                 let (from, level) = (plan.start.total(), self.level);
                 let to = f64::from(self.stage) + step.end;
                 let no_length = matches!(reason, StepFailure::Path(PathFailure::NoLength));
-                if !self.cut(step.aim, no_length) {
+                let is_hopeless = matches!(reason, StepFailure::Unsuitable(_));
+                if is_hopeless || !self.cut(step.aim, no_length) {
                     let step = self.before + self.taken as usize + 1;
                     return Err(Error::Step { step, from, to, level, reason, remedy: None });
                 }
