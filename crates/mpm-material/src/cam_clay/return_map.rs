@@ -52,7 +52,7 @@ pub(super) struct Equations {
 ///
 /// On the isotropic axis F is linear, so that steps of any length need no iteration there.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+pub(super) struct Point {
     /// P and ζ.
     unknowns: [f64; 2],
     /// ε_v and ε_s.
@@ -105,15 +105,35 @@ impl Equations {
     pub fn solve(&self, p: f64) -> Result<Returned, NoReturn> {
         if p.is_finite() && p > 0.0 {
             let start = self.skeleton.exponent(self.trial.0, self.trial.1);
-            if let Some((returned, _)) = self.newton(start, 0.0) {
+            if let Some((returned, _)) = self.newton(self.unreturned(start, p)) {
                 return Ok(returned);
             }
         }
         self.bracketed()
     }
 
+    /// The trial state, of which P and the pressure `p` are known: no power of e has to be taken.
     #[inline]
-    fn at(&self, unknowns: [f64; 2]) -> Point {
+    fn unreturned(&self, logarithm: f64, p: f64) -> Point {
+        let constant = self.skeleton.shear / p;
+        let modulus = constant + self.skeleton.shear_ratio;
+        let relative = self.logarithm - logarithm;
+        let ratio = 3.0 * modulus * self.trial.1;
+        let residual = [0.0, (self.per_m2 * ratio * ratio).ln_1p() - relative];
+        Point {
+            unknowns: [logarithm, 0.0],
+            strains: self.trial,
+            moduli: (constant, modulus),
+            beta: 1.0,
+            ratio,
+            relative: self.before / p,
+            residual,
+            error: residual[1].abs(),
+        }
+    }
+
+    #[inline]
+    pub(super) fn at(&self, unknowns: [f64; 2]) -> Point {
         let skeleton = &self.skeleton;
         let [logarithm, zeta] = unknowns;
         // Without a constant part of the modulus no pressure is needed.
@@ -167,14 +187,14 @@ impl Equations {
         Slopes { jacobian, ratio, yielding }
     }
 
-    /// Newton's method from P and ζ; a step is halved until the error falls. Answers with Δγ too. `None` where
+    /// Newton's method from a point; a step is halved until the error falls. Answers with Δγ too. `None` where
     /// it gets stuck, or arrives at a negative multiplier.
     #[inline]
-    pub(super) fn newton(&self, logarithm: f64, zeta: f64) -> Option<(Returned, f64)> {
+    pub(super) fn newton(&self, start: Point) -> Option<(Returned, f64)> {
         const STEPS: usize = 30;
         const HALVINGS: usize = 10;
 
-        let mut now = self.at([logarithm, zeta]);
+        let mut now = start;
         for _ in 0..STEPS {
             let slopes = self.slopes(&now);
             let step = solve(&slopes.jacobian, &now.residual);

@@ -7,49 +7,41 @@ use crate::ordered::Ordered;
 use crate::von_mises::YIELD_TOLERANCE;
 use crate::{PlasticStrain, Update};
 
-/// A plane of the yield surface, by the places of its stresses in descending order of the trial.
+/// Where a return may end, in descending order of the trial, with t = t_c and t₃ = [t (1 + s) − 2c cos φ]/(1 − s),
+/// the smallest stress that the cone allows beside t. They are tried in this order.
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Plane {
-    /// Of the cone: the larger and the smaller stress.
-    Cone(usize, usize),
-    /// Of the cut-off.
-    Tension(usize),
+enum Place {
+    /// τ₁ = t.
+    Plane,
+    /// τ₁ = τ₂ = t.
+    Edge,
+    /// τ₁ = τ₂ = τ₃ = t.
+    Tip,
+    /// τ₁ = t, τ₃ = t₃.
+    Rim,
+    /// τ₁ = t, τ₂ = τ₃ = t₃.
+    ExtensionCorner,
+    /// τ₁ = τ₂ = t, τ₃ = t₃: four planes meet, those of both stresses t in the cut-off and in the cone.
+    CompressionCorner,
 }
 
-use Plane::{Cone, Tension};
+use Place::{CompressionCorner, Edge, ExtensionCorner, Plane, Rim, Tip};
 
-/// Sets of active planes to be tried in this order, each with the pairs (1, 2), (2, 3), (1, 3) that it makes
-/// equal. At τ₁ = τ₂ = t_c four planes meet, and any three of them may be those whose multipliers are
-/// not negative. Sets of the cone alone are dealt with before.
-const CANDIDATES: [(&[Plane], [bool; 3]); 9] = [
-    (&[Tension(0)], [false; 3]),
-    (&[Tension(0), Tension(1)], [true, false, false]),
-    (&[Cone(0, 2), Tension(0)], [false; 3]),
-    (&[Cone(0, 2), Cone(0, 1), Tension(0)], [false, true, false]),
-    (&[Cone(0, 2), Tension(0), Tension(1)], [true, false, false]),
-    (&[Cone(0, 2), Cone(1, 2), Tension(0)], [true, false, false]),
-    (&[Cone(0, 2), Cone(1, 2), Tension(1)], [true, false, false]),
-    (&[Cone(1, 2), Tension(0), Tension(1)], [true, false, false]),
-    (&[Tension(0), Tension(1), Tension(2)], [true; 3]),
-];
+const PLACES: [Place; 6] = [Plane, Edge, Tip, Rim, ExtensionCorner, CompressionCorner];
 
-/// A set of planes with the strain that its return leaves.
+/// Elastic strains at a place, in descending order.
 struct Candidate {
-    /// One column a plane; those of planes that are not there are zero.
-    normals: Matrix3<f64>,
-    flows: Matrix3<f64>,
-    /// (N_fᵀ D_e N_g)⁻¹, the identity where planes are not there.
-    inverse: Matrix3<f64>,
-    multipliers: Vector3<f64>,
-    elastic: Vector3<f64>,
+    elastic: [f64; 3],
+    /// By how much it is not the answer [F/L²].
+    violation: f64,
 }
 
 impl MohrCoulomb {
-    /// The first set whose multipliers are not negative, and whose stress violates no other plane:
+    /// The first place whose multipliers are not negative, and whose stress violates no other plane. Exactly one
+    /// stress is admissible; where several places lead to it, rounding may choose.
     ///
-    /// D = D_e − D_e N_g (N_fᵀ D_e N_g)⁻¹ N_fᵀ D_e, zero for three planes.
-    ///
-    /// Exactly one stress is admissible; where several sets lead to it, rounding may choose.
+    /// With N the axes whose stresses the place fixes, D = D_e − D_e N (Nᵀ D_e N)⁻¹ Nᵀ D_e, because the active flows
+    /// and the active planes span the same axes: where one stress is left free, D is Young's modulus along it.
     #[inline(never)]
     pub(super) fn on_cut_off(
         &self,
@@ -59,38 +51,28 @@ impl MohrCoulomb {
         history: &PlasticStrain,
     ) -> Update<PlasticStrain> {
         let tolerance = YIELD_TOLERANCE * scale;
-        let stiffness =
-            Matrix3::from_diagonal_element(2.0 * self.elasticity.shear()).add_scalar(self.elasticity.lame());
-        let mut best: Option<(f64, Candidate, &[Plane], [bool; 3])> = None;
-        for (planes, equal) in CANDIDATES {
-            let Some(candidate) = self.candidate(planes, trial, &stiffness) else { continue };
-            let violation = self.violation(&candidate, &stiffness);
-            // NaN is no better than anything.
-            if best.as_ref().is_none_or(|(least, ..)| violation < *least) {
-                best = Some((violation, candidate, planes, equal));
-            }
-            if violation <= tolerance {
+        // NaN stays first, because nothing is less than it.
+        let (mut place, mut found) = (Plane, self.candidate(Plane, trial));
+        for other in PLACES.into_iter().skip(1) {
+            if found.violation <= tolerance {
                 break;
             }
+            let candidate = self.candidate(other, trial);
+            if candidate.violation < found.violation {
+                (place, found) = (other, candidate);
+            }
         }
-        // None: only where the strains are no numbers.
-        let Some((_, found, planes, equal)) = best else {
-            let nothing = Vector3::repeat(f64::NAN);
-            return self.answer(strain, nothing, Matrix3::repeat(f64::NAN), nothing, history);
+        let two_g = 2.0 * self.elasticity.shear();
+        let Candidate { elastic, .. } = found;
+        let [e1, e2, e3] = trial.strain;
+        let flow = [e1 - elastic[0], e2 - elastic[1], e3 - elastic[2]];
+        // Pairs that the place makes equal. The strains of any other may be equal by themselves.
+        let equal = match place {
+            Plane | Rim => [false; 3],
+            Edge | CompressionCorner => [true, false, false],
+            ExtensionCorner => [false, true, false],
+            Tip => [true; 3],
         };
-        let elastic = [found.elastic[0], found.elastic[1], found.elastic[2]];
-        let tangent = if planes.len() == 3 {
-            Matrix3::zeros()
-        } else {
-            let lost = (stiffness * found.flows) * found.inverse * (stiffness * found.normals).transpose();
-            let sorted = stiffness - lost;
-            // Rows, then columns, back to their axes.
-            let rows = [0, 1, 2].map(|b| trial.by_axis(&sorted.column(b).into_owned().into()));
-            let rows = Matrix3::from_columns(&rows).transpose();
-            let columns = [0, 1, 2].map(|a| trial.by_axis(&rows.column(a).into_owned().into()));
-            Matrix3::from_columns(&columns).transpose()
-        };
-        let flow = found.flows * found.multipliers;
         let part = |pair: usize, i: usize, j: usize| {
             if equal[pair] {
                 0.0
@@ -100,48 +82,95 @@ impl MohrCoulomb {
                 (elastic[i] - elastic[j]) / (trial.strain[i] - trial.strain[j])
             }
         };
-        let secant = trial.secants([part(0, 0, 1), part(1, 1, 2), part(2, 0, 2)]);
-        let secant = secant * (2.0 * self.elasticity.shear());
+        let secant = trial.secants([part(0, 0, 1), part(1, 1, 2), part(2, 0, 2)]) * two_g;
+        let (lambda, p_wave) = (self.elasticity.lame(), self.elasticity.p_wave());
+        let along = |axis: [f64; 3]| Matrix3::from_diagonal(&trial.by_axis(&axis));
+        let young = self.elasticity.young();
+        let tangent = match place {
+            Plane => {
+                let free = trial.by_axis(&[0.0, 1.0, 1.0]);
+                let across = lambda * two_g / p_wave;
+                free * free.transpose() * across + Matrix3::from_diagonal(&(free * two_g))
+            }
+            Edge => along([0.0, 0.0, young]),
+            Rim => along([0.0, young, 0.0]),
+            Tip | ExtensionCorner | CompressionCorner => Matrix3::zeros(),
+        };
         self.answer(strain, trial.by_axis(&elastic), tangent, secant, history)
     }
 
-    /// Return with all of `planes` active; `None` where they cannot be met together.
-    fn candidate(&self, planes: &[Plane], trial: &Ordered, stiffness: &Matrix3<f64>) -> Option<Candidate> {
-        let ((s, _), t) = (self.friction, self.dilation);
-        let strain = Vector3::from(trial.strain);
-        let tau = stiffness * strain;
-        let (mut normals, mut flows, mut overshoot) = (Matrix3::zeros(), Matrix3::zeros(), Vector3::zeros());
-        for (column, plane) in planes.iter().enumerate() {
-            match *plane {
-                Cone(i, j) => {
-                    normals[(i, column)] = 1.0 + s;
-                    normals[(j, column)] = -1.0 + s;
-                    flows[(i, column)] = 1.0 + t;
-                    flows[(j, column)] = -1.0 + t;
-                    overshoot[column] = self.overshoot(tau[i], tau[j]);
-                }
-                Tension(i) => {
-                    normals[(i, column)] = 1.0;
-                    flows[(i, column)] = 1.0;
-                    overshoot[column] = tau[i] - self.cut_off;
-                }
+    /// The strains at a place. Where a stress is not fixed, its strain is that of the trial.
+    #[inline]
+    fn candidate(&self, place: Place, trial: &Ordered) -> Candidate {
+        let (lambda, g) = (self.elasticity.lame(), self.elasticity.shear());
+        let t = self.cut_off;
+        let flow = self.dilation;
+        let [e1, e2, e3] = trial.strain;
+        // Two strains of which the stresses are given, beside a third.
+        let pair = |stresses: (f64, f64), third: f64| {
+            let mean = (0.5 * (stresses.0 + stresses.1) - lambda * third) / (2.0 * (lambda + g));
+            let half = 0.25 * (stresses.0 - stresses.1) / g;
+            (mean + half, mean - half)
+        };
+        // The strain, the smallest multiplier, and the largest and the smallest stress that are not given.
+        let (elastic, least, free) = match place {
+            Plane => {
+                let overshoot = self.stresses(&trial.strain)[0] - t;
+                let first = e1 - overshoot / self.elasticity.p_wave();
+                ([first, e2, e3], e1 - first, Some((e2, e3)))
             }
-        }
-        let mut system = normals.transpose() * stiffness * flows;
-        for column in planes.len()..3 {
-            system[(column, column)] = 1.0;
-        }
-        let inverse = system.try_inverse()?;
-        let multipliers = inverse * overshoot;
-        Some(Candidate { normals, flows, inverse, multipliers, elastic: strain - flows * multipliers })
+            Edge => {
+                let (equal, _) = pair((t, t), e3);
+                ([equal, equal, e3], e2 - equal, Some((e3, e3)))
+            }
+            Tip => {
+                let equal = t / (3.0 * self.elasticity.bulk());
+                ([equal; 3], e3 - equal, None)
+            }
+            Rim => {
+                let (first, last) = pair((t, self.least()), e2);
+                let cone = (last - e3) / (1.0 - flow);
+                ([first, e2, last], cone.min(e1 - first - cone * (1.0 + flow)), Some((e2, e2)))
+            }
+            ExtensionCorner => {
+                let (first, last) = self.corner(t, self.least());
+                let (outer, inner) = ((last - e3) / (1.0 - flow), (last - e2) / (1.0 - flow));
+                let tension = e1 - first - (outer + inner) * (1.0 + flow);
+                ([first, last, last], outer.min(inner).min(tension), None)
+            }
+            CompressionCorner => {
+                let (last, first) = self.corner(self.least(), t);
+                let cone = (last - e3) / (1.0 - flow);
+                let (upper, lower) = (e1 - first, e2 - first);
+                // What the cone's planes share out between both axes is at most what flows along them.
+                let tension = upper + lower - cone * (1.0 + flow);
+                ([first, first, last], cone.min(upper).min(lower).min(tension), None)
+            }
+        };
+        let violation = match free {
+            None => -least * g,
+            Some((larger, smaller)) => {
+                let mean = lambda * (elastic[0] + elastic[1] + elastic[2]);
+                let (larger, smaller) = (2.0 * g * larger + mean, 2.0 * g * smaller + mean);
+                let passed = self.overshoot(larger.max(t), smaller.min(t)).max(larger - t);
+                passed.max(-least * g)
+            }
+        };
+        Candidate { elastic, violation }
     }
 
-    /// By how much a candidate is not the answer [F/L²]: a negative multiplier, as the stress that it would
-    /// carry, or a plane that is passed.
-    fn violation(&self, candidate: &Candidate, stiffness: &Matrix3<f64>) -> f64 {
-        let tau = stiffness * candidate.elastic;
-        let negative = -candidate.multipliers.min() * self.elasticity.shear();
-        let (largest, smallest) = (tau.max(), tau.min());
-        negative.max(self.overshoot(largest, smallest)).max(largest - self.cut_off)
+    /// t₃ [F/L²].
+    #[inline]
+    fn least(&self) -> f64 {
+        let (sin, cos) = self.friction;
+        (self.cut_off * (1.0 + sin) - 2.0 * self.cohesion * cos) / (1.0 - sin)
+    }
+
+    /// Strains under one stress `single` and two stresses `double`.
+    #[inline]
+    fn corner(&self, single: f64, double: f64) -> (f64, f64) {
+        let mean = (single + 2.0 * double) / (9.0 * self.elasticity.bulk());
+        let shear = (single - double) / (6.0 * self.elasticity.shear());
+        (mean + 2.0 * shear, mean - shear)
     }
 }
