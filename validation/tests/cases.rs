@@ -179,6 +179,26 @@ fn rigid_footing() {
 }
 
 #[test]
+fn ground_at_rest() {
+    passes("ground at rest");
+}
+
+#[test]
+fn columns_of_soil() {
+    passes("columns of soil");
+}
+
+#[test]
+fn cavity_in_a_ring() {
+    passes("cavity in a ring");
+}
+
+#[test]
+fn cavity_in_unbounded_clay() {
+    passes("cavity in unbounded clay");
+}
+
+#[test]
 fn every_case_has_a_test() {
     let tests = [include_str!("cases.rs"), include_str!("determinism.rs")];
     for case in CASES {

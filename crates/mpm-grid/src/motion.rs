@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::affine::Affine;
 use crate::cell::LinearCell;
 use crate::layout::Layout;
-use crate::placed::{PlacedMotion, Profile, Stretching, cos_sin};
+use crate::placed::{PlacedMotion, Profile, Squares, Stretching, cos_sin};
 use crate::ramp::{LoadFraction, Ramp};
 use crate::{Block, Vector};
 
@@ -55,6 +55,13 @@ pub enum MeshMotion<const D: usize> {
         /// The plane that is driven along the axis, in three dimensions.
         stretch: Option<DrivenPlane>,
     },
+    /// A ring whose rings of nodes are re-spaced between an anchored and a driven radius, so that the areas between
+    /// them change in one ratio.
+    #[non_exhaustive]
+    Expand {
+        /// The radii, in place of planes.
+        radii: DrivenPlane,
+    },
     /// A box under an affine map of the load fraction that someone else has written.
     #[non_exhaustive]
     Affine {
@@ -77,6 +84,7 @@ impl<const D: usize> PartialEq for MeshMotion<D> {
                 Self::Twist { centre, inner, outer, reindexing, stretch },
                 Self::Twist { centre: c, inner: i, outer: o, reindexing: r, stretch: s },
             ) => (centre, inner, outer, reindexing, stretch) == (c, i, o, r, s),
+            (Self::Expand { radii }, Self::Expand { radii: other }) => radii == other,
             (Self::Affine { map }, Self::Affine { map: other }) => Arc::ptr_eq(map, other),
             _ => false,
         }
@@ -160,6 +168,20 @@ pub enum MotionError {
         /// Load fraction of the first knot where it has.
         fraction: f64,
     },
+    /// An expansion between two radii that coincide or are not above 0.
+    #[error("an expansion needs two different radii above 0, not {anchor} and {driven}")]
+    ExpandedRadii {
+        /// Radius that stays `[L]`.
+        anchor: f64,
+        /// Radius that moves `[L]`.
+        driven: f64,
+    },
+    /// An expansion that carries the driven radius to or through its anchor or the centre.
+    #[error("the driven radius reaches its anchor or the centre at load fraction {fraction}")]
+    ThroughRadius {
+        /// Load fraction of the first knot where it has.
+        fraction: f64,
+    },
     /// Paths for too few or too many corners.
     #[error("a box has {needed} corners; paths for {found} were given")]
     CornerCount {
@@ -178,7 +200,7 @@ pub enum MotionError {
     #[error("an affine motion must be the identity at load fraction 0")]
     NotAtRest,
     /// A motion of rings used with a box.
-    #[error("a twist needs a ring layout")]
+    #[error("twists and expansions need a ring layout")]
     NeedsRing,
     /// A twist about another centre than the ring's.
     #[error("a twist turns about the ring's centre {ring:?}, not {twist:?}")]
@@ -288,6 +310,27 @@ impl<const D: usize> MeshMotion<D> {
         }
     }
 
+    /// A ring whose rings of nodes are re-spaced between an anchored and a driven radius: the squares of their radii
+    /// linearly, so that the areas between rings change in one ratio. Beyond the driven radius areas are kept, beyond the
+    /// anchor rings stay. A medium that all but keeps its volume moves so.
+    pub fn expand(radii: DrivenPlane) -> Result<Self, MotionError> {
+        let DrivenPlane { anchor, driven, ref displacement } = radii;
+        if !(anchor.is_finite() && driven.is_finite() && displacement.is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        if anchor == driven || anchor <= 0.0 || driven <= 0.0 {
+            return Err(MotionError::ExpandedRadii { anchor, driven });
+        }
+        // Between knots the displacement is linear, so the knots decide.
+        for (at, delta) in displacement.knots() {
+            let span = driven - anchor;
+            if (span + delta) / span <= 0.0 || driven + delta <= 0.0 {
+                return Err(MotionError::ThroughRadius { fraction: at.total() });
+            }
+        }
+        Ok(Self::Expand { radii })
+    }
+
     /// A box under an affine map, which must be the identity at the start of the load.
     pub fn affine(map: Arc<dyn AffineMotion<D>>) -> Result<Self, MotionError> {
         let (matrix, shift) = map.at(LoadFraction::START);
@@ -308,6 +351,7 @@ impl<const D: usize> MeshMotion<D> {
                 let along = stretch.iter().map(|plane| &plane.displacement);
                 [&inner.1, &outer.1].into_iter().chain(along).collect()
             }
+            Self::Expand { radii } => vec![&radii.displacement],
         }
     }
 
@@ -339,6 +383,11 @@ impl<const D: usize> MeshMotion<D> {
             (Self::Fixed, _) => Ok(PlacedMotion::Rest),
             (Self::Stretch { axes }, Layout::Box { .. }) => {
                 Ok(PlacedMotion::Stretch(axes.each_ref().map(|a| a.as_ref().map(|plane| plane.placed(at)))))
+            }
+            (Self::Expand { radii }, Layout::Ring { centre, .. }) => {
+                let DrivenPlane { anchor, driven, displacement } = radii;
+                let squares = Squares::new(*anchor, *driven, displacement.from_rest(at));
+                Ok(PlacedMotion::Expand { centre: *centre, squares })
             }
             (Self::Corners { path }, Layout::Box { axes }) => {
                 let from = Vector::from_fn(|d, _| axes[d].first());
@@ -391,7 +440,7 @@ impl<const D: usize> MeshMotion<D> {
             (Self::Stretch { .. } | Self::Corners { .. } | Self::Affine { .. }, Layout::Ring { .. }) => {
                 Err(MotionError::NeedsBox)
             }
-            (Self::Twist { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
+            (Self::Twist { .. } | Self::Expand { .. }, Layout::Box { .. }) => Err(MotionError::NeedsRing),
         }
     }
 }

@@ -26,6 +26,10 @@ pub(crate) enum PlacedMotion<const D: usize> {
         /// Along the third axis.
         along: Option<Stretching>,
     },
+    Expand {
+        centre: [f64; 2],
+        squares: Squares,
+    },
     Affine(Affine<D>),
 }
 
@@ -44,6 +48,10 @@ impl<const D: usize> PlacedMotion<D> {
                 let turned = rotate(rest, centre, cos_sin(profile.angle(radius(rest, centre))));
                 raised(turned, along.map(|it| it.place(rest[D - 1])))
             }
+            Self::Expand { centre, squares } => {
+                let r = radius(rest, centre);
+                scale(rest, centre, if r > 0.0 { squares.place(r) / r } else { 1.0 })
+            }
             Self::Affine(map) => map.place(rest),
         }
     }
@@ -61,6 +69,10 @@ impl<const D: usize> PlacedMotion<D> {
             Self::Twist { centre, profile, along } => {
                 let turned = rotate(x, centre, cos_sin(-profile.angle(radius(x, centre))));
                 raised(turned, along.map(|it| it.recall(x[D - 1])))
+            }
+            Self::Expand { centre, squares } => {
+                let now = radius(x, centre);
+                scale(x, centre, if now > 0.0 { squares.recall(now)? / now } else { 1.0 })
             }
             Self::Affine(map) => map.recall(x),
         })
@@ -82,7 +94,7 @@ impl<const D: usize> PlacedMotion<D> {
                 _ => f64::from(u8::from(i == j)),
             }),
             Self::Affine(map) => map.push_gradients(),
-            Self::Rest | Self::Stretch(_) | Self::Twist { .. } => {
+            Self::Rest | Self::Stretch(_) | Self::Twist { .. } | Self::Expand { .. } => {
                 unreachable!("meshes under this motion are not bent boxes")
             }
         }
@@ -132,6 +144,43 @@ impl Stretching {
     }
 }
 
+/// Linear re-spacing of the squares of radii: areas between rings change in one ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Squares(Stretching);
+
+impl Squares {
+    pub(crate) fn new(anchor: f64, driven: f64, displacement: f64) -> Self {
+        let displacement = (2.0 * driven + displacement) * displacement;
+        Self(Stretching { anchor: anchor * anchor, driven: driven * driven, displacement })
+    }
+
+    /// Radius now of a radius at rest; not a number for what has passed through the centre.
+    fn place(self, radius: f64) -> f64 {
+        if self.0.displacement == 0.0 {
+            return radius;
+        }
+        self.0.place(radius * radius).sqrt()
+    }
+
+    /// The inverse; `None` within a hole that has opened around the centre.
+    fn recall(self, radius: f64) -> Option<f64> {
+        if self.0.displacement == 0.0 {
+            return Some(radius);
+        }
+        let square = self.0.recall(radius * radius);
+        (square > 0.0).then(|| square.sqrt())
+    }
+
+    /// The axis of radii re-spaced; `None` where a ring has come to the centre or to the next one.
+    pub(crate) fn axis(self, radii: &Axis) -> Option<Axis> {
+        if self.0.displacement == 0.0 {
+            return Some(radii.clone());
+        }
+        let nodes: Vec<f64> = (0..=radii.cells()).map(|i| self.place(radii.node(i))).collect();
+        if nodes.first().is_some_and(|inner| *inner > 0.0) { Axis::graded(nodes).ok() } else { None }
+    }
+}
+
 /// Angle of a twist `[rad]` against the radius `[L]`: linear between two radii, constant beyond.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Profile {
@@ -161,6 +210,14 @@ pub(crate) fn rotate<const D: usize>(x: &Vector<D>, centre: &[f64; 2], [cos, sin
     Vector::from_fn(|d, _| match d {
         0 => centre[0] + (cos * dx - sin * dy),
         1 => centre[1] + (sin * dx + cos * dy),
+        _ => x[d],
+    })
+}
+
+/// Stretch by a factor away from the centre in the plane of the first two coordinates.
+fn scale<const D: usize>(x: &Vector<D>, centre: &[f64; 2], factor: f64) -> Vector<D> {
+    Vector::from_fn(|d, _| match d {
+        0 | 1 => centre[d] + (x[d] - centre[d]) * factor,
         _ => x[d],
     })
 }

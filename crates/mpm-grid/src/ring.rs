@@ -1,4 +1,4 @@
-//! Rings of nodes as placed by a motion: tables of angles instead of positions.
+//! Rings of nodes as placed by a motion: radii and tables of angles instead of positions.
 
 use std::array::from_fn;
 use std::f64::consts::{PI, TAU};
@@ -41,7 +41,7 @@ impl PlacedRing {
         };
         let step = span.step(*sectors);
         let angle = |radius: f64| match (motion, reindexing) {
-            (PlacedMotion::Rest, _) => Some(0.0),
+            (PlacedMotion::Rest | PlacedMotion::Expand { .. }, _) => Some(0.0),
             (PlacedMotion::Rotation { angle, .. }, _) => Some(*angle),
             (PlacedMotion::Twist { profile, .. }, Reindexing::Off) => Some(profile.angle(radius)),
             (PlacedMotion::Twist { profile, .. }, Reindexing::WholeCells) => {
@@ -64,12 +64,16 @@ impl PlacedRing {
             (Some(axis), Some(along)) => Some(along.respaced(axis)?),
             (axis, _) => axis.clone(),
         };
+        let radii_now = match motion {
+            PlacedMotion::Expand { squares, .. } => squares.axis(radii)?,
+            _ => radii.clone(),
+        };
         let n_lines = if span.is_full() { *sectors } else { *sectors + 1 };
         let line = |i: u32| cos_sin(span.start() + f64::from(i) * step);
         let turn = |j: u32| angle(radii.node(j)).map(|a| (a, cos_sin(a)));
         let ring = Self {
             centre,
-            radii: radii.clone(),
+            radii: radii_now,
             sectors: *sectors,
             span: *span,
             height,

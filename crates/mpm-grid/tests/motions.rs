@@ -31,6 +31,10 @@ fn twist(angle: f64, reindexing: Reindexing) -> MeshMotion<2> {
     MeshMotion::twist([1.0, 2.0], inner, outer, reindexing).unwrap()
 }
 
+fn expand(anchor: f64, driven: f64, displacement: f64) -> Result<MeshMotion<2>, MotionError> {
+    MeshMotion::expand(DrivenPlane { anchor, driven, displacement: Ramp::linear(displacement) })
+}
+
 /// The corner of largest coordinates moves by `by` along every direction.
 fn kite<const D: usize>(by: f64) -> MeshMotion<D> {
     let last = (1 << D) - 1;
@@ -73,6 +77,11 @@ proptest! {
             let x = [1.0 + 8.0 * rest[0], 2.0 - rest[1]];
             round_trip::<2>(&twist(7.0, reindexing), &ring(Span::Full), &x, f);
         }
+        // From the driven radius to beyond the anchor; and the other way round.
+        let x = [1.0 + 5.0 + 4.0 * rest[0], 2.0 - rest[1]];
+        for (anchor, driven, by) in [(9.0, 5.0, 3.0), (9.0, 5.0, -4.5), (5.0, 8.0, -2.5)] {
+            round_trip::<2>(&expand(anchor, driven, by).unwrap(), &ring(Span::Full), &x, f);
+        }
     }
 
     /// Mesh nodes stand where the motion places them (but for re-indexing).
@@ -88,6 +97,8 @@ proptest! {
             (turn(), ring(Span::Sector { from: 1.0, to: 3.0 })),
             (twist(0.5, Reindexing::Off), ring(Span::Full)),
             (twist(0.5, Reindexing::Off), ring(Span::Sector { from: 1.0, to: 3.0 })),
+            (expand(9.0, 6.0, 2.0).unwrap(), ring(Span::Full)),
+            (expand(6.0, 9.0, -2.0).unwrap(), ring(Span::Sector { from: 1.0, to: 3.0 })),
         ];
         for (motion, layout) in table {
             let mesh = motion.mesh_at(&layout, fraction(f)).unwrap();
@@ -114,6 +125,32 @@ fn stretch_moves_planes_as_told() {
         let [axis] = mesh.rectilinear().expect("a stretched box is rectilinear");
         for (i, x) in (0..5).zip(expected) {
             assert!((axis.node(i) - x).abs() < 1e-15, "{anchor} to {driven}: node {i}");
+        }
+    }
+}
+
+/// Rings of nodes between the radii are re-spaced, those beyond the driven one move with it, and all keep their angles.
+#[test]
+fn expansion_moves_rings_as_told() {
+    let layout = ring(Span::Sector { from: 0.5, to: 1.0 });
+    let table: [((f64, f64), f64, [f64; 6]); 3] = [
+        ((10.0, 5.0), 3.0, [64.0, 69.28, 75.52, 82.72, 90.88, 100.0]),
+        ((9.0, 7.0), 1.0, [40.0, 51.0, 64.0, 71.96875, 81.0, 100.0]),
+        ((5.0, 10.0), 4.0, [25.0, 50.08, 79.72, 113.92, 152.68, 196.0]),
+    ];
+    for ((anchor, driven), displacement, squares) in table {
+        let motion = expand(anchor, driven, displacement).unwrap();
+        let mesh = motion.mesh_at(&layout, LoadFraction::END).unwrap();
+        let start = motion.mesh_at(&layout, LoadFraction::START).unwrap();
+        for node in nodes(&mesh) {
+            let [line, ring] = mesh.lattice().node_index(node);
+            let angle = 0.5 + 0.5 * f64::from(line) / 32.0;
+            let x = Vector::<2>::new(1.0, 2.0)
+                + Vector::<2>::new(angle.cos(), angle.sin()) * squares[ring as usize].sqrt();
+            assert!((mesh.position(node) - x).norm() < 1e-14, "{anchor} to {driven}: ring {ring}");
+            let by =
+                motion.displacement(&layout, node, &start, LoadFraction::START, LoadFraction::END).unwrap();
+            assert!((start.position(node) + by - x).norm() < 1e-14);
         }
     }
 }
@@ -146,6 +183,11 @@ fn motions_that_cannot_be_are_refused() {
     assert_eq!(MeshMotion::<1>::rotate([0.0; 2], still()), Err(MotionError::NeedsPlane));
     let radii = MeshMotion::<2>::twist([0.0; 2], (2.0, still()), (2.0, still()), Reindexing::Off);
     assert_eq!(radii, Err(MotionError::TwistRadii { inner: 2.0, outer: 2.0 }));
+    assert_eq!(expand(2.0, 2.0, 1.0), Err(MotionError::ExpandedRadii { anchor: 2.0, driven: 2.0 }));
+    assert_eq!(expand(0.0, 2.0, 1.0), Err(MotionError::ExpandedRadii { anchor: 0.0, driven: 2.0 }));
+    let reached = Err(MotionError::ThroughRadius { fraction: 1.0 });
+    assert_eq!([expand(3.0, 1.0, 2.0), expand(3.0, 1.0, -1.0)], [reached.clone(), reached]);
+    assert_eq!(expand(f64::NAN, 1.0, 2.0), Err(MotionError::NotFinite));
 }
 
 #[test]
@@ -158,6 +200,9 @@ fn motions_that_do_not_suit_the_layout_are_refused() {
     assert_eq!(refused(kite(1.0), &full), MotionError::NeedsBox);
     let reindexed = || twist(1.0, Reindexing::WholeCells);
     assert_eq!(refused(reindexed(), &square()), MotionError::NeedsRing);
+    assert_eq!(refused(expand(1.0, 2.0, 1.0).unwrap(), &square()), MotionError::NeedsRing);
+    // The innermost ring, of radius 5, moves with the driven one, to the centre.
+    assert_eq!(refused(expand(19.0, 11.0, -10.5).unwrap(), &full), MotionError::Folded { fraction: 0.5 });
     let sector = ring(Span::Sector { from: 0.0, to: 1.0 });
     assert_eq!(refused(reindexed(), &sector), MotionError::OpenRing);
     let (inner, outer) = ((5.0, Ramp::linear(1.0)), (10.0, Ramp::constant(0.0)));

@@ -166,7 +166,7 @@ fn ramps<const D: usize>(motion: &mut MotionInput<D>) -> Vec<&mut RampInput> {
         MotionInput::Fixed => Vec::new(),
         MotionInput::Stretch(stretches) => stretches.iter_mut().map(|it| &mut it.ramp).collect(),
         MotionInput::Corners(corners) => corners.iter_mut().map(|it| &mut it.ramp).collect(),
-        MotionInput::Rotate { ramp, .. } => vec![ramp],
+        MotionInput::Rotate { ramp, .. } | MotionInput::Expand { ramp, .. } => vec![ramp],
         MotionInput::Twist { ramp, outer_ramp, .. } => {
             let mut ramps = vec![ramp];
             ramps.extend(outer_ramp.as_mut());

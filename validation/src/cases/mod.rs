@@ -18,6 +18,7 @@ mod remedies;
 mod rotation;
 mod shapes;
 pub(crate) mod simple_stretch;
+mod soil;
 mod space;
 mod step_control;
 mod tangent;
@@ -68,6 +69,10 @@ pub const CASES: &[Case] = &[
     path::SNAP_BACK,
     domain_control::CASE,
     footing::CASE,
+    soil::AT_REST,
+    soil::COLUMN,
+    soil::RING,
+    soil::INFINITE,
     determinism::CASE,
     faults::CASE,
 ];

@@ -84,6 +84,17 @@ pub(super) const SMALL: &[&str] = &[
     schedule: (steps: 2),
 )"#,
     r#"PlaneStrain(
+    mesh: Ring(radii: Uniform(from: 1, to: 3, cells: 2), sectors: 4, angles: (0, 90)),
+    motion: Expand(anchor: 3, driven: 1, displacement: 0.1, ramp: [(0, 0), (1, 1)]), basis: Cpdi1,
+    materials: { "a": Tresca(young: 1e3, poisson: 0.3, undrained_strength: 2) },
+    bodies: [(name: "b", material: "a", shape: Ring(inner: 1, outer: 3), points_per_cell: 2)],
+    supports: [
+        (name: "in", region: Circle(radius: 1), follow_mesh: [X, Y]), (name: "x", region: Ray(angle: 0), fix: [Y]),
+        (name: "y", region: Ray(angle: 90), fix: [X]),
+    ],
+    schedule: (steps: 2),
+)"#,
+    r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: -2, to: 2, cells: 8), Uniform(from: -2, to: 2, cells: 8)]),
     motion: Rotate(centre: (0, 0), angle: 30, ramp: [(0, 1), (1, 1)]), basis: Smpm,
     materials: { "a": Hencky(young: 1e3, poisson: 0.3) },

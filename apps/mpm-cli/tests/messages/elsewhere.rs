@@ -14,7 +14,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("node_space.rs", "", "every basis of a scene is on vertices"),
     ("nodes.rs", "", "every basis of a scene is on vertices"),
     ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on vertices"),
-    ("motion.rs", "a twist needs a ring layout", "the compiler says so before"),
+    ("motion.rs", "twists and expansions need a ring layout", "the compiler says so before"),
     ("motion.rs", "only a twist can be stretched", "the compiler composes nothing else"),
     (
         "motion.rs",

@@ -73,17 +73,7 @@ pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Res
 }
 
 /// An even axis that is stretched in part is one no more: its nodes are listed.
-fn check_stretch<const D: usize>(
-    layout: &Layout<D>,
-    axis: usize,
-    (anchor, driven): (f64, f64),
-    memory: MemoryLimit,
-) -> Result<(), String> {
-    let axis = match layout {
-        Layout::Box { axes, .. } => &axes[axis],
-        Layout::Ring { height: Some(height), .. } => height,
-        Layout::Ring { .. } => return Ok(()),
-    };
+fn check_stretch(axis: &Axis, (anchor, driven): (f64, f64), memory: MemoryLimit) -> Result<(), String> {
     if anchor.min(driven) <= axis.first() && anchor.max(driven) >= axis.last() {
         return Ok(());
     }
@@ -107,8 +97,10 @@ pub(super) fn motion<const D: usize>(
                 if planes[axis].is_some() {
                     return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
                 }
-                check_stretch(layout, axis, (stretch.anchor.0, stretch.driven.0), memory)
-                    .map_err(|it| SceneError::new(&path, it))?;
+                if let Layout::Box { axes, .. } = layout {
+                    check_stretch(&axes[axis], (stretch.anchor.0, stretch.driven.0), memory)
+                        .map_err(|it| SceneError::new(&path, it))?;
+                }
                 planes[axis] = Some(driven_plane(stretch, stages, &path)?);
             }
             MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
@@ -152,6 +144,15 @@ pub(super) fn motion<const D: usize>(
             let Some(stretch) = stretch else { return Ok(twist) };
             stretched(twist, stretch, stages, layout, memory)
         }
+        MotionInput::Expand { anchor, driven, displacement, ramp: input } => {
+            let Layout::Ring { radii, .. } = layout else {
+                return Err(SceneError::new("motion", "an expansion needs a ring mesh"));
+            };
+            check_stretch(radii, (anchor.0, driven.0), memory).map_err(|it| SceneError::new("motion", it))?;
+            let displacement = ramp(input, displacement.0, "motion.ramp")?;
+            MeshMotion::expand(DrivenPlane { anchor: anchor.0, driven: driven.0, displacement })
+                .map_err(|it| SceneError::new("motion", it))
+        }
     }
 }
 
@@ -175,8 +176,10 @@ fn stretched<const D: usize>(
         let reason = format!("a twist is stretched along its axis: expected Z, got {:?}", stretch.axis);
         return Err(SceneError::new("motion.stretch.axis", reason));
     }
-    let planes = (stretch.anchor.0, stretch.driven.0);
-    check_stretch(layout, axis, planes, memory).map_err(|it| SceneError::new(path, it))?;
+    if let Layout::Ring { height: Some(height), .. } = layout {
+        let planes = (stretch.anchor.0, stretch.driven.0);
+        check_stretch(height, planes, memory).map_err(|it| SceneError::new(path, it))?;
+    }
     twist.stretched_along_axis(driven_plane(stretch, stages, path)?).map_err(|it| SceneError::new(path, it))
 }
 

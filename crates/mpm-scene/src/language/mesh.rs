@@ -107,6 +107,20 @@ pub enum MotionInput<const D: usize> {
         #[serde(default)]
         stretch: Option<StretchInput>,
     },
+    /// Rings of nodes of a ring mesh between an anchored and a driven radius are re-spaced as the driven radius changes, so
+    /// that the areas between them change in one ratio, as in ground that keeps its volume; areas beyond the driven
+    /// radius are kept.
+    Expand {
+        /// Radius that stays `[L]`.
+        anchor: Positive,
+        /// Radius that changes, at rest `[L]`.
+        driven: Positive,
+        /// By how much it changes in all `[L]`.
+        displacement: Finite,
+        /// Part of the displacement against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+    },
 }
 
 /// What a twist of the mesh does with angles larger than a cell.

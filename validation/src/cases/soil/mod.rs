@@ -1,0 +1,50 @@
+//! Boundary value problems of soil against closed forms and limit loads.
+
+mod at_rest;
+mod cavity;
+mod column;
+
+pub(super) use at_rest::CASE as AT_REST;
+pub(super) use cavity::{INFINITE, RING};
+pub(super) use column::CASE as COLUMN;
+
+use crate::history::History;
+use crate::scenes::text;
+use crate::{Broken, Check};
+use mpm_scene::language::{Edited, Scene, set_value};
+
+/// A scene of `scenes/soil` with other values, each a path and what stands there.
+fn scene(name: &str, changes: &[(&str, String)]) -> Result<Scene, Broken> {
+    let mut scene = text(&format!("soil/{name}"))?;
+    for (path, value) in changes {
+        Edited { text: scene, .. } = set_value(&scene, path, value)?;
+    }
+    Ok(Scene::from_ron(&scene)?)
+}
+
+/// Newton iterations of all load steps.
+fn iterations(history: &History) -> f64 {
+    history.series("newton_iterations", 0).iter().sum()
+}
+
+/// Residuals below this are round-off, above [`NEAR`] yielding still spreads.
+const ROUND_OFF: f64 = 1e-13;
+const NEAR: f64 = 1e-2;
+
+/// Slope of `ln r_{k+1}` against `ln r_k` over the last three residuals between [`NEAR`] and round-off, in the median of
+/// all load steps that have three; `None` where none has.
+fn newton(name: &str, history: &History) -> Option<Check> {
+    let mut slopes = Vec::new();
+    for row in history.rows() {
+        let usable = row.residuals.iter().filter(|r| (ROUND_OFF..NEAR).contains(*r));
+        if let [.., a, b, c] = usable.map(|r| r.ln()).collect::<Vec<_>>()[..] {
+            slopes.push((c - b) / (b - a));
+        }
+    }
+    slopes.sort_by(f64::total_cmp);
+    let median = *slopes.get(slopes.len() / 2)?;
+    let fast = slopes.iter().filter(|slope| **slope >= 1.9).count();
+    let said = format!("median {median:.2}; at least 1.9 in {fast} of {} load steps", slopes.len());
+    let what = format!("{name}: slope of Newton's residuals, lack below 1.9");
+    Some(Check::new(what, (1.9 - median).max(0.0) + 0.0 * median, 0.0).remark(said))
+}
