@@ -89,8 +89,8 @@ pub(super) const SMALL: &[&str] = &[
     materials: { "a": Tresca(young: 1e3, poisson: 0.3, undrained_strength: 2) },
     bodies: [(name: "b", material: "a", shape: Ring(inner: 1, outer: 3), points_per_cell: 2)],
     supports: [
-        (name: "in", region: Circle(radius: 1), follow_mesh: [X, Y]), (name: "x", region: Ray(angle: 0), fix: [Y]),
-        (name: "y", region: Ray(angle: 90), fix: [X]),
+        (name: "in", region: Circle(radius: 1), follow_mesh: [X, Y]), (name: "x", region: Ray(angle: 0), follow_mesh: [Y]),
+        (name: "y", region: Ray(angle: 90), follow_mesh: [X]),
     ],
     schedule: (steps: 2),
 )"#,
