@@ -3,9 +3,11 @@
 //! A pressure on the corners `p a_c` balances a uniform stress exactly where nodes receive it by `W_cv = N_v(x_c)`,
 //! because the gradients of the family CPDI are `∇S_vp = Σ_c N_v(x_c) g_c` and `a_c = V_p g_c`.
 
-use crate::sampled::{BEYOND, Sample};
 use crate::tensor::{inverse_transpose, signs};
 use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
+
+/// How far outside the mesh a corner may be, in cells; N_v of the boundary cell continue to there.
+pub(crate) const BEYOND: f64 = 0.5;
 
 /// A point whose corners are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,22 +53,6 @@ impl<const D: usize> Corner<D> {
         });
         Ok(Self { position: x, area, nodes })
     }
-}
-
-/// The corners of a domain that is sampled at them.
-///
-/// # Errors
-/// The first corner farther than half a cell outside the mesh.
-pub(crate) fn of_samples<const D: usize>(
-    mesh: &Mesh<D>,
-    point: &CornerPoint<D>,
-    samples: &[Sample<D>],
-    to: &mut Vec<Corner<D>>,
-) -> Result<(), OutsideMesh<D>> {
-    for sample in samples {
-        to.push(Corner::at(mesh, sample.position, sample.gradient * point.volume)?);
-    }
-    Ok(())
 }
 
 /// The corners of a box along the axes with these half lengths: half of the sides that meet there in the plane, a

@@ -5,7 +5,7 @@
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
-use crate::corner::{self, Corner, CornerPoint};
+use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, block};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
@@ -169,7 +169,7 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         domain: &Parallelepiped<D>,
         to: &mut Vec<Corner<D>>,
     ) -> Result<(), OutsideMesh<D>> {
-        corner::of_samples(mesh, point, &domain.samples(&point.position)[..1 << D], to)
+        sampled::corners(mesh, point, &domain.samples(&point.position)[..1 << D], to)
     }
 
     fn diagnose(

@@ -6,7 +6,7 @@
 //! 2×2×2 Gauss points are exact.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
-use crate::corner::{self, Corner, CornerPoint};
+use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
@@ -194,7 +194,7 @@ impl Basis<3> for Cpdi2Hexahedron {
         domain: &Hexahedron,
         to: &mut Vec<Corner<3>>,
     ) -> Result<(), OutsideMesh<3>> {
-        corner::of_samples(mesh, point, &samples(domain), to)
+        sampled::corners(mesh, point, &samples(domain), to)
     }
 
     fn diagnose(

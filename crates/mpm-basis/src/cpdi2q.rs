@@ -10,7 +10,7 @@
 //! nothing resists its growth; past 3 a weight is negative.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
-use crate::corner::{self, Corner, CornerPoint};
+use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
@@ -242,7 +242,7 @@ impl Basis<2> for Cpdi2q {
         domain: &Quadrilateral,
         to: &mut Vec<Corner<2>>,
     ) -> Result<(), OutsideMesh<2>> {
-        corner::of_samples(mesh, point, &self.samples(domain), to)
+        sampled::corners(mesh, point, &self.samples(domain), to)
     }
 
     fn diagnose(

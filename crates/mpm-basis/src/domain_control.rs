@@ -12,8 +12,8 @@
 //! cell, `1/n` with n points per direction at rest.
 
 use crate::basis::{Basis, DomainPart};
+use crate::corner::BEYOND;
 use crate::domain::Domain;
-use crate::sampled::BEYOND;
 use crate::tensor::inverse_transpose;
 use mpm_grid::{Block, Mesh, Vector};
 

@@ -6,11 +6,11 @@
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::corner::BEYOND;
 use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, vector};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
-use crate::sampled::BEYOND;
 use crate::tensor::{determinant, outline, right_stretch, signs};
 use mpm_grid::{Axis, Block, LinearCell, Mesh, OutsideMesh, Vector};
 use std::array::from_fn;

@@ -7,11 +7,9 @@
 //! `Σ w_c = 1`, `Σ g_c = 0` and `Σ x_c ⊗ g_c = I`.
 
 use crate::basis::{Convection, ConvectionError, DomainReport};
+use crate::corner::{BEYOND, Corner, CornerPoint};
 use crate::influence::Stencil;
 use mpm_grid::{Mesh, NodeId, OutsideMesh, Place, Vector};
-
-/// How far outside the mesh a corner may be, in cells; N_v of the boundary cell continue to there.
-pub(crate) const BEYOND: f64 = 0.5;
 
 /// Corners of a domain at most.
 const CORNERS: usize = 8;
@@ -25,6 +23,22 @@ pub(crate) struct Sample<const D: usize> {
     pub weight: f64,
     /// `g_c` `[1/L]`.
     pub gradient: Vector<D>,
+}
+
+/// The corners of a domain that is sampled at them.
+///
+/// # Errors
+/// The first corner farther than half a cell outside the mesh.
+pub(crate) fn corners<const D: usize>(
+    mesh: &Mesh<D>,
+    point: &CornerPoint<D>,
+    samples: &[Sample<D>],
+    to: &mut Vec<Corner<D>>,
+) -> Result<(), OutsideMesh<D>> {
+    for sample in samples {
+        to.push(Corner::at(mesh, sample.position, sample.gradient * point.volume)?);
+    }
+    Ok(())
 }
 
 /// Place of a corner, looked for from the corner before.

@@ -7,7 +7,7 @@
 //! `ΔF = I + Σ_v Δu_v ⊗ ∇S_vp`, exactly, so that the domain's volume follows `det F`.
 
 use crate::basis::{Convection, ConvectionError, DomainPart, DomainReport, Seed};
-use crate::corner::{self, Corner, CornerPoint};
+use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners};
 use crate::influence::Stencil;
@@ -114,7 +114,7 @@ impl<const D: usize> Simplex<D> {
         point: &CornerPoint<D>,
         to: &mut Vec<Corner<D>>,
     ) -> Result<(), OutsideMesh<D>> {
-        corner::of_samples(mesh, point, &self.samples()[..=D], to)
+        sampled::corners(mesh, point, &self.samples()[..=D], to)
     }
 
     /// See [`crate::Basis::diagnose`].

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
+use crate::law::YIELD_TOLERANCE;
 use crate::mohr_coulomb::{check_angles, check_apex_stiffness};
-use crate::von_mises::YIELD_TOLERANCE;
 use crate::{
     Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
 };

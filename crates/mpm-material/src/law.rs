@@ -3,8 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::spectral::Spectrum;
-use crate::von_mises::YIELD_TOLERANCE;
 use crate::{Elasticity, FieldInfo, History, PointParameters, PrincipalTangent, SymmetricTensor};
+
+/// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
+/// by one load step must not be called plastic in the next by rounding alone: neighbours would
+/// then soften one-sidedly, and rounding would choose the branch of the solution.
+pub(crate) const YIELD_TOLERANCE: f64 = 1e-12;
 
 /// An isotropic law in principal logarithmic space, always three-dimensional.
 ///

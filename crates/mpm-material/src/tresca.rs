@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
+use crate::law::YIELD_TOLERANCE;
 use crate::ordered::{Loss, Ordered, extremes};
 use crate::strength::Shear;
-use crate::von_mises::YIELD_TOLERANCE;
 use crate::{
     Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticShear, PointParameters, UndrainedStrength,
     Update,

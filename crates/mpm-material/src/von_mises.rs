@@ -4,15 +4,11 @@ use std::f64::consts::SQRT_2;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::law::YIELD_TOLERANCE;
 use crate::{
     Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters,
     UndrainedStrength, Update,
 };
-
-/// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
-/// by one load step must not be called plastic in the next by rounding alone: neighbours would
-/// then soften one-sidedly, and rounding would choose the branch of the solution.
-pub(crate) const YIELD_TOLERANCE: f64 = 1e-12;
 
 /// Von Mises plasticity with Hencky elasticity: |dev τ| ≤ ρ_y = √2 s_u(ξ), ξ = √2 Σ|Δε_p|.
 ///

@@ -8,7 +8,7 @@ mod return_map;
 use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
-use crate::von_mises::YIELD_TOLERANCE;
+use crate::law::YIELD_TOLERANCE;
 use crate::{
     Consolidation, Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update,
 };

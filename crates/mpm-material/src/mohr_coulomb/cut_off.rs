@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::MohrCoulomb;
+use crate::law::YIELD_TOLERANCE;
 use crate::ordered::Ordered;
-use crate::von_mises::YIELD_TOLERANCE;
 use crate::{PlasticStrain, Update};
 
 /// Where a return may end, in descending order of the trial, with t = t_c and t₃ = [t (1 + s) − 2c cos φ]/(1 − s),

@@ -4,8 +4,8 @@ mod cut_off;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::law::YIELD_TOLERANCE;
 use crate::ordered::{Loss, Ordered, extremes};
-use crate::von_mises::YIELD_TOLERANCE;
 use crate::{
     Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
 };
