@@ -43,11 +43,13 @@ impl Interface {
     /// Refuses numbers out of range.
     ///
     /// # Errors
-    /// `friction`, `adhesion`: negative or not finite; `stiffness`: not positive.
+    /// `friction`, `adhesion`: negative or not finite; `stiffness`: below 1, with which
+    /// a body would be passed through rather than pressed, or not finite.
     pub fn check(&self) -> Result<(), ContactError> {
         ContactError::unless_not_negative("friction", self.friction)?;
         ContactError::unless_not_negative("adhesion", self.adhesion)?;
-        ContactError::unless_positive("stiffness", self.stiffness)?;
+        let is_stiff = self.stiffness >= 1.0 && self.stiffness.is_finite();
+        ContactError::unless(is_stiff, "stiffness", self.stiffness, "a finite number of at least 1")?;
         Ok(())
     }
 }

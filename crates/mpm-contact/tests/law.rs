@@ -308,7 +308,7 @@ fn bad_interfaces_are_refused() {
     let bad = [
         Interface { friction: -0.1, ..Interface::default() },
         Interface { adhesion: f64::NAN, ..Interface::default() },
-        Interface { stiffness: 0.0, ..Interface::default() },
+        Interface { stiffness: 0.99, ..Interface::default() },
     ];
     let names: Vec<&str> = bad.iter().map(|it| it.check().unwrap_err().name).collect();
     assert_eq!(names, ["friction", "adhesion", "stiffness"]);
