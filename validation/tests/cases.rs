@@ -199,6 +199,36 @@ fn cavity_in_unbounded_clay() {
 }
 
 #[test]
+fn strip_footing_on_clay() {
+    passes("strip footing on clay");
+}
+
+#[test]
+fn strip_footing_on_sand() {
+    passes("strip footing on sand");
+}
+
+#[test]
+fn strip_footing_on_heavy_sand() {
+    passes("strip footing on heavy sand");
+}
+
+#[test]
+fn smooth_wall() {
+    passes("smooth wall");
+}
+
+#[test]
+fn vertical_cut() {
+    passes("vertical cut");
+}
+
+#[test]
+fn infinite_slope() {
+    passes("infinite slope");
+}
+
+#[test]
 fn every_case_has_a_test() {
     let tests = [include_str!("cases.rs"), include_str!("determinism.rs")];
     for case in CASES {
@@ -225,6 +255,11 @@ fn the_pages_tell_of_every_case() {
 #[test]
 fn generalised_vortex() {
     passes("generalised vortex");
+}
+
+#[test]
+fn generalised_vortex_of_rubber() {
+    passes("generalised vortex, rubber");
 }
 
 #[test]

@@ -124,6 +124,15 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
     }
     line("smallest det ΔF", format!("{:.6}", summary.smallest_determinant));
     line("equilibrium", format!("relative out-of-balance force at most {:.1e}", summary.residual));
+    if let Some(ratio) = summary.pressure_over_shear {
+        line(
+            "pressure",
+            format!(
+                "up to {ratio:.0} times the shear stress where points yield: `mean_dilatation: Points` lets it move nodes \
+                amid a body; compare with `Cell`, where cells are full"
+            ),
+        );
+    }
     let solutions = summary
         .backward_error
         .map(|error| format!("backward error at most {error:.1e}, {} refinements", count(summary.refinements)));

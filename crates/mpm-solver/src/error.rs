@@ -117,6 +117,15 @@ pub enum Remedy {
         /// Smallest stiffness of a node over the median.
         part: f64,
     },
+    /// Volume changes of cells in place of those of their points.
+    #[error(
+        "where points yield, pressure is up to {ratio:.0} times their shear stress, and with `mean_dilatation: Points` \
+        such a pressure moves nodes amid a body: where cells are full, `mean_dilatation: Cell` does not let it"
+    )]
+    CellVolumes {
+        /// Largest pressure over the shear stress `√J₂` of points that yield.
+        ratio: f64,
+    },
 }
 
 /// Why one load step failed.
@@ -272,6 +281,15 @@ impl StepFailure {
                 | StepFailure::Linear(_)
                 | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. }
         )
+    }
+
+    /// Whether motions of nodes amid a body, which pressure drives, may be behind the failure.
+    pub(crate) fn may_be_of_motions(&self) -> bool {
+        self.may_need_stabilisation()
+            || matches!(
+                self,
+                StepFailure::Outside { .. } | StepFailure::Singular { .. } | StepFailure::Advance { .. }
+            )
     }
 
     /// Whether the step failed for a reason on which its length has no influence.

@@ -55,6 +55,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("per_point.rs", "", "of checkpoints"),
     // Of states that no scene is known to reach; the law's own tests do.
     ("cam_clay/bracket.rs", "", "of hostile states, in `mpm-material/tests/soil/cam_clay.rs`"),
+    ("solver/src/error.rs", "where points yield, pressure is", "of cavities in clay, in the validation"),
     // What only other programs and files meet.
     ("motion.rs", "no position at rest is carried", "asked by programs only"),
     ("state.rs", "", "of checkpoints, in `mpm-io/tests/hostile.rs`"),

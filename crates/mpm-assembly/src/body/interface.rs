@@ -60,6 +60,11 @@ pub trait Body<const D: usize>: Send + Sync {
     /// its law has no apex.
     fn points_at_apex(&self) -> Option<usize>;
 
+    /// Largest pressure over the shear stress `√J₂` of points that yield, where volume changes are averaged over the
+    /// points of cells: from some tens on, pressure drives motions of the nodes, see `pressed.rs` `[-]`. None elsewhere,
+    /// and where no point yields under pressure.
+    fn pressure_over_shear(&self) -> Option<f64>;
+
     /// Young's modulus of its law, of small strains around no stress `[F/L²]`.
     fn young(&self) -> f64;
 

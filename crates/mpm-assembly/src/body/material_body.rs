@@ -7,10 +7,11 @@ use crate::body::body_domains::{BodyDomains, DomainsOfBody};
 use crate::body::body_law::{BodyLaw, LawOfBody};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
+use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce, views};
 use crate::body::kinematics::determinant;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
+use crate::body::pressed::pressure_over_shear;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
@@ -152,6 +153,12 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
 
     fn points_at_apex(&self) -> Option<usize> {
         self.law.has_apex().then(|| self.law.points_at_apex(&self.points))
+    }
+
+    fn pressure_over_shear(&self) -> Option<f64> {
+        let averages =
+            self.mean_dilatation == Some(MeanDilatation::Points) && self.points.plastic.contains(&true);
+        averages.then(|| pressure_over_shear(views(self))).flatten()
     }
 
     fn young(&self) -> f64 {

@@ -19,6 +19,7 @@ mod occupied;
 mod pass;
 mod point_view;
 mod points;
+mod pressed;
 mod scatter;
 mod shipped;
 mod start;

@@ -4,6 +4,7 @@ use super::{Balanced, StepResult};
 use crate::equilibrium::problem::larger;
 use crate::model::Model;
 use crate::progress::Totals;
+use crate::remedy::pressure_over_shear;
 use crate::timing::{Timing, Timings};
 
 /// A run in a few numbers.
@@ -41,6 +42,9 @@ pub struct Summary {
     pub domains_capped: u64,
     /// Times a point was split because its domain had outgrown its cell.
     pub domains_split: u64,
+    /// Pressure over the shear stress of points that yield at the end, where volume changes are averaged over points and
+    /// it is so large that the result is to be doubted `[-]`.
+    pub pressure_over_shear: Option<f64>,
     /// Material points at the end.
     pub points: usize,
     /// Seconds and counts per phase.
@@ -73,6 +77,7 @@ impl Summary {
             refinements: totals.refinements,
             pivot_spread: totals.pivot_spread,
             condition: totals.condition,
+            pressure_over_shear: pressure_over_shear(model),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),
             skipped: timings.skipped.list().to_vec(),

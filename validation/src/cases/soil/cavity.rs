@@ -51,12 +51,16 @@ impl Pressed {
 /// The pressure on the node `gauge`, whose neighbours stand a sector away on either side: p a sin(sector).
 fn pressed(scene: &Scene, sectors: u32, opening: f64) -> Result<Pressed, Broken> {
     let history = run(scene)?.completed()?;
+    Ok(Pressed { path: pressures(&history, sectors, opening), history })
+}
+
+/// Radius and pressure after every load step.
+fn pressures(history: &History, sectors: u32, opening: f64) -> Vec<(f64, f64)> {
     let force = |component| history.series("reaction/gauge", component);
     let (x, y) = (force(0), force(1));
     let width = (FRAC_PI_2 / f64::from(sectors)).sin();
     let radii = history.rows().iter().map(|row| 1.0 + opening * row.fraction);
-    let path = radii.zip(x.iter().zip(&y)).map(|(a, (x, y))| (a, x.hypot(*y) / (a * width))).collect();
-    Ok(Pressed { path, history })
+    radii.zip(x.iter().zip(&y)).map(|(a, (x, y))| (a, x.hypot(*y) / (a * width))).collect()
 }
 
 fn ring(extent: Extent) -> Result<Findings, Broken> {
@@ -84,10 +88,48 @@ fn ring(extent: Extent) -> Result<Findings, Broken> {
             findings.checks.extend(newton(&format!("{law}, {cells} cells"), &run.history));
         }
     }
+    under_pressure(&mut findings)?;
     if extent == Extent::Full {
         findings.pictures.push(picture(&laws, meshes, &runs));
     }
     Ok(findings)
+}
+
+/// Cavities in clay with averages over points, which pressure spoils: the runs have to say so.
+fn under_pressure(findings: &mut Findings) -> Result<(), Broken> {
+    let heads = ["σ₀", "error at 1.05", "1.1", "1.2", "1.4", "reached", "pressure over shear stress"];
+    let text = "Clay with mean dilatation over points, 16 cells: a pressure of tens of times the strength drives motions \
+                of the nodes amid the ground. Under σ₀ = −1000 I the run ends early. Both runs tell of the pressure:";
+    let mut table = Table::new(text, &heads);
+    for (stress, opening) in [(-100, 0.4), (-1000, 0.3)] {
+        let changes = [
+            ("mesh.radii.cells", "16".to_owned()),
+            ("mesh.sectors", "8".to_owned()),
+            ("motion.displacement", opening.to_string()),
+            ("bodies[0].material", "\"clay\"".to_owned()),
+            ("bodies[0].initial", format!("Stress(xx: {stress}, yy: {stress}, zz: {stress})")),
+            ("schedule", format!("(steps: {}, cuts: 2)", 100.0 * opening)),
+            ("output.fields", "[]".to_owned()),
+        ];
+        let ended = run(&scene("cavity", &changes)?)?;
+        let path = pressures(&ended.history, 8, opening);
+        let at = |radius: f64| path.iter().find(|it| (it.0 - radius).abs() < 1e-9);
+        let errors = [2, 3, 4, 5].map(|k| {
+            let error = at(RADII[k]).map(|it| 100.0 * (it.1 / CLAY[k] - 1.0));
+            error.filter(|_| stress == -100).map_or(String::new(), |error| format!("{} %", fixed(error, 2)))
+        });
+        let (ratio, is_told) = match &ended.outcome {
+            Ok(summary) => (summary.pressure_over_shear, summary.pressure_over_shear.is_some()),
+            Err(error) => (None, error.to_string().contains("where points yield, pressure is")),
+        };
+        let reached = fixed(path.last().map_or(1.0, |it| it.0), 2);
+        let ratio = ratio.map_or(String::new(), |ratio| fixed(ratio, 0));
+        table.push([stress.to_string()].into_iter().chain(errors).chain([reached, ratio]));
+        let what = format!("clay, averages over points, σ₀ = {stress}: runs that do not tell of the pressure");
+        findings.checks.push(Check::none(what, usize::from(!is_told)));
+    }
+    findings.tables.push(table);
+    Ok(())
 }
 
 fn table(name: &str, reference: &[f64; 9], meshes: &[u32], runs: &[Pressed]) -> Table {
@@ -163,7 +205,7 @@ fn infinite(extent: Extent) -> Result<Findings, Broken> {
         let square = f64::from(cells * cells);
         let worst = largest(run.errors(&reference).iter().map(|it| it.abs()));
         let what = format!("unbounded, {cells} cells: pressure, worst of {} radii (relative)", RADII.len());
-        findings.checks.push(Check::new(what, worst, 25.0 / square));
+        findings.checks.push(Check::new(what, worst, 5.76 / square));
         let end = thick.path.last().map_or(f64::NAN, |it| it.1);
         let what = format!("thick cylinder, {} cells: limit pressure (relative)", cells / 3);
         let error = (end / (2.0 * 2.0_f64.ln()) - 1.0).abs();

@@ -3,10 +3,14 @@
 mod at_rest;
 mod cavity;
 mod column;
+mod footing;
+mod limits;
 
 pub(super) use at_rest::CASE as AT_REST;
 pub(super) use cavity::{INFINITE, RING};
 pub(super) use column::CASE as COLUMN;
+pub(super) use footing::{CLAY, HEAVY, SAND};
+pub(super) use limits::{CUT, SLOPE, WALL};
 
 use crate::history::History;
 use crate::scenes::text;
@@ -30,14 +34,23 @@ fn iterations(history: &History) -> f64 {
 /// Residuals below this are round-off, above [`NEAR`] yielding still spreads.
 const ROUND_OFF: f64 = 1e-13;
 const NEAR: f64 = 1e-2;
+/// Where round-off begins if the stiffness is 10⁴ to 10⁵ times the strength: forces that balance are differences of
+/// elastic forces, which are as much larger.
+const STIFF: f64 = 2e-12;
 
-/// Slope of `ln r_{k+1}` against `ln r_k` over the last three residuals between [`NEAR`] and round-off, in the median of
+/// Slope of `ln r_{k+1}` against `ln r_k` over the last three residuals below [`NEAR`] that can tell it, in the median of
 /// all load steps that have three; `None` where none has.
 fn newton(name: &str, history: &History) -> Option<Check> {
+    newton_above(ROUND_OFF, name, history)
+}
+
+/// As [`newton`], where round-off begins at `floor`: two residuals can tell a slope of 1.9 if the third would be above it.
+fn newton_above(floor: f64, name: &str, history: &History) -> Option<Check> {
     let mut slopes = Vec::new();
     for row in history.rows() {
-        let usable = row.residuals.iter().filter(|r| (ROUND_OFF..NEAR).contains(*r));
-        if let [.., a, b, c] = usable.map(|r| r.ln()).collect::<Vec<_>>()[..] {
+        let near: Vec<f64> = row.residuals.iter().filter(|r| **r < NEAR).map(|r| r.ln()).collect();
+        let tells = |it: &&[f64]| it[1] + 1.9 * (it[1] - it[0]) >= floor.ln();
+        if let Some(&[a, b, c]) = near.windows(3).rev().find(tells) {
             slopes.push((c - b) / (b - a));
         }
     }
