@@ -4,6 +4,7 @@ mod bar;
 mod cantilever;
 mod collapse;
 mod column;
+mod contact;
 mod corner_stretch;
 mod determinism;
 mod domain_control;
@@ -80,6 +81,13 @@ pub const CASES: &[Case] = &[
     soil::WALL,
     soil::CUT,
     soil::SLOPE,
+    contact::BLOCKS,
+    contact::CIRCLE,
+    contact::HERTZ,
+    contact::FRICTION,
+    contact::RATE,
+    contact::CYLINDER,
+    contact::EDGES,
     determinism::CASE,
     faults::CASE,
 ];

@@ -1,6 +1,6 @@
 //! Strip footings at their limit load.
 
-use super::{STIFF, iterations, newton_above, scene};
+use super::{iterations, newton_at_limit, scene};
 use crate::cases::{fixed, sweep};
 use crate::history::History;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
@@ -126,11 +126,7 @@ fn settle(
             let tolerance = ground.excess / f64::from(cells);
             findings.checks.push(Check::new(of("pressure against the limit"), excess, tolerance));
             findings.checks.push(Check::new(of("growth in the last fifth"), run.growth().abs(), 0.01));
-            findings.checks.extend(newton_above(
-                STIFF,
-                &format!("{}, {cells} cells", ground.name),
-                &run.history,
-            ));
+            findings.checks.extend(newton_at_limit(&format!("{}, {cells} cells", ground.name), &run.history));
         }
         for (runs, meshes) in runs.windows(2).zip(meshes.windows(2)) {
             let end = 2.0 * runs[1].end() - runs[0].end();

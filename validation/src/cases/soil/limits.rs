@@ -1,6 +1,6 @@
 //! A wall, a cut, and a slope at their limit.
 
-use super::{STIFF, iterations, newton_above, scene};
+use super::{iterations, newton_at_limit, scene};
 use crate::cases::{fixed, sweep};
 use crate::history::History;
 use crate::scenes::run;
@@ -86,7 +86,7 @@ fn wall(extent: Extent) -> Result<Findings, Broken> {
             (force / exact - 1.0).abs(),
             tolerance,
         ));
-        findings.checks.extend(newton_above(STIFF, &name, history));
+        findings.checks.extend(newton_at_limit(&name, history));
     }
     findings.tables.push(table);
     Ok(findings)
@@ -141,7 +141,7 @@ fn cut(extent: Extent) -> Result<Findings, Broken> {
             end / first - 1.0,
             0.01,
         ));
-        findings.checks.extend(newton_above(STIFF, &name, history));
+        findings.checks.extend(newton_at_limit(&name, history));
         ends.push(end / limit);
     }
     for (ends, meshes) in ends.windows(2).zip(meshes.windows(2)) {
@@ -179,7 +179,7 @@ fn slope(_: Extent) -> Result<Findings, Broken> {
         table.push([length.to_string(), fixed(end, 5), fixed(end / exact, 4), iterations(history).to_string()]);
         let what = format!("length {length}: slope against the limit (relative)");
         findings.checks.push(Check::new(what, (end / exact - 1.0).abs(), 0.02));
-        findings.checks.extend(newton_above(STIFF, &format!("length {length}"), history));
+        findings.checks.extend(newton_at_limit(&format!("length {length}"), history));
         ends.push(end / exact);
     }
     let end = 2.0 * ends[1] - ends[0];

@@ -12,6 +12,7 @@ pub(super) use column::CASE as COLUMN;
 pub(super) use footing::{CLAY, HEAVY, SAND};
 pub(super) use limits::{CUT, SLOPE, WALL};
 
+use super::newton_rate::slopes;
 use crate::history::History;
 use crate::scenes::text;
 use crate::{Broken, Check};
@@ -38,22 +39,27 @@ const NEAR: f64 = 1e-2;
 /// elastic forces, which are as much larger.
 const STIFF: f64 = 2e-12;
 
-/// Slope of `ln r_{k+1}` against `ln r_k` over the last three residuals below [`NEAR`] that can tell it, in the median of
-/// all load steps that have three; `None` where none has.
+/// Slope of the residuals in the median of all load steps that have one; `None` where none has.
 fn newton(name: &str, history: &History) -> Option<Check> {
-    newton_above(ROUND_OFF, name, history)
+    median(name, slopes(history, ROUND_OFF..NEAR))
 }
 
-/// As [`newton`], where round-off begins at `floor`: two residuals can tell a slope of 1.9 if the third would be above it.
-fn newton_above(floor: f64, name: &str, history: &History) -> Option<Check> {
+/// As [`newton`], at limit loads: slopes over the last three residuals below [`NEAR`] the first two of which can tell a slope
+/// of 1.9, because the third would be above round-off.
+fn newton_at_limit(name: &str, history: &History) -> Option<Check> {
     let mut slopes = Vec::new();
     for row in history.rows() {
         let near: Vec<f64> = row.residuals.iter().filter(|r| **r < NEAR).map(|r| r.ln()).collect();
-        let tells = |it: &&[f64]| it[1] + 1.9 * (it[1] - it[0]) >= floor.ln();
+        let tells = |it: &&[f64]| it[1] + 1.9 * (it[1] - it[0]) >= STIFF.ln();
         if let Some(&[a, b, c]) = near.windows(3).rev().find(tells) {
             slopes.push((c - b) / (b - a));
         }
     }
+    median(name, slopes)
+}
+
+/// The median of slopes against 1.9.
+fn median(name: &str, mut slopes: Vec<f64>) -> Option<Check> {
     slopes.sort_by(f64::total_cmp);
     let median = *slopes.get(slopes.len() / 2)?;
     let fast = slopes.iter().filter(|slope| **slope >= 1.9).count();
