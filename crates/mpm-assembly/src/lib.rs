@@ -27,7 +27,7 @@ pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
     DomainsOfBody, ForeignPoints, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
     MeanDilatation, OccupiedCell, PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart,
-    ShippedBasis, ShippedLaw, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
+    ShippedBasis, ShippedLaw, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
     finish_tangent, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};

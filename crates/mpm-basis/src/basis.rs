@@ -51,6 +51,39 @@ pub trait Basis<const D: usize>: Send + Sync {
         stencil: &mut Stencil<D>,
     ) -> Result<(), OutsideMesh<D>>;
 
+    /// As [`Self::influences`], of a ring in the half plane (r, z), D = 2: `S_vp` is the same, its gradient the mean
+    /// weighted by r. A basis whose gradients are those of the point itself has nothing to weigh.
+    ///
+    /// With `V_p = 2π r_p A` these gradients, and `S_vp / r_p` along the hoop, leave no force of a uniform stress on
+    /// nodes within a body whose domains tile it (Nairn & Guilkey 2015).
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.influences(mesh, x, domain, stencil)
+    }
+
+    /// Adds the parts of a ring's mass that nodes receive, the means of N_v weighted by r, as values; gradients do not
+    /// count. Nodes are among those of [`Self::ring_influences`].
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.influences(mesh, x, domain, stencil)
+    }
+
     /// Carries the point and its domain through a converged load step.
     ///
     /// # Errors
@@ -68,7 +101,7 @@ pub trait Basis<const D: usize>: Send + Sync {
     }
 
     /// Adds the corners of a point's domain, always in the same order. Their nodes are among those that the point
-    /// [influences](Self::influences).
+    /// [influences](Self::influences). Areas of a [ring](CornerPoint::is_ring) are those of the whole ring.
     ///
     /// # Errors
     /// As [`Self::influences`].

@@ -9,6 +9,7 @@
 use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
 use crate::corner::{Corner, CornerPoint};
 use crate::influence::Stencil;
+use crate::ring;
 use crate::simplex::Simplex;
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 
@@ -81,6 +82,26 @@ impl Basis<2> for Cpdi2t {
         domain.influences(mesh, stencil)
     }
 
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Simplex<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::influences(mesh, &domain.ring(), stencil)
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Simplex<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::masses(mesh, &domain.ring(), stencil)
+    }
+
     fn convect(
         &self,
         domain: &mut Simplex<2>,
@@ -110,6 +131,9 @@ impl Basis<2> for Cpdi2t {
         domain: &Simplex<2>,
         to: &mut Vec<Corner<2>>,
     ) -> Result<(), OutsideMesh<2>> {
+        if point.is_ring {
+            return ring::corners(mesh, point, &domain.ring(), to);
+        }
         domain.domain_corners(mesh, point, to)
     }
 

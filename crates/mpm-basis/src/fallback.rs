@@ -165,6 +165,32 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         }
     }
 
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.ring_influences(mesh, x, domain, stencil),
+            FallbackDomain::Fallen(domain) => Cpdi1.ring_influences(mesh, x, domain, stencil),
+        }
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.ring_masses(mesh, x, domain, stencil),
+            FallbackDomain::Fallen(domain) => Cpdi1.ring_masses(mesh, x, domain, stencil),
+        }
+    }
+
     fn convect(
         &self,
         domain: &mut Self::Domain,

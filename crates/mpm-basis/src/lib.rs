@@ -43,6 +43,7 @@ mod fallback;
 mod gimp;
 mod influence;
 pub mod parallel;
+mod ring;
 mod sampled;
 mod seeding;
 mod simplex;

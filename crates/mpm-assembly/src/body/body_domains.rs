@@ -2,6 +2,7 @@
 
 use crate::body::advance::{AdvanceError, Converged, PreparedDomains};
 use crate::body::domain_control::{self, Controlled, TooManyPoints};
+use crate::body::space::Space;
 use crate::body::stored::ForeignPoints;
 use mpm_basis::parallel::each_point;
 use mpm_basis::{
@@ -18,7 +19,13 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
     /// Bytes of a domain; none for standard MPM.
     fn domain_bytes(&self) -> usize;
 
-    fn stencils(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+    /// Of points in a space, with parts of their masses where these are wanted.
+    fn stencils(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        of: (Space, bool),
+    ) -> Result<Stencils<D>, UnconnectedPoint<D>>;
 
     /// Works out positions and domains after a load step, see [`PreparedDomains::advance`].
     fn advance(
@@ -102,7 +109,15 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         size_of::<B::Domain>()
     }
 
-    fn stencils(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+    fn stencils(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        (space, with_masses): (Space, bool),
+    ) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        if space.is_axisymmetric() {
+            return Stencils::of_rings(&self.basis, mesh, (position, &self.domains), with_masses);
+        }
         Stencils::of(&self.basis, mesh, position, &self.domains)
     }
 

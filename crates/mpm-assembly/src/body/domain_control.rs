@@ -121,7 +121,7 @@ impl<const D: usize> Points<D> {
     /// The points of now, of which `parts` says the point of before and the share of that. They have its F and elastic
     /// state, their shares of its volume and mass, and rest where F says they did.
     pub(crate) fn divided(&self, parts: &[(usize, f64)], position: &[Vector<D>]) -> Self {
-        let mut next = Self::default();
+        let mut next = Self { space: self.space, ..Self::default() };
         for (&(p, share), x) in parts.iter().zip(position) {
             next.push_part(self, p, *x, share);
         }
@@ -139,6 +139,7 @@ impl<const D: usize> Points<D> {
         self.reference_volume.push(points.reference_volume[p] * share);
         self.mass.extend(points.mass.get(p).map(|mass| mass * share));
         self.deformation_gradient.push(f);
+        self.hoop_stretch.extend(points.hoop_stretch.get(p));
         self.elastic_excess.push(points.elastic_excess[p]);
         self.plastic.extend(points.plastic.get(p));
     }

@@ -8,6 +8,7 @@ use crate::body::dilatation::Dilatation;
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
+use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
@@ -19,6 +20,9 @@ use mpm_material::FieldInfo;
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
+    /// The space that it lives in; all bodies of a model share one.
+    fn space(&self) -> Space;
+
     /// Number of material points.
     fn n_points(&self) -> usize;
 
@@ -44,7 +48,7 @@ pub trait Body<const D: usize>: Send + Sync {
     /// The first point that has no elastic state under its stress.
     ///
     /// # Panics
-    /// If there are starts, and not one for each point.
+    /// If there are starts, and not one for each point, or if the law is compiled for another space.
     fn set_law(&mut self, law: LawOfBody<D>, starts: &[PointStart]) -> Result<(), RefusedStart>;
 
     /// Whether its tangent is symmetric; the [`SparsityPattern`](crate::SparsityPattern) takes the worst of all bodies.
@@ -177,7 +181,7 @@ pub trait Body<const D: usize>: Send + Sync {
     fn outline(&self, point: usize) -> Vec<Vector<D>>;
 
     /// Name and bytes of every column of the points; a column that the scene does not need has none.
-    fn columns(&self) -> [(&'static str, usize); 9];
+    fn columns(&self) -> [(&'static str, usize); 10];
 
     /// Name and numbers per point of every column that [`Self::store`] gives.
     fn stored_columns(&self) -> Vec<(&'static str, usize)>;
@@ -197,7 +201,8 @@ pub trait Body<const D: usize>: Send + Sync {
 pub struct PointExtent<const D: usize> {
     /// `x_p` `[L]`.
     pub position: Vector<D>,
-    /// Width of a cube of the point's volume at rest, `(V_p⁰)^(1/D)` `[L]`.
+    /// Width of a cube of the point's volume at rest, `(V_p⁰)^(1/D)`; of a body of revolution that of a square of its
+    /// cross section `[L]`.
     pub width: f64,
     /// No corner of its domain is farther away `[L]`.
     pub radius: f64,

@@ -1,4 +1,4 @@
-//! The shipped laws and bases, compiled here, once for the plane and once for space.
+//! The shipped laws and bases, compiled here, once for the plane and once for space; laws for bodies of revolution, too.
 //!
 //! A body that is made of these by [`MaterialBody::of`](super::material_body::MaterialBody::of) compiles nothing of a
 //! pass anew. A law or a basis of one's own is compiled where [`LawOfBody::new`] and [`DomainsOfBody::new`] are called.
@@ -25,6 +25,14 @@ macro_rules! shipped_laws {
             #[inline(never)]
             fn from(law: ShippedLaw) -> Self {
                 match law { $(ShippedLaw::$law(law) => Self::new(law)),* }
+            }
+        }
+
+        impl ShippedLaw {
+            /// As a law of bodies of revolution.
+            #[inline(never)]
+            pub fn axisymmetric(self) -> LawOfBody<2> {
+                match self { $(Self::$law(law) => LawOfBody::axisymmetric(law)),* }
             }
         }
 
