@@ -322,7 +322,7 @@ fn weights_go_to_nodes_by_the_radius() {
     let setup = connect(Box::new(body), mesh);
     let acceleration = Some(Vector::<2>::new(0.0, -10.0));
     let mut external = vec![Vector::zeros(); 4];
-    let loads = BodyLoads { acceleration, point_forces: &[] };
+    let loads = BodyLoads { acceleration, ..BodyLoads::default() };
     setup.body.external_force(setup.plan.connectivity(), &loads, &mut external);
     let weight = 30.0 * TAU / 2.0;
     // ∫ (1 - r) 2π r dr = π/3 of π, half of it at each end.

@@ -84,6 +84,28 @@ pub trait Basis<const D: usize>: Send + Sync {
         self.influences(mesh, x, domain, stencil)
     }
 
+    /// Adds the parts that nodes carry of a force on a side of a ring's domain; by the displacement of the point and its
+    /// gradient, where the basis knows no better.
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        let mut own = Stencil::new();
+        self.influences(mesh, x, domain, &mut own)?;
+        let arm = side.ends[0] * side.parts[0] + side.ends[1] * side.parts[1] - x;
+        for it in own.entries() {
+            stencil.add(it.node, it.value + arm.dot(&it.gradient), Vector::zeros());
+        }
+        Ok(())
+    }
+
     /// Carries the point and its domain through a converged load step.
     ///
     /// # Errors
@@ -168,6 +190,16 @@ impl Default for DomainReport {
             fallen_back: false,
         }
     }
+}
+
+/// Where a force acts that is spread linearly over a straight side of a ring's section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingSide<const D: usize> {
+    /// Ends of the side `[L]`.
+    pub ends: [Vector<D>; 2],
+    /// Parts of the force that belong to the ends, whose sum is 1: of a uniform traction r/3 of the end's own radius and
+    /// r/6 of the other's, over half their sum `[-]`.
+    pub parts: [f64; 2],
 }
 
 /// A new point of a body at rest.

@@ -4,7 +4,7 @@
 //! `g_c = 2⁻ᴰ R⁻ᵀ s_c` with `R = (r_1 … r_D)` and the signs `s_c` of the corner (Sadeghirad, Brannon &
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, block};
 use crate::domain_control::longest;
@@ -157,6 +157,17 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         stencil: &mut Stencil<D>,
     ) -> Result<(), OutsideMesh<D>> {
         ring::masses(mesh, &domain.ring(x), stencil)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Parallelepiped<D>,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        ring::side(mesh, &domain.outline(x), side, stencil)
     }
 
     fn convect(

@@ -9,7 +9,7 @@
 //! the signs s. The domain is convex while `|κ_1| + |κ_2| < 1`. The mean gradient does not feel κ, so
 //! nothing resists its growth; past 3 a weight is negative.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners, spread_of_corners};
@@ -209,6 +209,17 @@ impl Basis<2> for Cpdi2q {
         stencil: &mut Stencil<2>,
     ) -> Result<(), OutsideMesh<2>> {
         ring::masses(mesh, &self.ring(domain), stencil)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<2>,
+        x: &Vector<2>,
+        domain: &Quadrilateral,
+        side: &RingSide<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::side(mesh, &domain.outline(x), side, stencil)
     }
 
     fn convect(

@@ -6,8 +6,9 @@
 //! as the triangle turns into a sliver (Wang et al. 2019). [`crate::DomainReport`] counts such nodes,
 //! [`crate::Fallback`] replaces slivers.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
+use crate::domain::Domain;
 use crate::influence::Stencil;
 use crate::ring;
 use crate::simplex::Simplex;
@@ -100,6 +101,17 @@ impl Basis<2> for Cpdi2t {
         stencil: &mut Stencil<2>,
     ) -> Result<(), OutsideMesh<2>> {
         ring::masses(mesh, &domain.ring(), stencil)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<2>,
+        x: &Vector<2>,
+        domain: &Simplex<2>,
+        side: &RingSide<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::side(mesh, &domain.outline(x), side, stencil)
     }
 
     fn convect(

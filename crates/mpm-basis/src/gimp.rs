@@ -5,7 +5,7 @@
 //! cut at the grid lines: N_v is linear in every part, so that its mean over the part is its value in
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::BEYOND;
 use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, vector};
@@ -180,6 +180,18 @@ fn overlaps<const D: usize>(
     Ok(overlaps)
 }
 
+/// The place of a box that is nearest to `x`, within it and on its surface.
+fn onto_box<const D: usize>(end: &Vector<D>, x: &Vector<D>, domain: &HalfLengths<D>) -> Vector<D> {
+    let mut arm = end - x;
+    let half = &domain.current;
+    let across = (0..D).max_by(|&a, &b| (arm[a].abs() / half[a]).total_cmp(&(arm[b].abs() / half[b])));
+    for d in 0..D {
+        let is_across = across == Some(d);
+        arm[d] = if is_across { half[d].copysign(arm[d]) } else { arm[d].clamp(-half[d], half[d]) };
+    }
+    x + arm
+}
+
 /// Hands out the nodes that a ring's box reaches, with their means along r and z.
 fn ring_nodes<const D: usize>(
     mesh: &Mesh<D>,
@@ -319,6 +331,40 @@ impl<const D: usize> Basis<D> for Gimp {
         ring_nodes(mesh, x, domain, |node, radial, (value, _)| {
             stencil.add(node, radial.mass * value, Vector::zeros());
         })
+    }
+
+    /// Means of N_v along the side, cut at the grid lines: at its corners alone, lines that cut it would see too little.
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &HalfLengths<D>,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        let axes = mesh.rectilinear().expect("`suits` has refused every other mesh");
+        let [from, to] = side.ends.map(|end| onto_box(&end, x, domain));
+        let along = to - from;
+        // Where grid lines cut the side, from 0 to 1.
+        let mut cuts = vec![0.0, 1.0];
+        for (d, axis) in axes.iter().enumerate().filter(|(d, _)| along[*d] != 0.0) {
+            let lines = (0..=axis.cells()).map(|k| (axis.node(k) - from[d]) / along[d]);
+            cuts.extend(lines.filter(|at| (0.0..1.0).contains(at)));
+        }
+        cuts.sort_by(f64::total_cmp);
+        // The density whose moments are the parts: q_0 (1 - s) + q_1 s.
+        let [a, b] = side.parts;
+        let density = |s: f64| (4.0 * a - 2.0 * b) * (1.0 - s) + (4.0 * b - 2.0 * a) * s;
+        let gauss = 0.5 / 3.0_f64.sqrt();
+        for part in cuts.windows(2).filter(|part| part[1] > part[0]) {
+            let (middle, length) = (0.5 * (part[0] + part[1]), part[1] - part[0]);
+            for s in [middle - gauss * length, middle + gauss * length] {
+                let place = mesh.locate(&(from + along * s), BEYOND)?;
+                let weight = 0.5 * length * density(s);
+                mesh.values(&place, |node, n| stencil.add(node, n * weight, Vector::zeros()));
+            }
+        }
+        Ok(())
     }
 
     fn convect(

@@ -12,7 +12,8 @@
 //! belongs to the corner. Edges that two domains share cancel, which is why a uniform stress leaves no force between
 //! them (Nairn & Guilkey 2015 weigh gradients so).
 
-use crate::corner::{Corner, CornerPoint};
+use crate::basis::RingSide;
+use crate::corner::{BEYOND, Corner, CornerPoint};
 use crate::influence::Stencil;
 use crate::sampled::{self, Sample};
 use crate::tensor::signs;
@@ -110,6 +111,35 @@ pub(crate) fn corners<const D: usize, const N: usize>(
 ) -> Result<(), OutsideMesh<D>> {
     for RingSample { sample, mass } in corners {
         to.push(Corner::at(mesh, sample.position, (area(point, sample), *mass))?);
+    }
+    Ok(())
+}
+
+/// Adds the parts of the nodes that carry the corners of a domain next to the ends of one of its sides; `outline` are its
+/// corners round it. Between two corners, the nearer carries the more.
+///
+/// # Errors
+/// As [`sampled::influences`].
+pub(crate) fn side<const D: usize>(
+    mesh: &Mesh<D>,
+    outline: &[Vector<D>],
+    side: &RingSide<D>,
+    stencil: &mut Stencil<D>,
+) -> Result<(), OutsideMesh<D>> {
+    for (end, part) in side.ends.iter().zip(side.parts) {
+        let on_edge = |k: usize| {
+            let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
+            let along = ((end - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
+            ((a + (b - a) * along - end).norm(), along, [a, b])
+        };
+        let edges = (0..outline.len()).map(on_edge);
+        let Some((_, along, corners)) = edges.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        for (x, share) in corners.iter().zip([1.0 - along, along]) {
+            if share > 0.0 {
+                let place = mesh.locate(x, BEYOND)?;
+                mesh.values(&place, |node, n| stencil.add(node, n * share * part, Vector::zeros()));
+            }
+        }
     }
     Ok(())
 }

@@ -90,8 +90,8 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
-    /// Diagonal of the box around the edges of the mesh `[L]`.
-    pub fn diagonal(&self) -> f64 {
+    /// Lowest and highest coordinates of the edges of the mesh `[L]`.
+    pub fn bounds(&self) -> (Vector<D>, Vector<D>) {
         let nodes = self.lattice.nodes();
         let (mut low, mut high) = (self.position_at(&[0; D]), self.position_at(&[0; D]));
         for (direction, &along) in nodes.iter().enumerate() {
@@ -104,7 +104,18 @@ impl<const D: usize> Mesh<D> {
                 }
             }
         }
+        (low, high)
+    }
+
+    /// Diagonal of the box around the edges of the mesh `[L]`.
+    pub fn diagonal(&self) -> f64 {
+        let (low, high) = self.bounds();
         (high - low).norm()
+    }
+
+    /// Distance from the axis r = 0 below which a node of a mesh in the half plane (r, z) lies on it: rounding `[L]`.
+    pub fn axis_width(&self) -> f64 {
+        1e-12 * self.diagonal()
     }
 
     /// The axes of an unbent box, along which the shape functions separate; `None` for other meshes.

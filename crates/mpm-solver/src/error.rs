@@ -152,6 +152,22 @@ pub enum StepFailure {
         /// `det ΔF`.
         determinant: f64,
     },
+    /// A trial displacement took a point of a body of revolution across its axis, and shorter corrections did so too.
+    #[error(
+        "body `{body}` ({basis}): material point {point} at {position:?} would reach the axis (hoop stretch {hoop:e})"
+    )]
+    ReachesAxis {
+        /// Name of the body.
+        body: String,
+        /// Name of its basis.
+        basis: &'static str,
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step, (r, z) `[L]`.
+        position: Vec<f64>,
+        /// `ΔF_θθ`.
+        hoop: f64,
+    },
     /// A law found no stress for a trial displacement, nor for shorter corrections.
     #[error("body `{body}`: the law of material point {point} at {position:?} finds no stress: {reason}")]
     NoReturn {
@@ -268,9 +284,18 @@ impl StepFailure {
             self,
             StepFailure::NotConverged { .. }
                 | StepFailure::Inverted { .. }
+                | StepFailure::ReachesAxis { .. }
                 | StepFailure::NoReturn { .. }
                 | StepFailure::Linear(_)
                 | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. }
+        )
+    }
+
+    /// Whether a shorter correction of the displacement can be admissible where a trial was not.
+    pub(crate) fn is_of_trial(&self) -> bool {
+        matches!(
+            self,
+            StepFailure::Inverted { .. } | StepFailure::ReachesAxis { .. } | StepFailure::NoReturn { .. }
         )
     }
 

@@ -106,7 +106,8 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
         axis: Direction::X,
         at: Finite(10.0),
         within: None,
-        resultant: Coordinates([0.0, -100e3]),
+        resultant: Some(Coordinates([0.0, -100e3])),
+        value: None,
         ramp: Default::default(),
         active: ActiveInput::default(),
     }];

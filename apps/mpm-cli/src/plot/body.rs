@@ -8,7 +8,7 @@ use mpm_grid::six_digits;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
-use mpm_scene::{Scene, mesh_of};
+use mpm_scene::{Scene, in_plane, mesh_of};
 use mpm_solver::observe::Field;
 use std::ops::Range;
 
@@ -73,13 +73,16 @@ impl<'a> Bodies<'a> {
             ));
         }
         let mesh = match &file.scene {
-            Scene::PlaneStrain(scene) if !arguments.no_mesh => Some(mesh_of(scene).map_err(|error| {
-                Complaint::input(format!(
-                    "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
-                ))
-            })?),
-            _ => None,
+            _ if arguments.no_mesh => None,
+            Scene::PlaneStrain(scene) => Some(mesh_of(scene)),
+            Scene::Axisymmetric(scene) => Some(in_plane(scene).and_then(|scene| mesh_of(&scene))),
+            Scene::Solid(_) => None,
         };
+        let mesh = mesh.transpose().map_err(|error| {
+            Complaint::input(format!(
+                "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
+            ))
+        })?;
         let colour = Colour::of(file, arguments.field.as_deref())?;
         Ok(Self { file, arguments, colour, mesh, tools: Tools::of(file)?, solid })
     }

@@ -6,7 +6,8 @@ use crate::body::space::Space;
 use crate::body::stored::ForeignPoints;
 use mpm_basis::parallel::each_point;
 use mpm_basis::{
-    Basis, Connectivity, Corner, CornerPoint, Domain, DomainControl, DomainReport, Stencils, UnconnectedPoint,
+    Basis, Connectivity, Corner, CornerPoint, Domain, DomainControl, DomainReport, RingSide, Stencil, Stencils,
+    UnconnectedPoint,
 };
 use mpm_grid::{Block, Mesh, NodeKind, OutsideMesh, Vector};
 
@@ -63,6 +64,15 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
         point: usize,
         of: &CornerPoint<D>,
         to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>>;
+
+    /// See [`Basis::ring_side`].
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        point: (usize, &Vector<D>),
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
     ) -> Result<(), OutsideMesh<D>>;
 
     /// Corners of the domain of a point that stands at `x`.
@@ -174,6 +184,16 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         to: &mut Vec<Corner<D>>,
     ) -> Result<(), OutsideMesh<D>> {
         self.basis.corners(mesh, of, &self.domains[point], to)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        (point, x): (usize, &Vector<D>),
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.basis.ring_side(mesh, x, &self.domains[point], side, stencil)
     }
 
     fn outline(&self, point: usize, x: &Vector<D>) -> Vec<Vector<D>> {

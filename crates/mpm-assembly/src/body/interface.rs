@@ -215,6 +215,32 @@ pub struct BodyLoads<'a, const D: usize> {
     pub acceleration: Option<Vector<D>>,
     /// Forces on single points, ascending in point `[F]`.
     pub point_forces: &'a [PointForce<D>],
+    /// Forces on sides of rings, with the mesh and its nodes in which these are; none of other bodies.
+    pub side_forces: Option<SideForces<'a, D>>,
+}
+
+/// Forces on sides of the domains of a body of revolution.
+#[derive(Clone, Copy, Debug)]
+pub struct SideForces<'a, const D: usize> {
+    /// Mesh of the step.
+    pub mesh: &'a Mesh<D>,
+    /// Nodes of the step.
+    pub active: &'a ActiveNodes<D>,
+    /// The forces.
+    pub forces: &'a [SideForce<D>],
+}
+
+/// A force that is spread linearly over a straight side which a point of a body of revolution carries with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SideForce<const D: usize> {
+    /// The point.
+    pub point: usize,
+    /// f, of the whole ring `[F]`.
+    pub force: Vector<D>,
+    /// From the point to the ends of the side, at rest `[L]`.
+    pub arms: [Vector<D>; 2],
+    /// Parts of the force that belong to the ends, see [`mpm_basis::RingSide`] `[-]`.
+    pub parts: [f64; 2],
 }
 
 /// A force at a place that a point carries with it.

@@ -7,7 +7,7 @@ use crate::body::body_domains::{BodyDomains, DomainsOfBody};
 use crate::body::body_law::{BodyLaw, LawOfBody};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
+use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce, SideForce, SideForces};
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::scatter::{PassInput, Sums};
@@ -16,8 +16,8 @@ use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{
-    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Group, Seed, Stencils,
-    UnconnectedPoint,
+    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Group, RingSide, Seed,
+    Stencil, Stencils, UnconnectedPoint,
 };
 use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
@@ -133,6 +133,25 @@ impl<const D: usize> MaterialBody<D> {
         for ((&node, gradient), value) in group.nodes.iter().zip(gradients).zip(values) {
             let hoop = if per_radius == 0.0 { 0.0 } else { value.abs() * per_radius };
             take(node as usize, gradient.norm() + hoop);
+        }
+    }
+
+    /// Adds forces on sides of rings to `external`.
+    fn add_side_forces(&self, on: &SideForces<'_, D>, external: &mut [Vector<D>]) {
+        let mut stencil = Stencil::new();
+        for SideForce { point, force, arms, parts } in on.forces {
+            let x = &self.points.position[*point];
+            let ends = arms.map(|arm| x + self.points.deformation_gradient[*point] * arm);
+            stencil.clear();
+            self.domains
+                .ring_side(on.mesh, (*point, x), &RingSide { ends, parts: *parts }, &mut stencil)
+                .expect("the stencils of the step have found these corners in the mesh");
+            for it in stencil.entries() {
+                // A node that is not active carries next to nothing.
+                if let Some(node) = on.active.number(it.node) {
+                    external[node] += force * it.value;
+                }
+            }
         }
     }
 
@@ -295,6 +314,9 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
                 }
             }
         }
+        if let Some(sides) = &loads.side_forces {
+            self.add_side_forces(sides, external);
+        }
         let mut group = 0;
         for &PointForce { point, force, arm } in loads.point_forces {
             while connectivity.group_points(group).end <= point {
@@ -387,6 +409,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             position: points.position[point],
             reference_position: points.reference_position.get(point).copied(),
             reference_volume: points.reference_volume[point],
+            reference_size: points.reference_size(point),
             deformation_gradient: points.deformation_gradient[point],
             hoop_stretch: points.hoop_stretch.get(point).copied(),
             volume_ratio: points.volume_ratio(point),

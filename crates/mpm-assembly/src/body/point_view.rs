@@ -12,6 +12,8 @@ pub struct PointView<const D: usize> {
     pub reference_position: Option<Vector<D>>,
     /// `V⁰_p` `[L^D]`; of a body of revolution that of the ring `[L³]`.
     pub reference_volume: f64,
+    /// Size of what it stands for at rest: `V⁰_p`, of a body of revolution the area of its cross section `[L^D]`.
+    pub reference_size: f64,
     /// F `[-]`; in plane strain and of a body of revolution its in-plane part.
     pub deformation_gradient: Block<D>,
     /// `F_θθ` of a body of revolution `[-]`.

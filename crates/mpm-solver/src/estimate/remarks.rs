@@ -39,7 +39,7 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
     for view in views(&*named.body) {
         let Ok(place) = mesh.locate(&view.position, 0.5) else { continue };
         let (filled, _) = cells.entry(place.cell).or_insert((0.0, view.position));
-        *filled += view.reference_volume;
+        *filled += view.reference_size;
     }
     let volume = |cell: &[u32; D]| mesh.piece(*cell, &Vector::repeat(-1.0), &Vector::repeat(1.0)).volume();
     let name = &named.name;
