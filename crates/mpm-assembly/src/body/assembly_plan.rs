@@ -100,13 +100,16 @@ pub(crate) struct Scratch<const D: usize> {
     /// Of the hoop; empty where there is none.
     pub hoop: Vec<f64>,
     pub tangent: Vec<Block<D>>,
+    /// Of unsymmetric patterns.
+    pub symmetric: Vec<Block<D>>,
 }
 
 impl<const D: usize> Scratch<D> {
     fn new(most_nodes: usize, symmetry: Symmetry) -> Self {
-        let n_blocks = match symmetry {
-            Symmetry::Symmetric => most_nodes * (most_nodes + 1) / 2,
-            Symmetry::Unsymmetric => most_nodes * most_nodes,
+        let lower = most_nodes * (most_nodes + 1) / 2;
+        let (n_blocks, n_symmetric) = match symmetry {
+            Symmetry::Symmetric => (lower, 0),
+            Symmetry::Unsymmetric => (most_nodes * most_nodes, lower),
         };
         Self {
             increment: vec![Vector::zeros(); most_nodes],
@@ -114,6 +117,7 @@ impl<const D: usize> Scratch<D> {
             gradient: vec![Vector::zeros(); most_nodes],
             hoop: Vec::new(),
             tangent: vec![Block::zeros(); n_blocks],
+            symmetric: vec![Block::zeros(); n_symmetric],
         }
     }
 }

@@ -31,7 +31,7 @@ use crate::body::trial::{Committed, trial};
 use mpm_basis::Group;
 use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
-use mpm_material::Material;
+use mpm_material::{HoopTangent, Material};
 use std::sync::{Mutex, PoisonError};
 
 /// The dense sums of a node set, and what its points need of its nodes.
@@ -43,6 +43,8 @@ struct Dense<'a, const D: usize> {
     hoop: &'a mut [f64],
     /// As in [`DenseTangent`]; none where no tangent is wanted.
     tangent: &'a mut [Block<D>],
+    /// Of a pass for [`ALL`] blocks: the sum of the points whose tangent is symmetric, from the diagonal down.
+    symmetric: &'a mut [Block<D>],
 }
 
 /// Adds a body's internal force, and its tangent where `sums` has one.
@@ -167,8 +169,7 @@ impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
         let n = self.plan.connectivity().node_set(set).len();
-        let Scratch { increment, force, gradient, hoop, tangent } = scratch;
-        let pairs = n_blocks::<TANGENT>(n);
+        let Scratch { increment, force, gradient, hoop, tangent, symmetric } = scratch;
         if HOOP {
             hoop.resize(n, 0.0);
         }
@@ -177,7 +178,8 @@ impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
             force: &mut force[..n],
             gradient: &mut gradient[..n],
             hoop,
-            tangent: &mut tangent[..pairs],
+            tangent: &mut tangent[..n_blocks::<TANGENT>(n)],
+            symmetric: if TANGENT == ALL { &mut symmetric[..n_blocks::<LOWER>(n)] } else { &mut [] },
         };
         // The commonest node sets are compiled with their size known.
         match n {
@@ -204,14 +206,72 @@ impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
         }
         dense.force.fill(Vector::zeros());
         dense.tangent.fill(Block::zeros());
+        dense.symmetric.fill(Block::zeros());
         let mut smallest = f64::INFINITY;
         for &group in plan.connectivity().node_set_groups(set) {
             let group = plan.connectivity().group(group as usize);
             let least = sum_group::<D, M, TANGENT, HOOP>(n, self.committed, group, &mut dense)?;
             smallest = smallest.min(least);
         }
+        if TANGENT == ALL {
+            add_symmetric(n, dense.symmetric, dense.tangent);
+        }
         self.scatter::<TANGENT>(nodes, set, dense.force, dense.tangent, part);
         Ok(smallest)
+    }
+}
+
+/// Adds the sum of symmetric tangents, which holds the rows from the diagonal down, to all blocks.
+#[inline(always)]
+fn add_symmetric<const D: usize>(n: usize, symmetric: &[Block<D>], all: &mut [Block<D>]) {
+    let mut blocks = symmetric.iter();
+    for w in 0..n {
+        for (v, block) in (w..n).zip(&mut blocks) {
+            all[w * n + v] += block;
+            if v > w {
+                all[v * n + w] += block.transpose();
+            }
+        }
+    }
+}
+
+/// Adds a point's tangent to the dense sums of a [`LOWER`] or an [`ALL`] pass; `t` and the second part of `a` are those
+/// of the hoop, where there is one.
+#[inline(always)]
+fn add_tangent_of_point<const D: usize, const TANGENT: u8, const HOOP: bool>(
+    (g, t): (&[Vector<D>], &[f64]),
+    (a, hoop): (&[[Block<D>; D]; D], Option<HoopTangent>),
+    volume: f64,
+    sums: &mut [Block<D>],
+) {
+    let n = g.len();
+    let mut at = 0;
+    for w in 0..n {
+        // half[k](i, j) = V⁰ a_ikjl g_w,l
+        let weighted = g[w] * volume;
+        let mut half: [Block<D>; D] = std::array::from_fn(|k| {
+            let mut sum = a[k][0] * weighted[0];
+            for l in 1..D {
+                sum += a[k][l] * weighted[l];
+            }
+            sum
+        });
+        let from = if TANGENT == LOWER { w } else { 0 };
+        let mut hoop_row = Vector::<D>::zeros();
+        if let Some(hoop) = &hoop {
+            hoop_row = add_hoop(hoop, &weighted, t[w] * volume, &mut half);
+        }
+        for (v, (sum, g)) in sums[at..].iter_mut().zip(&g[from..]).enumerate() {
+            for k in 0..D {
+                *sum += half[k] * g[k];
+            }
+            if HOOP {
+                for j in 0..D {
+                    sum[(0, j)] += t[from + v] * hoop_row[j];
+                }
+            }
+        }
+        at += n - from;
     }
 }
 
@@ -228,6 +288,7 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8, const HOOP: bool>(
     let g = &mut dense.gradient[..n];
     let t = if HOOP { &mut dense.hoop[..n] } else { &mut [] };
     let tangent = &mut dense.tangent[..n_blocks::<TANGENT>(n)];
+    let symmetric = &mut *dense.symmetric;
 
     let mut smallest = f64::INFINITY;
     for k in 0..group.points {
@@ -251,35 +312,16 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8, const HOOP: bool>(
             }
         }
         if TANGENT != FORCE {
-            let a = trial.response.tangent.spatial_tangent::<D>();
-            let hoop = if HOOP { Some(trial.response.tangent.hoop_tangent()) } else { None };
-            let mut at = 0;
-            for w in 0..n {
-                // half[k](i, j) = V⁰ a_ikjl g_w,l
-                let weighted = g[w] * volume;
-                let mut half: [Block<D>; D] = std::array::from_fn(|k| {
-                    let mut sum = a[k][0] * weighted[0];
-                    for l in 1..D {
-                        sum += a[k][l] * weighted[l];
-                    }
-                    sum
-                });
-                let from = if TANGENT == LOWER { w } else { 0 };
-                let mut hoop_row = Vector::<D>::zeros();
-                if let Some(hoop) = &hoop {
-                    hoop_row = add_hoop(hoop, &weighted, t[w] * volume, &mut half);
-                }
-                for (v, (sum, g)) in tangent[at..].iter_mut().zip(&g[from..]).enumerate() {
-                    for k in 0..D {
-                        *sum += half[k] * g[k];
-                    }
-                    if HOOP {
-                        for j in 0..D {
-                            sum[(0, j)] += t[from + v] * hoop_row[j];
-                        }
-                    }
-                }
-                at += n - from;
+            let modes = &trial.response.tangent;
+            let a = modes.spatial_tangent::<D>();
+            let a = (&a, if HOOP { Some(modes.hoop_tangent()) } else { None });
+            // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
+            if TANGENT == LOWER {
+                add_tangent_of_point::<D, LOWER, HOOP>((g, t), a, volume, tangent);
+            } else if modes.is_symmetric() {
+                add_tangent_of_point::<D, LOWER, HOOP>((g, t), a, volume, symmetric);
+            } else {
+                add_tangent_of_point::<D, ALL, HOOP>((g, t), a, volume, tangent);
             }
         }
     }
