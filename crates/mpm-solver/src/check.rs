@@ -60,7 +60,13 @@ pub enum ModelError {
     /// A mesh of bodies of revolution that reaches across their axis.
     #[error("the mesh of bodies of revolution reaches to r = {radius}, expected r of at least 0")]
     BeyondAxis {
-        /// The lowest radius at the start `[L]`.
+        /// The lowest radius, at the start or at the end of a stage `[L]`.
+        radius: f64,
+    },
+    /// A mesh of bodies of revolution whose line at the axis moves.
+    #[error("the mesh moves away from the axis: a node that is on it at the start is at r = {radius} later")]
+    LeavesAxis {
+        /// Radius of the node at the end of a stage `[L]`.
         radius: f64,
     },
     /// A support that drives nodes on the axis of bodies of revolution away from it.
@@ -115,7 +121,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Refuses bodies of different spaces and, of bodies of revolution, a mesh and supports that would leave the half plane
-    /// r ≥ 0 at the start of the run.
+    /// r ≥ 0 at the start of the run or at the end of a stage.
     ///
     /// # Errors
     /// The first thing that is wrong.
@@ -131,6 +137,16 @@ impl<const D: usize> Model<D> {
         let (radius, width) = (mesh.bounds().0[0], mesh.axis_width());
         if radius < -width {
             return Err(ModelError::BeyondAxis { radius });
+        }
+        let ends = (0..self.stages.len() as u32).map(|stage| LoadFraction::start_of(stage).with_value(1.0));
+        for moved in ends.filter_map(|end| self.motion.mesh_at(&self.layout, end).ok()) {
+            let (low, away) = (moved.bounds().0[0], moved.distance_from_axis(&mesh));
+            if low < -width {
+                return Err(ModelError::BeyondAxis { radius: low });
+            }
+            if away > width {
+                return Err(ModelError::LeavesAxis { radius: away });
+            }
         }
         let is_on_axis = |&node: &NodeId| self.nodes.position(&mesh, node)[0] <= width;
         let drives = |support: &&Support<D>| {

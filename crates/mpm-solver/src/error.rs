@@ -209,7 +209,7 @@ pub enum StepFailure {
     #[error(
         "the tangent is singular at node {node} at {position:?}, along {} ({cause}): \
         material there is not held, or barely reaches the node's cells{}{}",
-        ["x", "y", "z"][*component],
+        axis,
         if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" },
         if !*has_apex { "" } else { "; or its points have come apart, and their law can have an `apex_stiffness`" }
     )]
@@ -220,6 +220,8 @@ pub enum StepFailure {
         position: Vec<f64>,
         /// Component of displacement, from 0.
         component: usize,
+        /// Name of its direction.
+        axis: &'static str,
         /// How it showed.
         cause: String,
         /// Whether the cells at the edge of the bodies could be stabilised and are not.

@@ -3,6 +3,7 @@
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
+use crate::body::space::Space;
 use crate::body::trial::{Committed, InadmissiblePoint, Trial, trial, trial_of};
 use mpm_basis::parallel::both;
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Convection, ConvectionError};
@@ -33,6 +34,16 @@ pub enum AdvanceError {
         distance: f64,
         /// Diagonal of the mesh `[L]`.
         reach: f64,
+    },
+    /// The centre of its domain has come to the axis of its body of revolution.
+    #[error("material point {point} at {position:?} would be at the radius {radius:e}, across the axis")]
+    AcrossAxis {
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step, (r, z) `[L]`.
+        position: Vec<f64>,
+        /// Its radius at the end `[L]`.
+        radius: f64,
     },
     /// Its domain cannot be carried on.
     #[error("material point {point} at {position:?}: {reason}")]
@@ -163,7 +174,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
     pub fn advance<B: Basis<D, Domain = Domain>>(
         &mut self,
         basis: &B,
-        (position, domain): (&[Vector<D>], &[Domain]),
+        (position, domain, space): (&[Vector<D>], &[Domain], Space),
         deformation_gradient: &[Block<D>],
         connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
@@ -205,6 +216,11 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
                         position: position[p].iter().copied().collect(),
                         reason,
                     })?;
+                    let radius = positions[at][0];
+                    if space.is_axisymmetric() && radius <= 0.0 {
+                        let position = position[p].iter().copied().collect();
+                        return Err(AdvanceError::AcrossAxis { point: p, position, radius });
+                    }
                     at += 1;
                 }
             }

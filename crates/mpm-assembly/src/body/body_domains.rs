@@ -31,7 +31,7 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
     /// Works out positions and domains after a load step, see [`PreparedDomains::advance`].
     fn advance(
         &mut self,
-        position: &[Vector<D>],
+        of: (&[Vector<D>], Space),
         deformation_gradient: &[Block<D>],
         connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
@@ -46,7 +46,7 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
         position: &[Vector<D>],
         mesh: &Mesh<D>,
         control: DomainControl,
-        most: usize,
+        most: (usize, Space),
     ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints>;
 
     fn diagnose(&self, position: &[Vector<D>], mesh: &Mesh<D>) -> Vec<DomainReport>;
@@ -133,12 +133,12 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
 
     fn advance(
         &mut self,
-        position: &[Vector<D>],
+        (position, space): (&[Vector<D>], Space),
         deformation_gradient: &[Block<D>],
         connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
     ) -> Result<(), AdvanceError> {
-        let columns = (position, &self.domains[..]);
+        let columns = (position, &self.domains[..], space);
         self.prepared.advance(&self.basis, columns, deformation_gradient, connectivity, step)
     }
 
@@ -151,7 +151,7 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         position: &[Vector<D>],
         mesh: &Mesh<D>,
         control: DomainControl,
-        most: usize,
+        most: (usize, Space),
     ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints> {
         domain_control::control(&self.basis, position, &mut self.domains, mesh, control, most)
     }

@@ -7,7 +7,7 @@ use crate::body::body_domains::{BodyDomains, DomainsOfBody};
 use crate::body::body_law::{BodyLaw, LawOfBody};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce, SideForce, SideForces};
+use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::scatter::{PassInput, Sums};
@@ -16,8 +16,8 @@ use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::{
-    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Group, RingSide, Seed,
-    Stencil, Stencils, UnconnectedPoint,
+    ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Seed, Stencils,
+    UnconnectedPoint,
 };
 use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
@@ -28,9 +28,9 @@ use mpm_material::{FieldInfo, Material};
 /// What a law does is compiled once for each law, and what a basis does once for each basis: a pass reads points and
 /// links only, and nothing of a basis.
 pub struct MaterialBody<const D: usize> {
-    points: Points<D>,
-    law: Box<dyn BodyLaw<D>>,
-    domains: Box<dyn BodyDomains<D>>,
+    pub(super) points: Points<D>,
+    pub(super) law: Box<dyn BodyLaw<D>>,
+    pub(super) domains: Box<dyn BodyDomains<D>>,
     /// The next step's columns, kept for their memory.
     prepared: PreparedState<D>,
     is_prepared: bool,
@@ -112,72 +112,12 @@ impl<const D: usize> MaterialBody<D> {
         Self { mean_dilatation: mean, ..self }
     }
 
-    /// The same cut of shares of an area as one of shares of the volume of a ring, where the body is one: a part has
-    /// its area times its radius.
-    fn by_ring(&self, parts: &mut [(usize, f64)], position: &[Vector<D>]) {
-        if self.points.space.is_axisymmetric() {
-            for ((point, share), x) in parts.iter_mut().zip(position) {
-                *share *= x[0] / self.points.position[*point][0];
-            }
-        }
-    }
-
-    /// Hands out the strain by which a displacement of one of each node can change the `k`-th point of a group, `|∇S_vp|`,
-    /// and that of the hoop where there is one.
-    fn for_strains(&self, group: &Group<'_, D>, k: usize, mut take: impl FnMut(usize, f64)) {
-        let (values, gradients) = group.point(k);
-        let per_radius = match self.points.space {
-            Space::Cartesian => 0.0,
-            Space::Axisymmetric => 1.0 / self.points.position[group.first_point + k][0],
-        };
-        for ((&node, gradient), value) in group.nodes.iter().zip(gradients).zip(values) {
-            let hoop = if per_radius == 0.0 { 0.0 } else { value.abs() * per_radius };
-            take(node as usize, gradient.norm() + hoop);
-        }
-    }
-
-    /// Adds forces on sides of rings to `external`.
-    fn add_side_forces(&self, on: &SideForces<'_, D>, external: &mut [Vector<D>]) {
-        let mut stencil = Stencil::new();
-        for SideForce { point, force, arms, parts } in on.forces {
-            let x = &self.points.position[*point];
-            let ends = arms.map(|arm| x + self.points.deformation_gradient[*point] * arm);
-            stencil.clear();
-            self.domains
-                .ring_side(on.mesh, (*point, x), &RingSide { ends, parts: *parts }, &mut stencil)
-                .expect("the stencils of the step have found these corners in the mesh");
-            for it in stencil.entries() {
-                // A node that is not active carries next to nothing.
-                if let Some(node) = on.active.number(it.node) {
-                    external[node] += force * it.value;
-                }
-            }
-        }
-    }
-
     fn widths(&self) -> Widths {
         Widths {
             domain: self.domains.domain_numbers(),
             history: self.law.history_numbers(),
             plastic: usize::from(self.law.can_yield()),
         }
-    }
-}
-
-impl MaterialBody<2> {
-    /// As [`Self::new`], of a body of revolution: positions are (r, z), and volumes of seeds the areas of their cross
-    /// section `[L²]`.
-    ///
-    /// # Panics
-    /// A point does not stand beside the axis, r > 0.
-    pub fn axisymmetric<B: Basis<2> + 'static, M: Material + 'static>(
-        basis: B,
-        law: M,
-        seeds: impl IntoIterator<Item = Seed<2, B::Domain>>,
-    ) -> Self {
-        let (places, domains): (Vec<_>, Vec<_>) =
-            seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
-        Self::of(LawOfBody::axisymmetric(law), DomainsOfBody::new(basis, domains), places)
     }
 }
 
@@ -369,7 +309,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.is_prepared = false;
         self.law.advance(&self.points, plan, step.increment, &mut self.prepared)?;
         let deformation_gradient = self.prepared.deformation_gradient();
-        self.domains.advance(&self.points.position, deformation_gradient, plan.connectivity(), step)?;
+        let of = (&self.points.position[..], self.points.space);
+        self.domains.advance(of, deformation_gradient, plan.connectivity(), step)?;
         self.is_prepared = true;
         Ok(())
     }
@@ -394,7 +335,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         control: DomainControl,
         most: usize,
     ) -> Result<Controlled, TooManyPoints> {
-        let (mut done, position) = self.domains.control(&self.points.position, mesh, control, most)?;
+        let (mut done, position) =
+            self.domains.control(&self.points.position, mesh, control, (most, self.points.space))?;
         self.by_ring(&mut done.parts, &position);
         if !done.parts.is_empty() {
             self.points = self.points.divided(&done.parts, &position);

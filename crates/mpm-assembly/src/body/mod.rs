@@ -20,6 +20,7 @@ mod occupied;
 mod pass;
 mod point_view;
 mod points;
+mod rings;
 mod scatter;
 mod shipped;
 mod space;

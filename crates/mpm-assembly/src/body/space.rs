@@ -12,6 +12,14 @@ pub enum Space {
 }
 
 impl Space {
+    /// Names of the directions.
+    pub fn axes(self) -> [&'static str; 3] {
+        match self {
+            Self::Cartesian => ["x", "y", "z"],
+            Self::Axisymmetric => ["r", "z", "θ"],
+        }
+    }
+
     /// Whether it is [`Space::Axisymmetric`].
     pub fn is_axisymmetric(self) -> bool {
         self == Self::Axisymmetric

@@ -118,7 +118,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
-    model.supports = supports(scene, &model.layout, &model.nodes)?;
+    model.supports = supports(scene, (&model.layout, &model.nodes), space.axes())?;
     model.loads = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
