@@ -55,7 +55,7 @@ pub fn load_own(name: &str) -> Result<Scene, Broken> {
 /// The scene in another number of load steps.
 pub fn in_steps(mut scene: Scene, steps: u32) -> Scene {
     match &mut scene {
-        Scene::PlaneStrain(scene) => scene.schedule.steps = Some(Count(steps)),
+        Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => scene.schedule.steps = Some(Count(steps)),
         Scene::Solid(scene) => scene.schedule.steps = Some(Count(steps)),
     }
     scene
@@ -64,7 +64,7 @@ pub fn in_steps(mut scene: Scene, steps: u32) -> Scene {
 /// The scene with another number of cuts allowed.
 pub fn with_cuts(mut scene: Scene, cuts: u8) -> Scene {
     match &mut scene {
-        Scene::PlaneStrain(scene) => scene.schedule.cuts = cuts,
+        Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => scene.schedule.cuts = cuts,
         Scene::Solid(scene) => scene.schedule.cuts = cuts,
     }
     scene
@@ -73,7 +73,9 @@ pub fn with_cuts(mut scene: Scene, cuts: u8) -> Scene {
 /// The scene with every load step begun at rest.
 pub fn from_rest(mut scene: Scene) -> Scene {
     match &mut scene {
-        Scene::PlaneStrain(scene) => scene.schedule.predictor = PredictorInput::Rest,
+        Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => {
+            scene.schedule.predictor = PredictorInput::Rest
+        }
         Scene::Solid(scene) => scene.schedule.predictor = PredictorInput::Rest,
     }
     scene

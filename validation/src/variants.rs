@@ -61,7 +61,7 @@ impl Method {
 pub fn plane(scene: Scene) -> Result<PlaneScene, Broken> {
     match scene {
         Scene::PlaneStrain(scene) => Ok(scene),
-        Scene::Solid(_) => Err("expected a scene in plane strain".into()),
+        Scene::Axisymmetric(_) | Scene::Solid(_) => Err("expected a scene in plane strain".into()),
     }
 }
 

@@ -44,6 +44,16 @@ fn corner_stretch_on_squares() {
 }
 
 #[test]
+fn thick_walls_of_revolution() {
+    passes("thick walls of revolution");
+}
+
+#[test]
+fn circular_footing() {
+    passes("circular footing");
+}
+
+#[test]
 fn elastic_doughnut() {
     passes("doughnut twist, elastic");
 }

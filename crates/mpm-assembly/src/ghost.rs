@@ -17,7 +17,7 @@
 //! the load step: constant through Newton's iterations, symmetric, without memory, and zero wherever the
 //! gradient is continuous.
 
-use crate::body::{OccupiedCell, PassInput, Sums};
+use crate::body::{OccupiedCell, PassInput, Space, Sums};
 use crate::contribution::{
     Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
     SystemSums, Trial,
@@ -26,6 +26,7 @@ use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Block, LinearCell, Mesh, NodeKind, Vector};
 use mpm_linear::Symmetry;
+use std::f64::consts::TAU;
 
 /// Faces across which jumps of the displacement gradient are penalised, with their stiffness.
 #[derive(Clone, Debug)]
@@ -40,13 +41,19 @@ pub struct GhostFaces<const D: usize> {
 
 impl<const D: usize> GhostFaces<D> {
     /// The faces between occupied cells at least one of which has an empty neighbour. `factor` is γ over
-    /// Young's modulus; `cells` as the bodies gave them, in any order.
+    /// Young's modulus; `cells` as the bodies gave them, in any order. Faces of bodies of revolution are whole rings:
+    /// their stiffness is that per length times `2π r` of their middle.
     ///
     /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
     ///
     /// # Panics
     /// The nodes are not the vertices of the mesh.
-    pub fn of(mesh: &Mesh<D>, active: &ActiveNodes<D>, mut cells: Vec<OccupiedCell>, factor: f64) -> Self {
+    pub fn of(
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
+        mut cells: Vec<OccupiedCell>,
+        (factor, space): (f64, Space),
+    ) -> Self {
         assert_eq!(active.space().kind(), NodeKind::Vertices, "faces join corners of cells");
         // Stable: cells that occur more than once are summed in the order of the bodies.
         cells.sort_by_key(|it| it.cell);
@@ -78,7 +85,7 @@ impl<const D: usize> GhostFaces<D> {
                 };
                 if is_at_boundary(index) || is_at_boundary(above) {
                     let young = (lower.stiffness + upper.stiffness) / (lower.volume + upper.volume);
-                    faces.push(mesh, active, [index, above], d, factor * young);
+                    faces.push(mesh, active, [index, above], d, (factor * young, space));
                 }
             }
         }
@@ -107,7 +114,7 @@ impl<const D: usize> GhostFaces<D> {
         active: &ActiveNodes<D>,
         cells: [[u32; D]; 2],
         direction: usize,
-        penalty: f64,
+        (mut penalty, space): (f64, Space),
     ) {
         let corners = cells.map(|cell| {
             let corners = mesh.lattice().corners(cell);
@@ -146,6 +153,11 @@ impl<const D: usize> GhostFaces<D> {
                     at += 1;
                 }
             }
+        }
+        if space.is_axisymmetric() {
+            let mut middle = Vector::zeros();
+            middle[direction] = 1.0;
+            penalty *= TAU * linear[0].position(&middle)[0];
         }
         let extent = linear.iter().map(LinearCell::volume).sum::<f64>() / (2.0 * area);
         for value in &mut self.stiffness[first..] {
@@ -213,10 +225,11 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
             return Ok(Begun::AsBefore);
         }
         let mut cells = Vec::new();
+        let space = step.bodies.first().map_or(Space::default(), |it| it.body.space());
         for BodyAtStart { body, connectivity, .. } in step.bodies {
             body.occupied_cells(connectivity, step.mesh.lattice(), step.active, &mut cells);
         }
-        self.faces = GhostFaces::of(step.mesh, step.active, cells, self.factor);
+        self.faces = GhostFaces::of(step.mesh, step.active, cells, (self.factor, space));
         Ok(Begun::Anew)
     }
 

@@ -25,10 +25,10 @@ mod unknowns;
 
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
-    DomainsOfBody, ForeignPoints, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
+    DomainsOfBody, ForeignPoints, InSpace, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
     MeanDilatation, OccupiedCell, PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart,
-    ShippedBasis, ShippedLaw, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
-    finish_tangent, views,
+    ShippedBasis, ShippedLaw, SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums,
+    TooManyPoints, determinant, finish_tangent, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

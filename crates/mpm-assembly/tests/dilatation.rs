@@ -254,7 +254,7 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
         let connectivity = Connectivity::of(stencils, &active);
         let mut cells = Vec::new();
         body.occupied_cells(&connectivity, mesh.lattice(), &active, &mut cells);
-        let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
+        let faces = GhostFaces::of(&mesh, &active, cells, (1.0 / 30.0, body.space()));
         let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
         let linked = BodyConnectivity { connectivity, dilatation };
         let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&linked, &faces]);

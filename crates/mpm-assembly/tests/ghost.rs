@@ -32,7 +32,7 @@ fn setup<const D: usize, B: Basis<D> + 'static>(
     let connectivity = [Connectivity::of(stencils, &active)];
     let mut cells = Vec::new();
     body.occupied_cells(&connectivity[0], mesh.lattice(), &active, &mut cells);
-    let faces = GhostFaces::of(&mesh, &active, cells, 1.0 / 30.0);
+    let faces = GhostFaces::of(&mesh, &active, cells, (1.0 / 30.0, body.space()));
     let pattern = SparsityPattern::of(active.len(), body.symmetry(), &[&connectivity[0], &faces]);
     Setup { mesh, active, pattern, faces }
 }

@@ -51,6 +51,61 @@ pub trait Basis<const D: usize>: Send + Sync {
         stencil: &mut Stencil<D>,
     ) -> Result<(), OutsideMesh<D>>;
 
+    /// As [`Self::influences`], of a ring in the half plane (r, z), D = 2: `S_vp` is the same, its gradient the mean
+    /// weighted by r. A basis whose gradients are those of the point itself has nothing to weigh.
+    ///
+    /// With `V_p = 2π r_p A` these gradients, and `S_vp / r_p` along the hoop, leave no force of a uniform stress on
+    /// nodes within a body whose domains tile it (Nairn & Guilkey 2015).
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.influences(mesh, x, domain, stencil)
+    }
+
+    /// Adds the parts of a ring's mass that nodes receive, the means of N_v weighted by r, as values; gradients do not
+    /// count. Nodes are among those of [`Self::ring_influences`].
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.influences(mesh, x, domain, stencil)
+    }
+
+    /// Adds the parts that nodes carry of a force on a side of a ring's domain; by the displacement of the point and its
+    /// gradient, where the basis knows no better.
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        let mut own = Stencil::new();
+        self.influences(mesh, x, domain, &mut own)?;
+        let arm = side.ends[0] * side.parts[0] + side.ends[1] * side.parts[1] - x;
+        for it in own.entries() {
+            stencil.add(it.node, it.value + arm.dot(&it.gradient), Vector::zeros());
+        }
+        Ok(())
+    }
+
     /// Carries the point and its domain through a converged load step.
     ///
     /// # Errors
@@ -68,7 +123,7 @@ pub trait Basis<const D: usize>: Send + Sync {
     }
 
     /// Adds the corners of a point's domain, always in the same order. Their nodes are among those that the point
-    /// [influences](Self::influences).
+    /// [influences](Self::influences). Areas of a [ring](CornerPoint::is_ring) are those of the whole ring.
     ///
     /// # Errors
     /// As [`Self::influences`].
@@ -135,6 +190,16 @@ impl Default for DomainReport {
             fallen_back: false,
         }
     }
+}
+
+/// Where a force acts that is spread linearly over a straight side of a ring's section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingSide<const D: usize> {
+    /// Ends of the side `[L]`.
+    pub ends: [Vector<D>; 2],
+    /// Parts of the force that belong to the ends, whose sum is 1: of a uniform traction r/3 of the end's own radius and
+    /// r/6 of the other's, over half their sum `[-]`.
+    pub parts: [f64; 2],
 }
 
 /// A new point of a body at rest.

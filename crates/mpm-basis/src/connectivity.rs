@@ -47,6 +47,8 @@ pub struct Group<'a, const D: usize> {
     pub values: &'a [f64],
     /// `∂S_vp/∂X̃`, `[points][nodes]`.
     pub gradients: &'a [Vector<D>],
+    /// Parts of the points' masses, `[points][nodes]`: the values, but where rings have [others](Stencils::of_rings).
+    pub masses: &'a [f64],
 }
 
 /// The runs of a chunk by active number; nothing of inactive nodes.
@@ -142,6 +144,7 @@ impl<const D: usize> Connectivity<D> {
             points: points.len(),
             nodes,
             values: &chunk.value[influences.clone()],
+            masses: &if chunk.mass.is_empty() { &chunk.value } else { &chunk.mass }[influences.clone()],
             gradients: &chunk.gradient[influences],
         }
     }
@@ -191,6 +194,7 @@ impl<const D: usize> Connectivity<D> {
         size_of_val(&self.groups[..])
             + lists.map(|list| size_of_val(&list[..])).iter().sum::<usize>()
             + self.n_influences() * (size_of::<f64>() + size_of::<Vector<D>>())
+            + self.chunks.iter().map(|chunk| size_of_val(&chunk.mass[..])).sum::<usize>()
     }
 }
 
@@ -212,6 +216,7 @@ impl<const D: usize> Renumbered<D> {
                     if number.is_some() {
                         kept.influences.value.push(influences.value[at]);
                         kept.influences.gradient.push(influences.gradient[at]);
+                        kept.influences.mass.extend(influences.mass.get(at));
                     }
                     at += 1;
                 }

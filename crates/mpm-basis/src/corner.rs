@@ -3,8 +3,9 @@
 //! A pressure on the corners `p a_c` balances a uniform stress exactly where nodes receive it by `W_cv = N_v(x_c)`,
 //! because the gradients of the family CPDI are `∇S_vp = Σ_c N_v(x_c) g_c` and `a_c = V_p g_c`.
 
-use crate::tensor::{inverse_transpose, signs};
+use crate::tensor::signs;
 use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
+use std::f64::consts::TAU;
 
 /// How far outside the mesh a corner may be, in cells; N_v of the boundary cell continue to there.
 pub(crate) const BEYOND: f64 = 0.5;
@@ -14,10 +15,12 @@ pub(crate) const BEYOND: f64 = 0.5;
 pub struct CornerPoint<const D: usize> {
     /// `x_p` `[L]`.
     pub position: Vector<D>,
-    /// `V_p⁰` `[L^D]`.
-    pub reference_volume: f64,
-    /// `V_p` `[L^D]`.
+    /// `V_p⁰`; of a ring the area of its cross section at rest `[L^D]`.
+    pub reference_size: f64,
+    /// `V_p`; of a ring the whole of it `[L^D]`, `[L³]`.
     pub volume: f64,
+    /// Whether the point stands for a ring about the axis r = 0.
+    pub is_ring: bool,
     /// F `[-]`.
     pub deformation_gradient: Block<D>,
 }
@@ -27,10 +30,12 @@ pub struct CornerPoint<const D: usize> {
 pub struct Corner<const D: usize> {
     /// `x_c` `[L]`.
     pub position: Vector<D>,
-    /// `a_c`: the part of the domain's surface that belongs to the corner, outward `[L^(D-1)]`.
+    /// `a_c`: the part of the domain's surface that belongs to the corner, outward `[L^(D-1)]`; of a ring `[L²]`.
     pub area: Vector<D>,
+    /// Part of the domain that belongs to the corner, the mean of its corner function (of a ring weighted by r) `[-]`.
+    pub share: f64,
     /// Nodes that carry the corner and their weights `W_cv` `[-]`; the first 2^D entries count.
-    nodes: [(NodeId, f64); 8],
+    pub(crate) nodes: [(NodeId, f64); 8],
 }
 
 impl<const D: usize> Corner<D> {
@@ -43,7 +48,11 @@ impl<const D: usize> Corner<D> {
     ///
     /// # Errors
     /// The corner lies farther than half a cell outside the mesh.
-    pub(crate) fn at(mesh: &Mesh<D>, x: Vector<D>, area: Vector<D>) -> Result<Self, OutsideMesh<D>> {
+    pub(crate) fn at(
+        mesh: &Mesh<D>,
+        x: Vector<D>,
+        (area, share): (Vector<D>, f64),
+    ) -> Result<Self, OutsideMesh<D>> {
         let place = mesh.locate(&x, BEYOND)?;
         let mut nodes = [(NodeId::from_index(0).expect("0 is a number"), 0.0); 8];
         let mut at = 0;
@@ -51,53 +60,35 @@ impl<const D: usize> Corner<D> {
             nodes[at] = (node, value);
             at += 1;
         });
-        Ok(Self { position: x, area, nodes })
+        Ok(Self { position: x, area, share, nodes })
     }
 }
 
 /// The corners of a box along the axes with these half lengths: half of the sides that meet there in the plane, a
-/// quarter of the faces in space.
+/// quarter of the faces in space; of a ring, the parts of its surface by the linear functions along its sides.
 ///
 /// # Errors
 /// The first corner farther than half a cell outside the mesh.
 pub(crate) fn of_box<const D: usize>(
     mesh: &Mesh<D>,
-    x: &Vector<D>,
+    (x, is_ring): (&Vector<D>, bool),
     half: &Vector<D>,
     to: &mut Vec<Corner<D>>,
 ) -> Result<(), OutsideMesh<D>> {
     let volume: f64 = half.product();
     for c in 0..1 << D {
         let s = signs::<D>(c);
-        to.push(Corner::at(mesh, x + half.component_mul(&s), s.component_div(half) * volume)?);
-    }
-    Ok(())
-}
-
-/// The corners of a point without a domain: those of the parallelepiped `½ (V_p⁰)^(1/D) F`, which are carried by the
-/// point's own cell, `W_cv = S_vp + ∇S_vp · (x_c - x_p)`.
-///
-/// # Errors
-/// The point lies outside the mesh.
-pub(crate) fn of_point<const D: usize>(
-    mesh: &Mesh<D>,
-    point: &CornerPoint<D>,
-    to: &mut Vec<Corner<D>>,
-) -> Result<(), OutsideMesh<D>> {
-    let CornerPoint { position, reference_volume, volume, deformation_gradient } = point;
-    let sides = deformation_gradient * (0.5 * reference_volume.powf(1.0 / D as f64));
-    let push = inverse_transpose(&sides) * (volume / f64::from(1 << D));
-    let place = mesh.locate(position, 0.0)?;
-    for c in 0..1 << D {
-        let s = signs::<D>(c);
-        let arm = sides * s;
-        let mut nodes = [(NodeId::from_index(0).expect("0 is a number"), 0.0); 8];
-        let mut at = 0;
-        mesh.values_and_gradients(&place, |node, value, gradient| {
-            nodes[at] = (node, value + gradient.dot(&arm));
-            at += 1;
-        });
-        to.push(Corner { position: position + arm, area: push * s, nodes });
+        let position = x + half.component_mul(&s);
+        let mut area = s.component_div(half) * volume;
+        let mut share = 1.0 / f64::from(1 << D);
+        if is_ring {
+            // ½ r_c of the side along z, r_c/3 + r_c'/6 of that along r.
+            let moment = s[0] * half[0] / 3.0;
+            area[0] *= TAU * position[0];
+            area[1] *= TAU * (x[0] + moment);
+            share *= (x[0] + moment) / x[0];
+        }
+        to.push(Corner::at(mesh, position, (area, share))?);
     }
     Ok(())
 }

@@ -4,11 +4,12 @@
 //! `g_c = 2⁻ᴰ R⁻ᵀ s_c` with `R = (r_1 … r_D)` and the signs `s_c` of the corner (Sadeghirad, Brannon &
 //! Burghardt 2011; in the plane the polygon formula). Lattices of either hand give the same.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, block};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
+use crate::ring::{self, RingSample};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose, outline, signs};
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
@@ -54,6 +55,11 @@ impl<const D: usize> Parallelepiped<D> {
             let s = if c < 1 << D { signs(c) } else { Vector::zeros() };
             Sample { position: x + self.current * s, weight, gradient: push * s }
         })
+    }
+
+    /// The corners of a ring, D = 2.
+    fn ring(&self, x: &Vector<D>) -> [RingSample<D>; 4] {
+        ring::quadrilateral(from_fn(|c| (x + self.current * signs(c), 0.25)))
     }
 }
 
@@ -133,6 +139,37 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         sampled::influences(mesh, &domain.samples(x)[..1 << D], stencil)
     }
 
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Parallelepiped<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        ring::influences(mesh, &domain.ring(x), stencil)
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Parallelepiped<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        ring::masses(mesh, &domain.ring(x), stencil)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Parallelepiped<D>,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        ring::side(mesh, &domain.outline(x), side, stencil)
+    }
+
     fn convect(
         &self,
         domain: &mut Parallelepiped<D>,
@@ -169,6 +206,9 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         domain: &Parallelepiped<D>,
         to: &mut Vec<Corner<D>>,
     ) -> Result<(), OutsideMesh<D>> {
+        if point.is_ring {
+            return ring::corners(mesh, point, &domain.ring(&point.position), to);
+        }
         sampled::corners(mesh, point, &domain.samples(&point.position)[..1 << D], to)
     }
 

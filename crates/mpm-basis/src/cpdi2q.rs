@@ -9,11 +9,12 @@
 //! the signs s. The domain is convex while `|κ_1| + |κ_2| < 1`. The mean gradient does not feel κ, so
 //! nothing resists its growth; past 3 a weight is negative.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners, spread_of_corners};
 use crate::influence::Stencil;
+use crate::ring::{self, RingSample};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, outline, signs};
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
@@ -124,6 +125,14 @@ impl Cpdi2q {
     }
 }
 
+impl Cpdi2q {
+    /// The corners of a ring.
+    fn ring(self, domain: &Quadrilateral) -> [RingSample<2>; 4] {
+        let weights = self.weights(domain, &Shape::of(&domain.corners));
+        ring::quadrilateral(from_fn(|c| (domain.corners[c], weights[c])))
+    }
+}
+
 impl Domain<2> for Quadrilateral {
     const NUMBERS: usize = 11;
 
@@ -180,6 +189,37 @@ impl Basis<2> for Cpdi2q {
         stencil: &mut Stencil<2>,
     ) -> Result<(), OutsideMesh<2>> {
         sampled::influences(mesh, &self.samples(domain), stencil)
+    }
+
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Quadrilateral,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::influences(mesh, &self.ring(domain), stencil)
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Quadrilateral,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::masses(mesh, &self.ring(domain), stencil)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<2>,
+        x: &Vector<2>,
+        domain: &Quadrilateral,
+        side: &RingSide<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::side(mesh, &domain.outline(x), side, stencil)
     }
 
     fn convect(
@@ -242,6 +282,9 @@ impl Basis<2> for Cpdi2q {
         domain: &Quadrilateral,
         to: &mut Vec<Corner<2>>,
     ) -> Result<(), OutsideMesh<2>> {
+        if point.is_ring {
+            return ring::corners(mesh, point, &self.ring(domain), to);
+        }
         sampled::corners(mesh, point, &self.samples(domain), to)
     }
 

@@ -6,9 +6,11 @@
 //! as the triangle turns into a sliver (Wang et al. 2019). [`crate::DomainReport`] counts such nodes,
 //! [`crate::Fallback`] replaces slivers.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
+use crate::domain::Domain;
 use crate::influence::Stencil;
+use crate::ring;
 use crate::simplex::Simplex;
 use mpm_grid::{Block, LinearCell, Mesh, OutsideMesh, Vector};
 
@@ -81,6 +83,37 @@ impl Basis<2> for Cpdi2t {
         domain.influences(mesh, stencil)
     }
 
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Simplex<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::influences(mesh, &domain.ring(), stencil)
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<2>,
+        _x: &Vector<2>,
+        domain: &Simplex<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::masses(mesh, &domain.ring(), stencil)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<2>,
+        x: &Vector<2>,
+        domain: &Simplex<2>,
+        side: &RingSide<2>,
+        stencil: &mut Stencil<2>,
+    ) -> Result<(), OutsideMesh<2>> {
+        ring::side(mesh, &domain.outline(x), side, stencil)
+    }
+
     fn convect(
         &self,
         domain: &mut Simplex<2>,
@@ -110,6 +143,9 @@ impl Basis<2> for Cpdi2t {
         domain: &Simplex<2>,
         to: &mut Vec<Corner<2>>,
     ) -> Result<(), OutsideMesh<2>> {
+        if point.is_ring {
+            return ring::corners(mesh, point, &domain.ring(), to);
+        }
         domain.domain_corners(mesh, point, to)
     }
 

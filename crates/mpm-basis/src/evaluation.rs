@@ -4,7 +4,7 @@ use crate::basis::Basis;
 use crate::influence::Stencil;
 use crate::parallel::each;
 use crate::stencils::{Chunk, Stencils, UnconnectedPoint};
-use mpm_grid::{Mesh, NodeSpace, Vector};
+use mpm_grid::{Mesh, NodeKind, NodeSpace, OutsideMesh, Vector};
 
 /// Points per parallel task; fixed, so that nothing depends on the number of threads. A run of points
 /// that share their nodes ends with its task.
@@ -24,24 +24,65 @@ impl<const D: usize> Stencils<D> {
         x: &[Vector<D>],
         domain: &[B::Domain],
     ) -> Result<Self, UnconnectedPoint<D>> {
-        assert_eq!(x.len(), domain.len(), "one domain per point");
-        let nodes = NodeSpace::of(basis.node_kind(), mesh).expect("the mesh has nodes of the basis' kind");
-        let chunks: Vec<Result<_, UnconnectedPoint<D>>> = each(x.len().div_ceil(CHUNK), &|chunk| {
-            let first = chunk * CHUNK;
-            let points = first..(first + CHUNK).min(x.len());
-            let mut made = Chunk::with_capacity(points.len());
-            let mut stencil = Stencil::new();
-            for point in points {
-                stencil.clear();
-                basis
-                    .influences(mesh, &x[point], &domain[point], &mut stencil)
-                    .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
-                stencil.finish();
-                made.push(stencil.entries());
+        Self::gather(basis.node_kind(), mesh, (x, domain), |x, domain, stencil, made| {
+            basis.influences(mesh, x, domain, stencil)?;
+            stencil.finish();
+            made.push(stencil.entries());
+            Ok(())
+        })
+    }
+
+    /// As [`Self::of`] for rings in the half plane (r, z), see [`Basis::ring_influences`]; with the parts of the points'
+    /// masses where these are wanted.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn of_rings<B: Basis<D>>(
+        basis: &B,
+        mesh: &Mesh<D>,
+        (x, domain): (&[Vector<D>], &[B::Domain]),
+        with_masses: bool,
+    ) -> Result<Self, UnconnectedPoint<D>> {
+        Self::gather(basis.node_kind(), mesh, (x, domain), |x, domain, stencil, made| {
+            basis.ring_influences(mesh, x, domain, stencil)?;
+            stencil.finish();
+            made.push(stencil.entries());
+            if with_masses {
+                let mut masses = Stencil::new();
+                basis.ring_masses(mesh, x, domain, &mut masses)?;
+                masses.finish();
+                made.push_masses(stencil.entries(), masses.entries());
             }
-            made.finish(nodes.lattice());
-            Ok(made)
-        });
+            Ok(())
+        })
+    }
+
+    /// Asks for the influences of every point, a chunk at a time.
+    fn gather<Domain: Sync>(
+        kind: NodeKind,
+        mesh: &Mesh<D>,
+        (x, domain): (&[Vector<D>], &[Domain]),
+        add: impl Fn(&Vector<D>, &Domain, &mut Stencil<D>, &mut Chunk<D>) -> Result<(), OutsideMesh<D>> + Sync,
+    ) -> Result<Self, UnconnectedPoint<D>> {
+        assert_eq!(x.len(), domain.len(), "one domain per point");
+        let nodes = NodeSpace::of(kind, mesh).expect("the mesh has nodes of the basis' kind");
+        let chunks: Vec<Result<_, UnconnectedPoint<D>>> =
+            each(x.len().div_ceil(CHUNK), &|chunk| {
+                let first = chunk * CHUNK;
+                let points = first..(first + CHUNK).min(x.len());
+                let mut made = Chunk::with_capacity(points.len());
+                let mut stencil = Stencil::new();
+                for point in points {
+                    stencil.clear();
+                    add(&x[point], &domain[point], &mut stencil, &mut made)
+                        .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
+                }
+                made.finish(nodes.lattice());
+                Ok(made)
+            });
         Ok(Self { chunks: chunks.into_iter().collect::<Result<_, _>>()? })
     }
 }

@@ -1,6 +1,6 @@
 //! A remedy for convected domains that degenerate: the point goes on with a CPDI1 domain.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::{Corner, CornerPoint};
 use crate::cpdi1::{Cpdi1, Parallelepiped};
 use crate::domain::{Domain, block};
@@ -162,6 +162,46 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         match domain {
             FallbackDomain::Sound { domain, .. } => self.basis.influences(mesh, x, domain, stencil),
             FallbackDomain::Fallen(domain) => Cpdi1.influences(mesh, x, domain, stencil),
+        }
+    }
+
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.ring_influences(mesh, x, domain, stencil),
+            FallbackDomain::Fallen(domain) => Cpdi1.ring_influences(mesh, x, domain, stencil),
+        }
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.ring_masses(mesh, x, domain, stencil),
+            FallbackDomain::Fallen(domain) => Cpdi1.ring_masses(mesh, x, domain, stencil),
+        }
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.ring_side(mesh, x, domain, side, stencil),
+            FallbackDomain::Fallen(domain) => Cpdi1.ring_side(mesh, x, domain, side, stencil),
         }
     }
 

@@ -5,14 +5,14 @@
 //! cut at the grid lines: N_v is linear in every part, so that its mean over the part is its value in
 //! the middle, exactly and without cancellation, for graded axes and any half length.
 
-use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+use crate::basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 use crate::corner::BEYOND;
 use crate::corner::{self, Corner, CornerPoint};
 use crate::domain::{Domain, vector};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
 use crate::tensor::{determinant, outline, right_stretch, signs};
-use mpm_grid::{Axis, Block, LinearCell, Mesh, OutsideMesh, Vector};
+use mpm_grid::{Axis, Block, LinearCell, Mesh, NodeId, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Slack of [`BEYOND`], that of `Mesh::locate` [cells].
@@ -67,6 +67,17 @@ struct Overlap {
     l: f64,
 }
 
+/// Means along r of the hat function of a node over a domain that stands for a ring.
+#[derive(Clone, Copy)]
+struct Radial {
+    /// As without weights.
+    value: f64,
+    /// Weighted by r.
+    mass: f64,
+    /// That of the slope, weighted by r.
+    slope: f64,
+}
+
 /// An end of the domain too far outside, and how far [cells].
 struct Beyond {
     end: f64,
@@ -90,18 +101,47 @@ impl Overlap {
         Ok(Self { first, last, x, l })
     }
 
+    /// Ends of a cell, and of the part of the domain in it, relative to the point: so parts add up to the whole wherever
+    /// the origin is.
+    #[inline]
+    fn ends(&self, axis: &Axis, cell: u32) -> (f64, f64, f64, f64) {
+        let (a, b) = (axis.node(cell) - self.x, axis.node(cell + 1) - self.x);
+        let from = if cell == self.first { -self.l } else { a };
+        let to = if cell == self.last { self.l } else { b };
+        (a, b, from, to)
+    }
+
     /// Shares of a cell in the means of its lower and upper node's N_v, and in that of the upper's slope.
     ///
     /// The outermost cells reach to the ends of the domain, also where these lie outside the mesh.
     #[inline]
     fn part(&self, axis: &Axis, cell: u32) -> (f64, f64, f64) {
-        // Relative to the point, so that parts add up to the whole wherever the origin is.
-        let (a, b) = (axis.node(cell) - self.x, axis.node(cell + 1) - self.x);
-        let from = if cell == self.first { -self.l } else { a };
-        let to = if cell == self.last { self.l } else { b };
+        let (a, b, from, to) = self.ends(axis, cell);
         let slope = (to - from) / (2.0 * self.l) / (b - a);
         let middle = 0.5 * (from + to);
         (slope * (b - middle), slope * (middle - a), slope)
+    }
+
+    /// As [`Self::at`] along r. With the part from m - L/2 to m + L/2 of a cell, `∫ N r dr = L (m N(m) + N' L²/12)` and
+    /// `∫ N' r dr = L m N'`.
+    fn along_radius(&self, axis: &Axis, node: u32) -> Radial {
+        let (value, _) = self.at(axis, node);
+        let (mut mass, mut slope) = (0.0, 0.0);
+        let mut add = |cell: u32, is_upper: bool| {
+            let (_, _, from, to) = self.ends(axis, cell);
+            let (lower, upper, share) = self.part(axis, cell);
+            let (middle, length) = (self.x + 0.5 * (from + to), to - from);
+            let bow = share * length * length / 12.0;
+            mass += if is_upper { upper * middle + bow } else { lower * middle - bow };
+            slope += if is_upper { share * middle } else { -share * middle };
+        };
+        if node > self.first {
+            add(node - 1, true);
+        }
+        if node <= self.last {
+            add(node, false);
+        }
+        Radial { value, mass: mass / self.x, slope: slope / self.x }
     }
 
     /// Mean value and slope of the hat function of one node.
@@ -120,6 +160,56 @@ impl Overlap {
         }
         (value, slope)
     }
+}
+
+/// The parts of all axes that a domain covers.
+#[inline]
+fn overlaps<const D: usize>(
+    axes: &[Axis; D],
+    x: &Vector<D>,
+    domain: &HalfLengths<D>,
+) -> Result<[Overlap; D], OutsideMesh<D>> {
+    let mut overlaps = [Overlap { first: 0, last: 0, x: 0.0, l: 0.0 }; D];
+    for d in 0..D {
+        overlaps[d] = Overlap::of(&axes[d], x[d], domain.current[d]).map_err(|beyond| {
+            let mut position = *x;
+            position[d] = beyond.end;
+            OutsideMesh { position, distance: beyond.distance }
+        })?;
+    }
+    Ok(overlaps)
+}
+
+/// The place of a box that is nearest to `x`, within it and on its surface.
+fn onto_box<const D: usize>(end: &Vector<D>, x: &Vector<D>, domain: &HalfLengths<D>) -> Vector<D> {
+    let mut arm = end - x;
+    let half = &domain.current;
+    let across = (0..D).max_by(|&a, &b| (arm[a].abs() / half[a]).total_cmp(&(arm[b].abs() / half[b])));
+    for d in 0..D {
+        let is_across = across == Some(d);
+        arm[d] = if is_across { half[d].copysign(arm[d]) } else { arm[d].clamp(-half[d], half[d]) };
+    }
+    x + arm
+}
+
+/// Hands out the nodes that a ring's box reaches, with their means along r and z.
+fn ring_nodes<const D: usize>(
+    mesh: &Mesh<D>,
+    x: &Vector<D>,
+    domain: &HalfLengths<D>,
+    mut take: impl FnMut(NodeId, Radial, (f64, f64)),
+) -> Result<(), OutsideMesh<D>> {
+    let axes = mesh.rectilinear().expect("`suits` has refused every other mesh");
+    let along = overlaps(axes, x, domain)?;
+    let mut index = [0; D];
+    for z in along[1].first..=along[1].last + 1 {
+        let axial = along[1].at(&axes[1], z);
+        for r in along[0].first..=along[0].last + 1 {
+            (index[0], index[1]) = (r, z);
+            take(mesh.lattice().node(index), along[0].along_radius(&axes[0], r), axial);
+        }
+    }
+    Ok(())
 }
 
 impl Gimp {
@@ -198,14 +288,7 @@ impl<const D: usize> Basis<D> for Gimp {
         stencil: &mut Stencil<D>,
     ) -> Result<(), OutsideMesh<D>> {
         let axes = mesh.rectilinear().expect("`suits` has refused every other mesh");
-        let mut overlaps = [Overlap { first: 0, last: 0, x: 0.0, l: 0.0 }; D];
-        for d in 0..D {
-            overlaps[d] = Overlap::of(&axes[d], x[d], domain.current[d]).map_err(|beyond| {
-                let mut position = *x;
-                position[d] = beyond.end;
-                OutsideMesh { position, distance: beyond.distance }
-            })?;
-        }
+        let overlaps = overlaps(axes, x, domain)?;
         let start: [(f64, f64); D] = from_fn(|d| overlaps[d].at(&axes[d], overlaps[d].first));
         let mut index = overlaps.map(|it| it.first);
         let mut factor = start;
@@ -223,6 +306,65 @@ impl<const D: usize> Basis<D> for Gimp {
                 factor[e] = start[e];
             }
         }
+    }
+
+    fn ring_influences(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &HalfLengths<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        ring_nodes(mesh, x, domain, |node, radial, (value, slope)| {
+            let gradient = [radial.slope * value, radial.mass * slope];
+            stencil.add(node, radial.value * value, Vector::from_fn(|d, _| gradient[d]));
+        })
+    }
+
+    fn ring_masses(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &HalfLengths<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        ring_nodes(mesh, x, domain, |node, radial, (value, _)| {
+            stencil.add(node, radial.mass * value, Vector::zeros());
+        })
+    }
+
+    /// Means of N_v along the side, cut at the grid lines: at its corners alone, lines that cut it would see too little.
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &HalfLengths<D>,
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        let axes = mesh.rectilinear().expect("`suits` has refused every other mesh");
+        let [from, to] = side.ends.map(|end| onto_box(&end, x, domain));
+        let along = to - from;
+        // Where grid lines cut the side, from 0 to 1.
+        let mut cuts = vec![0.0, 1.0];
+        for (d, axis) in axes.iter().enumerate().filter(|(d, _)| along[*d] != 0.0) {
+            let lines = (0..=axis.cells()).map(|k| (axis.node(k) - from[d]) / along[d]);
+            cuts.extend(lines.filter(|at| (0.0..1.0).contains(at)));
+        }
+        cuts.sort_by(f64::total_cmp);
+        // The density whose moments are the parts: q_0 (1 - s) + q_1 s.
+        let [a, b] = side.parts;
+        let density = |s: f64| (4.0 * a - 2.0 * b) * (1.0 - s) + (4.0 * b - 2.0 * a) * s;
+        let gauss = 0.5 / 3.0_f64.sqrt();
+        for part in cuts.windows(2).filter(|part| part[1] > part[0]) {
+            let (middle, length) = (0.5 * (part[0] + part[1]), part[1] - part[0]);
+            for s in [middle - gauss * length, middle + gauss * length] {
+                let place = mesh.locate(&(from + along * s), BEYOND)?;
+                let weight = 0.5 * length * density(s);
+                mesh.values(&place, |node, n| stencil.add(node, n * weight, Vector::zeros()));
+            }
+        }
+        Ok(())
     }
 
     fn convect(
@@ -275,7 +417,7 @@ impl<const D: usize> Basis<D> for Gimp {
         domain: &HalfLengths<D>,
         to: &mut Vec<Corner<D>>,
     ) -> Result<(), OutsideMesh<D>> {
-        corner::of_box(mesh, &point.position, &domain.current, to)
+        corner::of_box(mesh, (&point.position, point.is_ring), &domain.current, to)
     }
 
     fn diagnose(

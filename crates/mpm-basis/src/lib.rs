@@ -43,6 +43,7 @@ mod fallback;
 mod gimp;
 mod influence;
 pub mod parallel;
+mod ring;
 mod sampled;
 mod seeding;
 mod simplex;
@@ -51,7 +52,7 @@ mod stencils;
 mod tensor;
 
 pub use active::ActiveNodes;
-pub use basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, Seed};
+pub use basis::{Basis, Convection, ConvectionError, DomainPart, DomainReport, RingSide, Seed};
 pub use cells::{CellPart, Cells};
 pub use completeness::Completeness;
 pub use connectivity::{Connectivity, Group};

@@ -36,7 +36,7 @@ pub(crate) fn corners<const D: usize>(
     to: &mut Vec<Corner<D>>,
 ) -> Result<(), OutsideMesh<D>> {
     for sample in samples {
-        to.push(Corner::at(mesh, sample.position, sample.gradient * point.volume)?);
+        to.push(Corner::at(mesh, sample.position, (sample.gradient * point.volume, sample.weight))?);
     }
     Ok(())
 }

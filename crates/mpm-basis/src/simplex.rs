@@ -11,6 +11,7 @@ use crate::corner::{Corner, CornerPoint};
 use crate::domain::{Domain, extent, vector};
 use crate::domain_control::{longest, scale_corners};
 use crate::influence::Stencil;
+use crate::ring::{self, RingSample};
 use crate::sampled::{self, Sample};
 use crate::tensor::{determinant, inverse_transpose};
 use mpm_grid::{Block, Mesh, OutsideMesh, Vector};
@@ -121,6 +122,14 @@ impl<const D: usize> Simplex<D> {
     pub(crate) fn diagnose(&self, mesh: &Mesh<D>) -> Result<DomainReport, OutsideMesh<D>> {
         let measure = self.volume() / self.initial_volume;
         sampled::report(mesh, &self.samples()[..=D], measure, self.distortion())
+    }
+}
+
+impl Simplex<2> {
+    /// The corners of a ring.
+    pub(crate) fn ring(&self) -> [RingSample<2>; 3] {
+        let [first, second, third, _] = self.samples();
+        ring::triangle([first, second, third])
     }
 }
 

@@ -69,6 +69,8 @@ pub(crate) struct Run {
 pub(crate) struct Influences<const D: usize> {
     pub value: Vec<f64>,
     pub gradient: Vec<Vector<D>>,
+    /// Parts of the points' masses `[-]`; empty where they are the values.
+    pub mass: Vec<f64>,
 }
 
 /// Lowest and highest lattice index, both inclusive.
@@ -85,6 +87,7 @@ impl<const D: usize> Chunk<D> {
             influences: Influences {
                 value: Vec::with_capacity(points << D),
                 gradient: Vec::with_capacity(points << D),
+                mass: Vec::new(),
             },
         }
     }
@@ -118,6 +121,15 @@ impl<const D: usize> Chunk<D> {
         }
         self.influences.value.extend(entries.iter().map(|it| it.value));
         self.influences.gradient.extend(entries.iter().map(|it| it.gradient));
+    }
+
+    /// Adds the parts of the mass of the point that was added last with `entries`, by node as these.
+    pub(crate) fn push_masses(&mut self, entries: &[Influence<D>], masses: &[Influence<D>]) {
+        let of_node = |node: NodeId| match masses.binary_search_by_key(&node, |it| it.node) {
+            Ok(at) => masses[at].value,
+            Err(_) => 0.0,
+        };
+        self.influences.mass.extend(entries.iter().map(|it| of_node(it.node)));
     }
 
     /// `|S_vp| + |∇S_vp|/g_p` of points that share `n` nodes `[-]`.

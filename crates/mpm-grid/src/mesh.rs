@@ -90,21 +90,51 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
-    /// Diagonal of the box around the edges of the mesh `[L]`.
-    pub fn diagonal(&self) -> f64 {
+    /// Hands out the nodes on the edges of the mesh, corners more than once.
+    fn for_edges(&self, mut take: impl FnMut([u32; D])) {
         let nodes = self.lattice.nodes();
-        let (mut low, mut high) = (self.position_at(&[0; D]), self.position_at(&[0; D]));
         for (direction, &along) in nodes.iter().enumerate() {
             for corner in (0..1_usize << D).filter(|corner| corner >> direction & 1 == 0) {
                 for k in 0..along {
                     let mut index = from_fn(|d| if corner >> d & 1 == 0 { 0 } else { nodes[d] - 1 });
                     index[direction] = k;
-                    let position = self.position_at(&index);
-                    (low, high) = (low.inf(&position), high.sup(&position));
+                    take(index);
                 }
             }
         }
+    }
+
+    /// Lowest and highest coordinates of the edges of the mesh `[L]`.
+    pub fn bounds(&self) -> (Vector<D>, Vector<D>) {
+        let (mut low, mut high) = (self.position_at(&[0; D]), self.position_at(&[0; D]));
+        self.for_edges(|index| {
+            let position = self.position_at(&index);
+            (low, high) = (low.inf(&position), high.sup(&position));
+        });
+        (low, high)
+    }
+
+    /// Distance from the axis r = 0 of the node that has gone the farthest from it, of those at the edges that lay on it in
+    /// `before`, a mesh of the same lattice in the half plane (r, z) `[L]`.
+    pub fn distance_from_axis(&self, before: &Self) -> f64 {
+        let (mut farthest, width) = (0.0_f64, before.axis_width());
+        self.for_edges(|index| {
+            if before.position_at(&index)[0] <= width {
+                farthest = farthest.max(self.position_at(&index)[0].abs());
+            }
+        });
+        farthest
+    }
+
+    /// Diagonal of the box around the edges of the mesh `[L]`.
+    pub fn diagonal(&self) -> f64 {
+        let (low, high) = self.bounds();
         (high - low).norm()
+    }
+
+    /// Distance from the axis r = 0 below which a node of a mesh in the half plane (r, z) lies on it: rounding `[L]`.
+    pub fn axis_width(&self) -> f64 {
+        1e-12 * self.diagonal()
     }
 
     /// The axes of an unbent box, along which the shape functions separate; `None` for other meshes.

@@ -62,7 +62,7 @@ pub use neo_hooke::NeoHooke;
 pub use parameters::{Consolidation, MOST_OWN, OwnParameters, ParameterError, PointParameters};
 pub use per_point::{MOST_NUMBERS, Numbers, PerPoint, PointHistory, Varied};
 pub use strength::{PlasticShear, UndrainedStrength};
-pub use tangent::PrincipalTangent;
+pub use tangent::{HoopTangent, PrincipalTangent};
 pub use tensor::SymmetricTensor;
 pub use tresca::Tresca;
 pub use undrained::{PoreFluid, Undrained};

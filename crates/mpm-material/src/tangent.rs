@@ -1,6 +1,6 @@
 //! From moduli in principal axes to the spatial tangent that a stiffness matrix is built from.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix2, Matrix3, SMatrix, Vector3};
 
 use crate::spectral::Frame;
 
@@ -21,6 +21,18 @@ pub struct PrincipalTangent {
     pub(crate) kirchhoff: Vector3<f64>,
     pub(crate) tangent: Matrix3<f64>,
     pub(crate) secant: Vector3<f64>,
+}
+
+/// Parts of the spatial tangent `a` of [`PrincipalTangent::spatial_tangent`] that belong to θ, a principal axis at right
+/// angles to the plane `[F/L²]`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct HoopTangent {
+    /// `a_ikθθ = Σ_a D_aθ n_a ⊗ n_a`, over the two axes in the plane: stress in the plane by the stretch of the hoop.
+    pub by_hoop: Matrix2<f64>,
+    /// `a_θθjl = Σ_a D_θa n_a ⊗ n_a`: stress of the hoop by stretches in the plane. Equals `by_hoop` where D is symmetric.
+    pub of_hoop: Matrix2<f64>,
+    /// `a_θθθθ = D_θθ - τ_θθ`.
+    pub hoop: f64,
 }
 
 impl PrincipalTangent {
@@ -50,6 +62,34 @@ impl PrincipalTangent {
         match self.frame {
             Frame::Plane { cos_2, sin_2 } if D == 2 => self.in_plane(cos_2, sin_2),
             _ => self.in_space(),
+        }
+    }
+
+    /// The spatial tangent between the plane and its normal, which is a principal axis: of a body of revolution, where
+    /// the stretch along the hoop is an unknown of the plane.
+    #[inline]
+    pub fn hoop_tangent(&self) -> HoopTangent {
+        match self.frame {
+            Frame::Plane { cos_2, sin_2 } => {
+                let along = |first: f64, second: f64| {
+                    let (mean, radius) = (0.5 * (first + second), 0.5 * (first - second));
+                    Matrix2::new(mean + radius * cos_2, radius * sin_2, radius * sin_2, mean - radius * cos_2)
+                };
+                let d = &self.tangent;
+                HoopTangent {
+                    by_hoop: along(d[(0, 2)], d[(1, 2)]),
+                    of_hoop: along(d[(2, 0)], d[(2, 1)]),
+                    hoop: d[(2, 2)] - self.kirchhoff[2],
+                }
+            }
+            Frame::Space(_) => {
+                let a = self.in_space::<3>();
+                HoopTangent {
+                    by_hoop: Matrix2::from_fn(|i, k| a[k][2][(i, 2)]),
+                    of_hoop: Matrix2::from_fn(|j, l| a[2][l][(2, j)]),
+                    hoop: a[2][2][(2, 2)],
+                }
+            }
         }
     }
 
@@ -176,7 +216,7 @@ fn artanh_ratio(z: f64, artanh: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Elasticity, Hencky, PlasticStrain, SymmetricTensor, VonMises, respond};
+    use crate::{DruckerPrager, Elasticity, Hencky, PlasticStrain, SymmetricTensor, VonMises, respond};
 
     #[test]
     fn artanh_ratio_is_exact_on_both_sides_of_its_switch() {
@@ -218,6 +258,26 @@ mod tests {
         // With ε_0 = ε_1 also n_0 = n_1, and the flow drops out of the difference.
         let limit = 0.5 * (d[(0, 0)] - d[(0, 1)]) - modes.kirchhoff[0];
         assert!((modes.shear(0) - limit).abs() < 1e-12 * limit.abs());
+    }
+
+    #[test]
+    fn the_hoop_is_the_third_direction_of_space() {
+        let elasticity = Elasticity::from_young_poisson(1000.0, 0.3).expect("in range");
+        let law = DruckerPrager::new(elasticity, 0.3, 0.1, 20.0).expect("in range");
+        let excess = |size: f64| {
+            let [xx, yy, zz, xy] = [-0.5, 0.2, -0.3, 0.2].map(|it| it * size);
+            SymmetricTensor { xx, yy, zz, xy, ..SymmetricTensor::ZERO }
+        };
+        for stretch in [0.05, 1.0] {
+            let response = respond(&law, &excess(stretch), &PlasticStrain::default()).expect("it returns");
+            let (tangent, a) = (response.tangent.hoop_tangent(), response.tangent.in_space::<3>());
+            for (i, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                assert!((tangent.by_hoop[(i, k)] - a[k][2][(i, 2)]).abs() < 1e-12 * 1000.0);
+                assert!((tangent.of_hoop[(i, k)] - a[2][k][(2, i)]).abs() < 1e-12 * 1000.0);
+            }
+            assert!((tangent.hoop - a[2][2][(2, 2)]).abs() < 1e-12 * 1000.0);
+            assert_eq!((tangent.by_hoop - tangent.of_hoop).norm() > 1.0, response.plastic);
+        }
     }
 
     #[test]

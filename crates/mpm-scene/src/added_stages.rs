@@ -25,6 +25,7 @@ impl AddedStages {
     pub fn between(before: &Scene, after: &Scene) -> Result<Self, SceneError> {
         match (before, after) {
             (Scene::PlaneStrain(before), Scene::PlaneStrain(after)) => added(before, after),
+            (Scene::Axisymmetric(before), Scene::Axisymmetric(after)) => added(before, after),
             (Scene::Solid(before), Scene::Solid(after)) => added(before, after),
             _ => Err(SceneError::new("", differs("the space"))),
         }

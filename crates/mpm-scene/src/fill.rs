@@ -1,17 +1,21 @@
 //! Filling a shape with material points.
 
 use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
-use mpm_assembly::{Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis};
+use mpm_assembly::{
+    Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
+};
 use mpm_basis::{Basis, Seed};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
-use mpm_grid::{Block, LinearCell, Mesh, Vector};
+use mpm_grid::{Block, LinearCell, Mesh, Position, Vector};
 use mpm_material::SymmetricTensor;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// What a body is to be filled with.
 pub(crate) struct Plan<'a, const D: usize> {
     /// The mesh of the first load step.
     pub start: &'a Mesh<D>,
+    pub space: Space,
     pub shape: Shape<'a, D>,
     /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
     pub shape_mesh: &'a Mesh<D>,
@@ -72,11 +76,20 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
 ) -> Result<Filled<D>, RefusedStart> {
     let Seeded { seeds, faces, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
+    // Of a body of revolution, the section times the way of its centre.
+    let ring = |seed: &SeedOf<D, B>| match plan.space {
+        Space::Cartesian => seed.volume,
+        Space::Axisymmetric => TAU * seed.position[0] * seed.volume,
+    };
+    let shape_volume = match plan.space {
+        Space::Cartesian => shape_volume,
+        Space::Axisymmetric => None,
+    };
     let mean = density.map(|density| match density {
         Density::Even(density) => *density,
         Density::OfPoints(densities) => {
-            let volume: f64 = seeds.iter().map(|seed| seed.volume).sum();
-            let mass: f64 = seeds.iter().zip(densities).map(|(seed, density)| density * seed.volume).sum();
+            let volume: f64 = seeds.iter().map(ring).sum();
+            let mass: f64 = seeds.iter().zip(densities).map(|(seed, density)| density * ring(seed)).sum();
             mass / volume
         }
     });
@@ -181,6 +194,10 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
     if let Shape::Cells { volume, is_exact: true, .. } = plan.shape {
         let filled: f64 = seeds.iter().map(|seed| seed.volume).sum();
         seeds.iter_mut().for_each(|seed| seed.volume *= volume / filled);
+    }
+    if let Some(seed) = seeds.iter().find(|seed| plan.space.is_axisymmetric() && seed.position[0] <= 0.0) {
+        let at = Position(&seed.position);
+        return Err(format!("a material point at {at} stands at r ≤ 0, expected beside the axis, r > 0"));
     }
     Ok(Seeded { seeds, faces, shape_volume: made.and_then(|parts| parts.volume) })
 }

@@ -19,7 +19,7 @@ mod vortex;
 
 pub use added_stages::AddedStages;
 pub use compile::{
-    DrivenPath, ToolOutline, compile, compile_with, compile_within, drive, mesh_of, tool_outlines,
+    DrivenPath, ToolOutline, compile, compile_with, compile_within, drive, in_plane, mesh_of, tool_outlines,
 };
 pub use compiled::Compiled;
 pub use error::SceneError;

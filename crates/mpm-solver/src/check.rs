@@ -1,9 +1,10 @@
 //! What every run refuses before it begins.
 
-use crate::model::{Model, NamedContribution};
+use crate::model::{Model, NamedContribution, Prescribed, Support};
 use crate::nodes::NodeMismatch;
 use crate::record::columns::columns;
 use mpm_assembly::Body;
+use mpm_grid::{LoadFraction, NodeId};
 use std::collections::BTreeSet;
 
 /// A model that cannot be run.
@@ -48,6 +49,32 @@ pub enum ModelError {
         /// Name of the body.
         body: String,
     },
+    /// Bodies of different spaces.
+    #[error(
+        "body `{body}` and the first one are not in the same space, expected bodies of revolution only, or none"
+    )]
+    Spaces {
+        /// Name of the body.
+        body: String,
+    },
+    /// A mesh of bodies of revolution that reaches across their axis.
+    #[error("the mesh of bodies of revolution reaches to r = {radius}, expected r of at least 0")]
+    BeyondAxis {
+        /// The lowest radius, at the start or at the end of a stage `[L]`.
+        radius: f64,
+    },
+    /// A mesh of bodies of revolution whose line at the axis moves.
+    #[error("the mesh moves away from the axis: a node that is on it at the start is at r = {radius} later")]
+    LeavesAxis {
+        /// Radius of the node at the end of a stage `[L]`.
+        radius: f64,
+    },
+    /// A support that drives nodes on the axis of bodies of revolution away from it.
+    #[error("support `{support}` drives a node on the axis r = 0 along r, where nothing can leave the axis")]
+    DrivenAxis {
+        /// Name of the support.
+        support: String,
+    },
     /// A force per volume on points that do not know where they rested.
     #[error(
         "a force per volume acts on body `{body}`, whose points do not keep their positions at rest, expected \
@@ -67,6 +94,7 @@ impl<const D: usize> Model<D> {
     pub fn check(&self) -> Result<(), ModelError> {
         self.check_nodes()?;
         self.check_stages()?;
+        self.check_axis()?;
         let weightless = self.bodies.iter().find(|named| !named.body.has_masses());
         if let Some(named) = weightless.filter(|_| !self.loads.body_forces.is_empty()) {
             return Err(ModelError::NoMasses { body: named.name.clone() });
@@ -90,6 +118,44 @@ impl<const D: usize> Model<D> {
             return Err(ModelError::SameColumn { contribution: last.into(), column });
         }
         Ok(())
+    }
+
+    /// Refuses bodies of different spaces and, of bodies of revolution, a mesh and supports that would leave the half plane
+    /// r ≥ 0 at the start of the run or at the end of a stage.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check_axis(&self) -> Result<(), ModelError> {
+        let space = self.space();
+        if let Some(named) = self.bodies.iter().find(|named| named.body.space() != space) {
+            return Err(ModelError::Spaces { body: named.name.clone() });
+        }
+        let Some(mesh) = self.motion.mesh_at(&self.layout, LoadFraction::START).ok() else { return Ok(()) };
+        if !space.is_axisymmetric() {
+            return Ok(());
+        }
+        let (radius, width) = (mesh.bounds().0[0], mesh.axis_width());
+        if radius < -width {
+            return Err(ModelError::BeyondAxis { radius });
+        }
+        let ends = (0..self.stages.len() as u32).map(|stage| LoadFraction::start_of(stage).with_value(1.0));
+        for moved in ends.filter_map(|end| self.motion.mesh_at(&self.layout, end).ok()) {
+            let (low, away) = (moved.bounds().0[0], moved.distance_from_axis(&mesh));
+            if low < -width {
+                return Err(ModelError::BeyondAxis { radius: low });
+            }
+            if away > width {
+                return Err(ModelError::LeavesAxis { radius: away });
+            }
+        }
+        let is_on_axis = |&node: &NodeId| self.nodes.position(&mesh, node)[0] <= width;
+        let drives = |support: &&Support<D>| {
+            matches!(support.components[0], Some(Prescribed::Driven(_) | Prescribed::Turned(_)))
+        };
+        match self.supports.iter().filter(drives).find(|support| support.nodes.iter().any(is_on_axis)) {
+            Some(support) => Err(ModelError::DrivenAxis { support: support.name.clone() }),
+            None => Ok(()),
+        }
     }
 
     fn check_stages(&self) -> Result<(), ModelError> {

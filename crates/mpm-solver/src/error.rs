@@ -161,6 +161,22 @@ pub enum StepFailure {
         /// `det ΔF`.
         determinant: f64,
     },
+    /// A trial displacement took a point of a body of revolution across its axis, and shorter corrections did so too.
+    #[error(
+        "body `{body}` ({basis}): material point {point} at {position:?} would reach the axis (hoop stretch {hoop:e})"
+    )]
+    ReachesAxis {
+        /// Name of the body.
+        body: String,
+        /// Name of its basis.
+        basis: &'static str,
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step, (r, z) `[L]`.
+        position: Vec<f64>,
+        /// `ΔF_θθ`.
+        hoop: f64,
+    },
     /// A law found no stress for a trial displacement, nor for shorter corrections.
     #[error("body `{body}`: the law of material point {point} at {position:?} finds no stress: {reason}")]
     NoReturn {
@@ -202,7 +218,7 @@ pub enum StepFailure {
     #[error(
         "the tangent is singular at node {node} at {position:?}, along {} ({cause}): \
         material there is not held, or barely reaches the node's cells{}{}",
-        ["x", "y", "z"][*component],
+        axis,
         if !*can_be_stabilised { "" } else { ", for which the scene can have `stabilisation: Ghost()`" },
         if !*has_apex { "" } else { "; or its points have come apart, and their law can have an `apex_stiffness`" }
     )]
@@ -213,6 +229,8 @@ pub enum StepFailure {
         position: Vec<f64>,
         /// Component of displacement, from 0.
         component: usize,
+        /// Name of its direction.
+        axis: &'static str,
         /// How it showed.
         cause: String,
         /// Whether the cells at the edge of the bodies could be stabilised and are not.
@@ -277,6 +295,7 @@ impl StepFailure {
             self,
             StepFailure::NotConverged { .. }
                 | StepFailure::Inverted { .. }
+                | StepFailure::ReachesAxis { .. }
                 | StepFailure::NoReturn { .. }
                 | StepFailure::Linear(_)
                 | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. }
@@ -290,6 +309,14 @@ impl StepFailure {
                 self,
                 StepFailure::Outside { .. } | StepFailure::Singular { .. } | StepFailure::Advance { .. }
             )
+    }
+
+    /// Whether a shorter correction of the displacement can be admissible where a trial was not.
+    pub(crate) fn is_of_trial(&self) -> bool {
+        matches!(
+            self,
+            StepFailure::Inverted { .. } | StepFailure::ReachesAxis { .. } | StepFailure::NoReturn { .. }
+        )
     }
 
     /// Whether the step failed for a reason on which its length has no influence.

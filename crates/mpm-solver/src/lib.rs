@@ -39,8 +39,8 @@ pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, estimate};
 pub use extension::{Kept, extended};
 pub use model::{
     Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,
-    PointLoad, PredictorKind, Prescribed, Probe, Release, Share, SolverChoice, SolverFactory, Stage, Support,
-    Tolerance, Turn, UnheldMotion, across,
+    PointLoad, PredictorKind, Prescribed, Probe, Release, Share, Side, SideLoad, SolverChoice, SolverFactory,
+    Stage, Support, Tolerance, Turn, UnheldMotion, across,
 };
 /// The points of a [`State`].
 pub use mpm_assembly::{StoredColumn, StoredPoints};

@@ -4,7 +4,7 @@ use crate::connection::Connected;
 use crate::equilibrium::round_off::{BodyScale, RoundOff, norm_of};
 use crate::error::{PathFailure, StepFailure};
 use crate::model::{Model, Prescribed};
-use mpm_assembly::{BodyLoads, Constraints};
+use mpm_assembly::{BodyLoads, Constraints, SideForces};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 
 /// Half the difference of load fractions over which loading is differentiated.
@@ -76,6 +76,15 @@ impl<const D: usize> StepLoading<'_, D> {
                 }
             }
         }
+        if model.space().is_axisymmetric() {
+            // Whatever the supports say: a ring of radius 0 stays a point.
+            let width = mesh.axis_width();
+            for (number, &node) in connected.active.nodes().iter().enumerate() {
+                if model.nodes.position(mesh, node)[0] <= width {
+                    constraints.hold_on_axis(number);
+                }
+            }
+        }
         for &(number, component) in pins {
             constraints.prescribe(number, component, 0.0);
         }
@@ -89,7 +98,10 @@ impl<const D: usize> StepLoading<'_, D> {
         let acceleration = model.loads.acceleration(at);
         for (index, (named, assembly_plan)) in model.bodies.iter().zip(&connected.assembly_plans).enumerate() {
             let point_forces = model.loads.point_forces(index, &*named.body, at);
-            let loads = BodyLoads { acceleration, point_forces: &point_forces };
+            let side_forces = model.loads.side_forces(index, at);
+            let on = SideForces { mesh: self.mesh, active: &connected.active, forces: &side_forces };
+            let side_forces = (!side_forces.is_empty()).then_some(on);
+            let loads = BodyLoads { acceleration, point_forces: &point_forces, side_forces };
             named.body.external_force(assembly_plan.connectivity(), &loads, &mut external);
         }
         // At the start of the step this much is left of a force that falls to 0 by the end of the stage.

@@ -1,5 +1,6 @@
 //! The cases, in the order of the table.
 
+mod axisymmetry;
 mod bar;
 mod cantilever;
 mod collapse;
@@ -71,6 +72,8 @@ pub const CASES: &[Case] = &[
     path::SNAP_BACK,
     domain_control::CASE,
     footing::CASE,
+    axisymmetry::WALLS,
+    axisymmetry::FOOTING,
     soil::AT_REST,
     soil::COLUMN,
     soil::RING,

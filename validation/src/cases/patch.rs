@@ -72,7 +72,7 @@ fn run(_: Extent) -> Result<Findings, Broken> {
 fn scene(name: &str, elastic: bool) -> Result<Scene, Broken> {
     let mut scene = load_own(name)?;
     let materials = match &mut scene {
-        Scene::PlaneStrain(scene) => &mut scene.materials,
+        Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => &mut scene.materials,
         Scene::Solid(scene) => &mut scene.materials,
     };
     for law in materials.values_mut() {

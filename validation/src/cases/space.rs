@@ -37,7 +37,7 @@ const ELASTICA: [f64; 9] = [0.302, 0.494, 0.603, 0.670, 0.714, 0.744, 0.767, 0.7
 fn solid(name: &str) -> Result<SolidScene, Broken> {
     match load(name)? {
         Scene::Solid(scene) => Ok(scene),
-        Scene::PlaneStrain(_) => Err("expected a scene in three dimensions".into()),
+        Scene::PlaneStrain(_) | Scene::Axisymmetric(_) => Err("expected a scene in three dimensions".into()),
     }
 }
 
@@ -106,7 +106,8 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
         axis: Direction::X,
         at: Finite(10.0),
         within: None,
-        resultant: Coordinates([0.0, -100e3]),
+        resultant: Some(Coordinates([0.0, -100e3])),
+        value: None,
         ramp: Default::default(),
         active: ActiveInput::default(),
     }];

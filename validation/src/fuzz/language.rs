@@ -233,6 +233,16 @@ pub(super) const SMALL: &[&str] = &[
     ],
     schedule: (steps: 2),
 )"#,
+    r#"Axisymmetric(
+    title: "a heavy cylinder", mesh: Box(axes: [Uniform(from: 0, to: 3, cells: 3), Uniform(from: 0, to: 3, cells: 3)]),
+    motion: Stretch([(axis: Z, anchor: 0, driven: 2, displacement: -0.1)]), basis: Cpdi1, stabilisation: Ghost(),
+    materials: { "a": VonMises(young: 1e3, poisson: 0.3, yield_radius: 40, density: 1) },
+    bodies: [(name: "c", material: "a", shape: Box(from: (0, 0), to: (1.5, 2)), points_per_cell: 2, mean_dilatation: Cell)],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [R, Z])],
+    loads: [BodyForce(acceleration: (0, -1)), Traction(body: "c", axis: R, at: 1.5, value: (-1, 0))],
+    tools: [(name: "t", rounding: 0.05, parts: [Cone(tip: (0, 2), radius: 1, tip_radius: 0.5, length: 1)], motion: Loaded(free: [Z], force: (0, -2)))],
+    schedule: (steps: 2), output: (fields: [DeformationGradient, Volume]),
+)"#,
 ];
 
 /// Words of the language that none of the scenes says.

@@ -211,7 +211,7 @@ pub(super) fn one_step(compiled: &mut Compiled) -> usize {
 /// Compiles a scene, with bounds to how long its load steps take.
 pub(super) fn tamed(mut scene: Scene, text: &str, files: &dyn SceneFiles) -> Result<Compiled, ()> {
     let (schedule, tolerance) = match &mut scene {
-        Scene::PlaneStrain(scene) => (&mut scene.schedule, &mut scene.tolerance),
+        Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => (&mut scene.schedule, &mut scene.tolerance),
         Scene::Solid(scene) => (&mut scene.schedule, &mut scene.tolerance),
     };
     // A wrong number of cuts is for the compiler to see.

@@ -17,6 +17,9 @@ pub struct BodyArguments {
     /// Leave the mesh out.
     #[arg(long)]
     pub no_mesh: bool,
+    /// Bodies of revolution: their section on both sides of the axis.
+    #[arg(long)]
+    pub mirror: bool,
     /// Three dimensions: where one looks from.
     #[arg(long, value_enum, default_value_t = View::Corner)]
     pub view: View,

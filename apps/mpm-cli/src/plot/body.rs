@@ -8,7 +8,7 @@ use mpm_grid::six_digits;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
-use mpm_scene::{Scene, mesh_of};
+use mpm_scene::{Scene, in_plane, mesh_of};
 use mpm_solver::observe::Field;
 use std::ops::Range;
 
@@ -72,14 +72,20 @@ impl<'a> Bodies<'a> {
                 "--slice is for results in three dimensions; these are in the plane".into(),
             ));
         }
+        if arguments.mirror && !matches!(file.scene, Scene::Axisymmetric(_)) {
+            return Err(Complaint::input("--mirror is for results of `Axisymmetric` scenes".into()));
+        }
         let mesh = match &file.scene {
-            Scene::PlaneStrain(scene) if !arguments.no_mesh => Some(mesh_of(scene).map_err(|error| {
-                Complaint::input(format!(
-                    "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
-                ))
-            })?),
-            _ => None,
+            _ if arguments.no_mesh => None,
+            Scene::PlaneStrain(scene) => Some(mesh_of(scene)),
+            Scene::Axisymmetric(scene) => Some(in_plane(scene).and_then(|scene| mesh_of(&scene))),
+            Scene::Solid(_) => None,
         };
+        let mesh = mesh.transpose().map_err(|error| {
+            Complaint::input(format!(
+                "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
+            ))
+        })?;
         let colour = Colour::of(file, arguments.field.as_deref())?;
         Ok(Self { file, arguments, colour, mesh, tools: Tools::of(file)?, solid })
     }
@@ -123,6 +129,10 @@ impl<'a> Bodies<'a> {
         }
         if !room.iter().all(|ends| ends.0 <= ends.1) {
             return Err(Complaint::input("no material point to draw: none is in the slice or the file".into()));
+        }
+        if self.arguments.mirror {
+            room[0].1 = room[0].1.max(-room[0].0);
+            room[0].0 = -room[0].1;
         }
         let more = ROOM * (room[0].1 - room[0].0).max(room[1].1 - room[1].0).max(f64::MIN_POSITIVE);
         let room = room.map(|(from, to)| (from - more, to + more));
@@ -174,6 +184,9 @@ impl<'a> Bodies<'a> {
                 true => shapes.discs.push((at, shade(point))),
                 false => shapes.domains.push((corners, shade(point))),
             }
+        }
+        if self.arguments.mirror {
+            mirror(&mut shapes);
         }
         Ok(shapes)
     }
@@ -255,6 +268,22 @@ impl<'a> Bodies<'a> {
             (x[0], x[1])
         };
         Ok(mesh.lattice().edges().map(|edge| edge.map(place)).collect())
+    }
+}
+
+/// Adds what is on the other side of the axis.
+fn mirror(shapes: &mut Shapes) {
+    let other = |(r, z): (f64, f64)| (-r, z);
+    let discs: Vec<_> = shapes.discs.iter().map(|(at, shade)| (other(*at), *shade)).collect();
+    shapes.discs.extend(discs);
+    let of_domain = |(corners, shade): &(Vec<(f64, f64)>, f64)| {
+        (corners.iter().map(|corner| other(*corner)).collect(), *shade)
+    };
+    let domains: Vec<_> = shapes.domains.iter().map(of_domain).collect();
+    shapes.domains.extend(domains);
+    for lines in [&mut shapes.lines, &mut shapes.outlines] {
+        let others: Vec<_> = lines.iter().map(|line| line.map(other)).collect();
+        lines.extend(others);
     }
 }
 

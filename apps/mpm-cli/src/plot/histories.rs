@@ -204,7 +204,7 @@ fn angle(scene: &Scene) -> Option<impl Fn(f64) -> f64 + use<>> {
         }
     }
     let ramp = match scene {
-        Scene::PlaneStrain(scene) => turned(scene),
+        Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => turned(scene),
         Scene::Solid(scene) => turned(scene),
     }?;
     Some(move |total: f64| LoadFraction::of_total(total).map_or(f64::NAN, |at| ramp.value(at).to_degrees()))

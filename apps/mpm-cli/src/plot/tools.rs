@@ -4,7 +4,7 @@ use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
 use mpm_io::Table;
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
-use mpm_scene::{Scene, ToolOutline, tool_outlines};
+use mpm_scene::{Scene, ToolOutline, in_plane, tool_outlines};
 
 /// Components of a force by name.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -19,11 +19,12 @@ impl Tools {
     /// The tools of a results file; none in space.
     pub fn of(file: &Drawn) -> Result<Self, Complaint> {
         let outlines = match &file.scene {
-            Scene::PlaneStrain(scene) => tool_outlines(scene).map_err(|error| {
-                Complaint::input(format!("the scene of the results gives no tools: {error}"))
-            })?,
-            Scene::Solid(_) => Vec::new(),
+            Scene::PlaneStrain(scene) => tool_outlines(scene),
+            Scene::Axisymmetric(scene) => in_plane(scene).and_then(|scene| tool_outlines(&scene)),
+            Scene::Solid(_) => Ok(Vec::new()),
         };
+        let outlines = outlines
+            .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
         let placed = |outline: ToolOutline| {
             let column = |what: &str| column(file, &format!("tool/{}/{what}", outline.name));
             let (position, angle) = (column("position")?, column("angle")?);

@@ -59,6 +59,11 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     // What only other programs and files meet.
     ("motion.rs", "no position at rest is carried", "asked by programs only"),
     ("state.rs", "", "of checkpoints, in `mpm-io/tests/hostile.rs`"),
+    (
+        "advance.rs",
+        "material point {point} at {position:?} would be at the radius",
+        "the hoop's stretch says so before",
+    ),
     ("stored.rs", "", "of checkpoints, in `mpm-io/tests/hostile.rs`"),
     ("steps/load_control.rs", "", "of checkpoints"),
     ("steps/path_control.rs", "", "of checkpoints"),

@@ -3,6 +3,7 @@
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
 use crate::body::points::Points;
+use crate::body::space::Space;
 use crate::body::trial::{Committed, InadmissiblePoint, Trial, trial, trial_of};
 use mpm_basis::parallel::both;
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Convection, ConvectionError};
@@ -34,6 +35,16 @@ pub enum AdvanceError {
         /// Diagonal of the mesh `[L]`.
         reach: f64,
     },
+    /// The centre of its domain has come to the axis of its body of revolution.
+    #[error("material point {point} at {position:?} would be at the radius {radius:e}, across the axis")]
+    AcrossAxis {
+        /// Index of the point in its body.
+        point: usize,
+        /// Where it is at the start of the step, (r, z) `[L]`.
+        position: Vec<f64>,
+        /// Its radius at the end `[L]`.
+        radius: f64,
+    },
     /// Its domain cannot be carried on.
     #[error("material point {point} at {position:?}: {reason}")]
     Domain {
@@ -63,6 +74,7 @@ pub struct Converged<'a, const D: usize> {
 #[derive(Default)]
 pub(crate) struct PreparedState<const D: usize> {
     deformation_gradient: Vec<Block<D>>,
+    hoop_stretch: Vec<f64>,
     elastic_excess: Vec<SymmetricTensor>,
     plastic: Vec<bool>,
 }
@@ -73,7 +85,7 @@ impl<const D: usize> PreparedState<D> {
     ///
     /// # Errors
     /// The first point (in order) that has no admissible state under the increment.
-    pub fn advance<M: Material>(
+    pub fn advance<M: Material, const HOOP: bool>(
         &mut self,
         next_history: &mut Vec<M::History>,
         committed: Committed<'_, D, M>,
@@ -83,6 +95,7 @@ impl<const D: usize> PreparedState<D> {
         let points = committed.points;
         let n = points.len();
         self.deformation_gradient.resize(n, Block::zeros());
+        self.hoop_stretch.resize(points.hoop_stretch.len(), 1.0);
         self.elastic_excess.resize(n, SymmetricTensor::ZERO);
         // Written anew, too; this is for the length.
         next_history.clear();
@@ -90,6 +103,7 @@ impl<const D: usize> PreparedState<D> {
         self.plastic.resize(points.plastic.len(), false);
         let columns = StateColumns {
             deformation_gradient: &mut self.deformation_gradient,
+            hoop_stretch: &mut self.hoop_stretch,
             elastic_excess: &mut self.elastic_excess,
             history: next_history,
             plastic: &mut self.plastic,
@@ -97,7 +111,9 @@ impl<const D: usize> PreparedState<D> {
         let connectivity = plan.connectivity();
         let dilated = match plan.dilatation() {
             None => Vec::new(),
-            Some(dilatation) => Dilated { committed, connectivity, dilatation, increment }.steps()?,
+            Some(dilatation) => {
+                Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment }.steps()?
+            }
         };
         in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, mut columns| {
             let mut du = Vec::new();
@@ -108,9 +124,12 @@ impl<const D: usize> PreparedState<D> {
                 for k in 0..view.points {
                     let p = view.first_point + k;
                     let state = match dilated.get(p) {
-                        None => trial(committed, p, &du, view.point(k).1)?,
-                        Some(step) => trial_of(committed, p, *step)?,
+                        None => trial::<D, M, HOOP>(committed, p, &du, view.point(k))?,
+                        Some(step) => trial_of::<D, M, HOOP>(committed, p, step)?,
                     };
+                    if HOOP {
+                        columns.hoop_stretch[at] = state.hoop * points.hoop_stretch[p];
+                    }
                     columns.write::<M>(at, state, &points.deformation_gradient[p]);
                     at += 1;
                 }
@@ -127,6 +146,7 @@ impl<const D: usize> PreparedState<D> {
     /// Makes the prepared columns the present ones.
     pub fn swap(&mut self, points: &mut Points<D>) {
         std::mem::swap(&mut self.deformation_gradient, &mut points.deformation_gradient);
+        std::mem::swap(&mut self.hoop_stretch, &mut points.hoop_stretch);
         std::mem::swap(&mut self.elastic_excess, &mut points.elastic_excess);
         std::mem::swap(&mut self.plastic, &mut points.plastic);
     }
@@ -154,7 +174,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
     pub fn advance<B: Basis<D, Domain = Domain>>(
         &mut self,
         basis: &B,
-        (position, domain): (&[Vector<D>], &[Domain]),
+        (position, domain, space): (&[Vector<D>], &[Domain], Space),
         deformation_gradient: &[Block<D>],
         connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
@@ -196,6 +216,11 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
                         position: position[p].iter().copied().collect(),
                         reason,
                     })?;
+                    let radius = positions[at][0];
+                    if space.is_axisymmetric() && radius <= 0.0 {
+                        let position = position[p].iter().copied().collect();
+                        return Err(AdvanceError::AcrossAxis { point: p, position, radius });
+                    }
                     at += 1;
                 }
             }
@@ -213,6 +238,8 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
 /// The columns that the law writes, for a run of points.
 struct StateColumns<'a, const D: usize, History> {
     deformation_gradient: &'a mut [Block<D>],
+    /// Empty where there is no hoop.
+    hoop_stretch: &'a mut [f64],
     elastic_excess: &'a mut [SymmetricTensor],
     history: &'a mut [History],
     plastic: &'a mut [bool],
@@ -244,13 +271,15 @@ trait SplitColumns: Send + Sized {
 impl<const D: usize, History: Send> SplitColumns for StateColumns<'_, D, History> {
     fn split_at(self, at: usize) -> (Self, Self) {
         let (deformation_gradient, deformation_gradient_rest) = self.deformation_gradient.split_at_mut(at);
+        let (hoop_stretch, hoop_stretch_rest) = self.hoop_stretch.split_at_mut(at.min(self.hoop_stretch.len()));
         let (elastic_excess, elastic_excess_rest) = self.elastic_excess.split_at_mut(at);
         let (history, history_rest) = self.history.split_at_mut(at);
         let (plastic, plastic_rest) = self.plastic.split_at_mut(at.min(self.plastic.len()));
         (
-            Self { deformation_gradient, elastic_excess, history, plastic },
+            Self { deformation_gradient, hoop_stretch, elastic_excess, history, plastic },
             Self {
                 deformation_gradient: deformation_gradient_rest,
+                hoop_stretch: hoop_stretch_rest,
                 elastic_excess: elastic_excess_rest,
                 history: history_rest,
                 plastic: plastic_rest,

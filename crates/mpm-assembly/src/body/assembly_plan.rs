@@ -97,6 +97,8 @@ pub(crate) struct Scratch<const D: usize> {
     pub increment: Vec<Vector<D>>,
     pub force: Vec<Vector<D>>,
     pub gradient: Vec<Vector<D>>,
+    /// Of the hoop; empty where there is none.
+    pub hoop: Vec<f64>,
     pub tangent: Vec<Block<D>>,
     /// Of unsymmetric patterns.
     pub symmetric: Vec<Block<D>>,
@@ -113,6 +115,7 @@ impl<const D: usize> Scratch<D> {
             increment: vec![Vector::zeros(); most_nodes],
             force: vec![Vector::zeros(); most_nodes],
             gradient: vec![Vector::zeros(); most_nodes],
+            hoop: Vec::new(),
             tangent: vec![Block::zeros(); n_blocks],
             symmetric: vec![Block::zeros(); n_symmetric],
         }

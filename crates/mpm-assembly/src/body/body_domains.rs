@@ -2,10 +2,12 @@
 
 use crate::body::advance::{AdvanceError, Converged, PreparedDomains};
 use crate::body::domain_control::{self, Controlled, TooManyPoints};
+use crate::body::space::Space;
 use crate::body::stored::ForeignPoints;
 use mpm_basis::parallel::each_point;
 use mpm_basis::{
-    Basis, Connectivity, Corner, CornerPoint, Domain, DomainControl, DomainReport, Stencils, UnconnectedPoint,
+    Basis, Connectivity, Corner, CornerPoint, Domain, DomainControl, DomainReport, RingSide, Stencil, Stencils,
+    UnconnectedPoint,
 };
 use mpm_grid::{Block, Mesh, NodeKind, OutsideMesh, Vector};
 
@@ -18,12 +20,18 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
     /// Bytes of a domain; none for standard MPM.
     fn domain_bytes(&self) -> usize;
 
-    fn stencils(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+    /// Of points in a space, with parts of their masses where these are wanted.
+    fn stencils(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        of: (Space, bool),
+    ) -> Result<Stencils<D>, UnconnectedPoint<D>>;
 
     /// Works out positions and domains after a load step, see [`PreparedDomains::advance`].
     fn advance(
         &mut self,
-        position: &[Vector<D>],
+        of: (&[Vector<D>], Space),
         deformation_gradient: &[Block<D>],
         connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
@@ -38,7 +46,7 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
         position: &[Vector<D>],
         mesh: &Mesh<D>,
         control: DomainControl,
-        most: usize,
+        most: (usize, Space),
     ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints>;
 
     fn diagnose(&self, position: &[Vector<D>], mesh: &Mesh<D>) -> Vec<DomainReport>;
@@ -56,6 +64,15 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
         point: usize,
         of: &CornerPoint<D>,
         to: &mut Vec<Corner<D>>,
+    ) -> Result<(), OutsideMesh<D>>;
+
+    /// See [`Basis::ring_side`].
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        point: (usize, &Vector<D>),
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
     ) -> Result<(), OutsideMesh<D>>;
 
     /// Corners of the domain of a point that stands at `x`.
@@ -102,18 +119,26 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         size_of::<B::Domain>()
     }
 
-    fn stencils(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+    fn stencils(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        (space, with_masses): (Space, bool),
+    ) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        if space.is_axisymmetric() {
+            return Stencils::of_rings(&self.basis, mesh, (position, &self.domains), with_masses);
+        }
         Stencils::of(&self.basis, mesh, position, &self.domains)
     }
 
     fn advance(
         &mut self,
-        position: &[Vector<D>],
+        (position, space): (&[Vector<D>], Space),
         deformation_gradient: &[Block<D>],
         connectivity: &Connectivity<D>,
         step: Converged<'_, D>,
     ) -> Result<(), AdvanceError> {
-        let columns = (position, &self.domains[..]);
+        let columns = (position, &self.domains[..], space);
         self.prepared.advance(&self.basis, columns, deformation_gradient, connectivity, step)
     }
 
@@ -126,7 +151,7 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         position: &[Vector<D>],
         mesh: &Mesh<D>,
         control: DomainControl,
-        most: usize,
+        most: (usize, Space),
     ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints> {
         domain_control::control(&self.basis, position, &mut self.domains, mesh, control, most)
     }
@@ -159,6 +184,16 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         to: &mut Vec<Corner<D>>,
     ) -> Result<(), OutsideMesh<D>> {
         self.basis.corners(mesh, of, &self.domains[point], to)
+    }
+
+    fn ring_side(
+        &self,
+        mesh: &Mesh<D>,
+        (point, x): (usize, &Vector<D>),
+        side: &RingSide<D>,
+        stencil: &mut Stencil<D>,
+    ) -> Result<(), OutsideMesh<D>> {
+        self.basis.ring_side(mesh, x, &self.domains[point], side, stencil)
     }
 
     fn outline(&self, point: usize, x: &Vector<D>) -> Vec<Vector<D>> {

@@ -6,6 +6,7 @@ use crate::body::dissipation;
 use crate::body::pass;
 use crate::body::points::{Points, at_rest};
 use crate::body::scatter::{PassInput, Sums};
+use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::ForeignPoints;
 use crate::body::trial::{Committed, InadmissiblePoint};
@@ -19,6 +20,9 @@ use nalgebra::Matrix3;
 
 /// What is compiled for each law. `points` are those of the body.
 pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
+    /// The space that it is compiled for.
+    fn space(&self) -> Space;
+
     fn can_yield(&self) -> bool;
 
     fn symmetry(&self) -> Symmetry;
@@ -99,12 +103,24 @@ pub struct LawOfBody<const D: usize>(pub(super) Box<dyn BodyLaw<D>>);
 impl<const D: usize> LawOfBody<D> {
     /// Takes a law.
     pub fn new<M: Material + 'static>(law: M) -> Self {
-        Self(Box::new(LawOf { law, history: Vec::new(), next_history: Vec::new() }))
+        Self(Box::new(LawOf::<M, false>::new(law)))
+    }
+
+    /// The space that the law is compiled for.
+    pub fn space(&self) -> Space {
+        self.0.space()
     }
 }
 
-/// A law and its histories.
-struct LawOf<M: Material> {
+impl LawOfBody<2> {
+    /// Takes a law for a body of revolution: the hoop is its third axis.
+    pub fn axisymmetric<M: Material + 'static>(law: M) -> Self {
+        Self(Box::new(LawOf::<M, true>::new(law)))
+    }
+}
+
+/// A law and its histories; compiled with or without a hoop.
+struct LawOf<M: Material, const HOOP: bool> {
     law: M,
     /// One for each point; zero bytes for elasticity.
     history: Vec<M::History>,
@@ -112,13 +128,21 @@ struct LawOf<M: Material> {
     next_history: Vec<M::History>,
 }
 
-impl<M: Material> LawOf<M> {
+impl<M: Material, const HOOP: bool> LawOf<M, HOOP> {
+    fn new(law: M) -> Self {
+        Self { law, history: Vec::new(), next_history: Vec::new() }
+    }
+
     fn committed<'a, const D: usize>(&'a self, points: &'a Points<D>) -> Committed<'a, D, M> {
         Committed { law: &self.law, points, history: &self.history }
     }
 }
 
-impl<const D: usize, M: Material> BodyLaw<D> for LawOf<M> {
+impl<const D: usize, M: Material, const HOOP: bool> BodyLaw<D> for LawOf<M, HOOP> {
+    fn space(&self) -> Space {
+        if HOOP { Space::Axisymmetric } else { Space::Cartesian }
+    }
+
     fn can_yield(&self) -> bool {
         M::PLASTIC
     }
@@ -179,7 +203,7 @@ impl<const D: usize, M: Material> BodyLaw<D> for LawOf<M> {
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        pass::assemble(self.committed(points), plan, input, sums)
+        pass::assemble::<D, M, HOOP>(self.committed(points), plan, input, sums)
     }
 
     fn dissipation(
@@ -189,7 +213,7 @@ impl<const D: usize, M: Material> BodyLaw<D> for LawOf<M> {
         increment: &[Vector<D>],
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint> {
-        dissipation::dissipation(self.committed(points), plan, increment, gradient)
+        dissipation::dissipation::<D, M, HOOP>(self.committed(points), plan, increment, gradient)
     }
 
     fn advance(
@@ -200,7 +224,7 @@ impl<const D: usize, M: Material> BodyLaw<D> for LawOf<M> {
         next: &mut PreparedState<D>,
     ) -> Result<(), InadmissiblePoint> {
         let committed = Committed { law: &self.law, points, history: &self.history };
-        next.advance(&mut self.next_history, committed, plan, increment)
+        next.advance::<M, HOOP>(&mut self.next_history, committed, plan, increment)
     }
 
     fn commit(&mut self) {

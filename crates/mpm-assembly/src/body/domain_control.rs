@@ -2,6 +2,7 @@
 
 use crate::body::kinematics::inverse_and_determinant;
 use crate::body::points::Points;
+use crate::body::space::Space;
 use mpm_basis::domain_control::{cap, is_too_long, reshape, split};
 use mpm_basis::parallel::each_point;
 use mpm_basis::{Basis, DomainControl, DomainPart};
@@ -40,7 +41,7 @@ pub(crate) fn control<const D: usize, B: Basis<D>>(
     domains: &mut Vec<B::Domain>,
     mesh: &Mesh<D>,
     control: DomainControl,
-    most: usize,
+    (most, space): (usize, Space),
 ) -> Result<(Controlled, Vec<Vector<D>>), TooManyPoints> {
     match control {
         DomainControl::Cap { cells } => {
@@ -52,7 +53,7 @@ pub(crate) fn control<const D: usize, B: Basis<D>>(
             Ok((done, Vec::new()))
         }
         DomainControl::Split { cells } => {
-            let (split, parts) = divided(basis, (position, domains), mesh, cells, most)?;
+            let (split, parts) = divided(basis, (position, domains), mesh, cells, (most, space))?;
             if split == 0 {
                 return Ok((Controlled::default(), Vec::new()));
             }
@@ -92,7 +93,7 @@ fn divided<const D: usize, B: Basis<D>>(
     (position, domains): (&[Vector<D>], &[B::Domain]),
     mesh: &Mesh<D>,
     cells: f64,
-    most: usize,
+    (most, space): (usize, Space),
 ) -> Result<(usize, PartsOf<D, B::Domain>), TooManyPoints> {
     let long: Vec<bool> = each_point(domains.len(), &|p| is_too_long(mesh, &position[p], &domains[p], cells));
     if !long.contains(&true) {
@@ -104,7 +105,11 @@ fn divided<const D: usize, B: Basis<D>>(
         let (position, domain) = (position[p], &domains[p]);
         // Every point after this one needs its place too.
         let room = most.saturating_sub(next.len() + long.len() - p - 1);
-        let parts = if is_long { split(basis, mesh, &position, domain, cells, room) } else { Vec::new() };
+        let mut parts = if is_long { split(basis, mesh, &position, domain, cells, room) } else { Vec::new() };
+        if space.is_axisymmetric() && parts.iter().any(|part| part.position[0] <= 0.0) {
+            // A part beyond the axis would stand for no ring.
+            parts.clear();
+        }
         if parts.len() > room {
             return Err(TooManyPoints { most });
         }
@@ -121,7 +126,7 @@ impl<const D: usize> Points<D> {
     /// The points of now, of which `parts` says the point of before and the share of that. They have its F and elastic
     /// state, their shares of its volume and mass, and rest where F says they did.
     pub(crate) fn divided(&self, parts: &[(usize, f64)], position: &[Vector<D>]) -> Self {
-        let mut next = Self::default();
+        let mut next = Self { space: self.space, ..Self::default() };
         for (&(p, share), x) in parts.iter().zip(position) {
             next.push_part(self, p, *x, share);
         }
@@ -139,6 +144,7 @@ impl<const D: usize> Points<D> {
         self.reference_volume.push(points.reference_volume[p] * share);
         self.mass.extend(points.mass.get(p).map(|mass| mass * share));
         self.deformation_gradient.push(f);
+        self.hoop_stretch.extend(points.hoop_stretch.get(p));
         self.elastic_excess.push(points.elastic_excess[p]);
         self.plastic.extend(points.plastic.get(p));
     }
@@ -186,7 +192,8 @@ mod tests {
     fn splitting_keeps_mass_volume_their_centres_and_the_state() {
         let (before, mut domains_after, mesh) = sheared();
         let how = DomainControl::Split { cells: 1.0 };
-        let (done, position) = control(&Cpdi1, &before.position, &mut domains_after, &mesh, how, 100).unwrap();
+        let (done, position) =
+            control(&Cpdi1, &before.position, &mut domains_after, &mesh, how, (100, Space::Cartesian)).unwrap();
         let after = before.divided(&done.parts, &position);
         assert_eq!((done.capped, done.split), (0, 2));
         assert!(after.len() > 4 && done.parts.len() == after.len());
@@ -217,7 +224,8 @@ mod tests {
         let (before, domains, mesh) = sheared();
         for how in [DomainControl::Cap { cells: 1.0 }, DomainControl::Reshape { cells: 1.0 }] {
             let mut after = domains.clone();
-            let (done, position) = control(&Cpdi1, &before.position, &mut after, &mesh, how, 3).unwrap();
+            let (done, position) =
+                control(&Cpdi1, &before.position, &mut after, &mesh, how, (3, Space::Cartesian)).unwrap();
             assert_eq!(done, Controlled { capped: 2, ..Controlled::default() });
             assert!(position.is_empty(), "the points stay");
             assert!(after[0] != domains[0] && after[2] == domains[2]);
@@ -229,7 +237,7 @@ mod tests {
         let (before, domains, mesh) = sheared();
         let mut after = domains.clone();
         let how = DomainControl::Split { cells: 1.0 };
-        let refused = control(&Cpdi1, &before.position, &mut after, &mesh, how, 5);
+        let refused = control(&Cpdi1, &before.position, &mut after, &mesh, how, (5, Space::Cartesian));
         assert_eq!(refused, Err(TooManyPoints { most: 5 }));
         assert_eq!(after, domains);
     }

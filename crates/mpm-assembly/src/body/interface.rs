@@ -8,6 +8,7 @@ use crate::body::dilatation::Dilatation;
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
+use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
@@ -19,6 +20,9 @@ use mpm_material::FieldInfo;
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
+    /// The space that it lives in; all bodies of a model share one.
+    fn space(&self) -> Space;
+
     /// Number of material points.
     fn n_points(&self) -> usize;
 
@@ -44,7 +48,7 @@ pub trait Body<const D: usize>: Send + Sync {
     /// The first point that has no elastic state under its stress.
     ///
     /// # Panics
-    /// If there are starts, and not one for each point.
+    /// If there are starts, and not one for each point, or if the law is compiled for another space.
     fn set_law(&mut self, law: LawOfBody<D>, starts: &[PointStart]) -> Result<(), RefusedStart>;
 
     /// Whether its tangent is symmetric; the [`SparsityPattern`](crate::SparsityPattern) takes the worst of all bodies.
@@ -182,7 +186,7 @@ pub trait Body<const D: usize>: Send + Sync {
     fn outline(&self, point: usize) -> Vec<Vector<D>>;
 
     /// Name and bytes of every column of the points; a column that the scene does not need has none.
-    fn columns(&self) -> [(&'static str, usize); 9];
+    fn columns(&self) -> [(&'static str, usize); 10];
 
     /// Name and numbers per point of every column that [`Self::store`] gives.
     fn stored_columns(&self) -> Vec<(&'static str, usize)>;
@@ -202,7 +206,8 @@ pub trait Body<const D: usize>: Send + Sync {
 pub struct PointExtent<const D: usize> {
     /// `x_p` `[L]`.
     pub position: Vector<D>,
-    /// Width of a cube of the point's volume at rest, `(V_p⁰)^(1/D)` `[L]`.
+    /// Width of a cube of the point's volume at rest, `(V_p⁰)^(1/D)`; of a body of revolution that of a square of its
+    /// cross section `[L]`.
     pub width: f64,
     /// No corner of its domain is farther away `[L]`.
     pub radius: f64,
@@ -215,6 +220,32 @@ pub struct BodyLoads<'a, const D: usize> {
     pub acceleration: Option<Vector<D>>,
     /// Forces on single points, ascending in point `[F]`.
     pub point_forces: &'a [PointForce<D>],
+    /// Forces on sides of rings, with the mesh and its nodes in which these are; none of other bodies.
+    pub side_forces: Option<SideForces<'a, D>>,
+}
+
+/// Forces on sides of the domains of a body of revolution.
+#[derive(Clone, Copy, Debug)]
+pub struct SideForces<'a, const D: usize> {
+    /// Mesh of the step.
+    pub mesh: &'a Mesh<D>,
+    /// Nodes of the step.
+    pub active: &'a ActiveNodes<D>,
+    /// The forces.
+    pub forces: &'a [SideForce<D>],
+}
+
+/// A force that is spread linearly over a straight side which a point of a body of revolution carries with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SideForce<const D: usize> {
+    /// The point.
+    pub point: usize,
+    /// f, of the whole ring `[F]`.
+    pub force: Vector<D>,
+    /// From the point to the ends of the side, at rest `[L]`.
+    pub arms: [Vector<D>; 2],
+    /// Parts of the force that belong to the ends, see [`mpm_basis::RingSide`] `[-]`.
+    pub parts: [f64; 2],
 }
 
 /// A force at a place that a point carries with it.

@@ -43,7 +43,50 @@ pub(crate) fn inverse_and_determinant<const D: usize>(m: &Block<D>) -> (Block<D>
     (inverse, determinant)
 }
 
-/// `J = det F` `[-]`; in plane strain `F_zz = 1`.
+/// `ΔF - I` of a load step.
+#[derive(Clone, Copy)]
+pub(crate) struct StepGradient<const D: usize> {
+    /// Of the D coordinates, `Σ_v Δu_v ⊗ ∇S_vp`.
+    pub block: Block<D>,
+    /// Of the hoop, `k = Σ_v S_vp Δu_v,r / r_p`; 0 where there is none.
+    pub hoop: f64,
+}
+
+impl<const D: usize> StepGradient<D> {
+    /// Of a point at radius `radius` `[L]` (which counts where there is a hoop); the rest runs over its nodes.
+    #[inline(always)]
+    pub fn of<const HOOP: bool>(
+        increment: &[Vector<D>],
+        (values, gradients): (&[f64], &[Vector<D>]),
+        radius: f64,
+    ) -> Self {
+        let mut hoop = 0.0;
+        if HOOP {
+            hoop = increment.iter().zip(values).map(|(u, value)| u[0] * value).sum::<f64>() / radius;
+        }
+        Self { block: gradient(increment, gradients), hoop }
+    }
+
+    /// `det ΔF - 1` without forming the difference.
+    #[inline]
+    pub fn determinant_excess<const HOOP: bool>(&self) -> f64 {
+        let in_plane = determinant_excess(&self.block);
+        if HOOP { in_plane + self.hoop + in_plane * self.hoop } else { in_plane }
+    }
+
+    /// `b_tr - I` from `c = b_e,n - I`, see [`trial_excess`]; of the hoop `2k + k² + c_θθ (1 + k)²`.
+    #[inline]
+    pub fn trial_excess<const HOOP: bool>(&self, excess: &SymmetricTensor) -> SymmetricTensor {
+        let mut trial = trial_excess(&self.block, excess);
+        if HOOP {
+            let (k, stretch) = (self.hoop, 1.0 + self.hoop);
+            trial.zz = (k + k) + k * k + excess.zz * (stretch * stretch);
+        }
+        trial
+    }
+}
+
+/// The determinant of a 1×1, 2×2 or 3×3 matrix `[-]`.
 #[inline]
 pub fn determinant<const D: usize>(f: &Block<D>) -> f64 {
     inverse_and_determinant(f).1
@@ -51,7 +94,7 @@ pub fn determinant<const D: usize>(f: &Block<D>) -> f64 {
 
 /// `det(I + H) - 1` without forming the difference.
 #[inline]
-pub(crate) fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
+fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
     match D {
         1 => h[(0, 0)],
         2 => (h[(0, 0)] + h[(1, 1)]) + (h[(0, 0)] * h[(1, 1)] - h[(0, 1)] * h[(1, 0)]),
@@ -68,7 +111,7 @@ pub(crate) fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
 ///
 /// With D = 2 (plane strain) the third row and column of ΔF are those of the identity.
 #[inline]
-pub(crate) fn trial_excess<const D: usize>(h: &Block<D>, excess: &SymmetricTensor) -> SymmetricTensor {
+fn trial_excess<const D: usize>(h: &Block<D>, excess: &SymmetricTensor) -> SymmetricTensor {
     match D {
         2 => {
             let (hxx, hxy, hyx, hyy) = (h[(0, 0)], h[(0, 1)], h[(1, 0)], h[(1, 1)]);
@@ -133,7 +176,7 @@ pub(crate) fn block<const D: usize>(t: &SymmetricTensor) -> Block<D> {
 
 /// `Σ_v Δu_v ⊗ ∇S_vp`.
 #[inline]
-pub(crate) fn gradient<const D: usize>(increment: &[Vector<D>], gradients: &[Vector<D>]) -> Block<D> {
+fn gradient<const D: usize>(increment: &[Vector<D>], gradients: &[Vector<D>]) -> Block<D> {
     let mut h = Block::zeros();
     for (u, g) in increment.iter().zip(gradients) {
         for j in 0..D {
@@ -176,6 +219,18 @@ mod tests {
         f.fixed_view_mut::<2, 2>(0, 0).copy_from(&(Matrix2::identity() + h));
         let expected = f * (Matrix3::identity() + c.to_matrix()) * f.transpose() - Matrix3::identity();
         assert!((trial_excess(&h, &c).to_matrix() - expected).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_hoop_is_the_third_axis() {
+        let c = SymmetricTensor { xx: 0.2, yy: -0.1, zz: 0.05, xy: 0.07, ..SymmetricTensor::ZERO };
+        let step = StepGradient { block: Matrix2::new(0.1, -0.3, 0.4, -0.2), hoop: 0.15 };
+        let mut h = Matrix3::zeros();
+        h.fixed_view_mut::<2, 2>(0, 0).copy_from(&step.block);
+        h[(2, 2)] = step.hoop;
+        let trial = step.trial_excess::<true>(&c).to_matrix();
+        assert!((trial - trial_excess(&h, &c).to_matrix()).norm() < 1e-15);
+        assert!((step.determinant_excess::<true>() - determinant_excess(&h)).abs() < 1e-15);
     }
 
     #[test]

@@ -8,11 +8,11 @@ use crate::body::body_law::{BodyLaw, LawOfBody};
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce, views};
-use crate::body::kinematics::determinant;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::pressed::pressure_over_shear;
 use crate::body::scatter::{PassInput, Sums};
+use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::{ForeignPoints, StoredPoints, Widths};
 use crate::body::trial::InadmissiblePoint;
@@ -29,9 +29,9 @@ use mpm_material::{FieldInfo, Material};
 /// What a law does is compiled once for each law, and what a basis does once for each basis: a pass reads points and
 /// links only, and nothing of a basis.
 pub struct MaterialBody<const D: usize> {
-    points: Points<D>,
-    law: Box<dyn BodyLaw<D>>,
-    domains: Box<dyn BodyDomains<D>>,
+    pub(super) points: Points<D>,
+    pub(super) law: Box<dyn BodyLaw<D>>,
+    pub(super) domains: Box<dyn BodyDomains<D>>,
     /// The next step's columns, kept for their memory.
     prepared: PreparedState<D>,
     is_prepared: bool,
@@ -51,13 +51,17 @@ impl<const D: usize> MaterialBody<D> {
     }
 
     /// As [`Self::new`], of a law and domains that may have been compiled elsewhere; `places` has position `[L]` and
-    /// volume `[L^D]` of every point.
+    /// volume `[L^D]` (of a body of revolution: area of the cross section `[L²]`) of every point. The space is that of
+    /// the law.
+    ///
+    /// # Panics
+    /// A point of a body of revolution does not stand beside the axis, r > 0.
     pub fn of(
         law: LawOfBody<D>,
         DomainsOfBody(domains): DomainsOfBody<D>,
         places: impl IntoIterator<Item = (Vector<D>, f64)>,
     ) -> Self {
-        let mut points = Points::default();
+        let mut points = Points { space: law.space(), ..Points::default() };
         for (position, volume) in places {
             points.push(position, volume, law.0.can_yield());
         }
@@ -119,6 +123,10 @@ impl<const D: usize> MaterialBody<D> {
 }
 
 impl<const D: usize> Body<D> for MaterialBody<D> {
+    fn space(&self) -> Space {
+        self.points.space
+    }
+
     fn n_points(&self) -> usize {
         self.points.len()
     }
@@ -166,7 +174,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn extent(&self, point: usize) -> PointExtent<D> {
-        let width = self.points.reference_volume[point].powf(1.0 / D as f64);
+        let width = self.points.reference_size(point).powf(1.0 / D as f64);
         // Half the diagonal of a cube, stretched by the norm of F, where there is no domain.
         let cube = || 0.5 * width * (D as f64).sqrt() * self.points.deformation_gradient[point].norm();
         let radius = self.domains.radius(point).unwrap_or_else(cube);
@@ -180,9 +188,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     fn corners(&self, mesh: &Mesh<D>, point: usize, to: &mut Vec<Corner<D>>) -> Result<(), OutsideMesh<D>> {
         let (position, deformation_gradient) =
             (self.points.position[point], self.points.deformation_gradient[point]);
-        let reference_volume = self.points.reference_volume[point];
-        let volume = determinant(&deformation_gradient) * reference_volume;
-        let of = CornerPoint { position, reference_volume, volume, deformation_gradient };
+        let volume = self.points.volume_ratio(point) * self.points.reference_volume[point];
+        let reference_size = self.points.reference_size(point);
+        let is_ring = self.points.space.is_axisymmetric();
+        let of = CornerPoint { position, reference_size, volume, is_ring, deformation_gradient };
         self.domains.corners(mesh, point, &of, to)
     }
 
@@ -192,6 +201,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
 
     fn set_law(&mut self, law: LawOfBody<D>, starts: &[PointStart]) -> Result<(), RefusedStart> {
         assert!(starts.is_empty() || starts.len() == self.points.len(), "every point has a start");
+        assert_eq!(law.space(), self.points.space, "the law is compiled for the space of the body");
         self.law = law.0;
         self.points.plastic = if self.law.can_yield() { vec![false; self.points.len()] } else { Vec::new() };
         self.law.begin(&mut self.points, starts)
@@ -202,7 +212,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
-        self.domains.stencils(mesh, &self.points.position)
+        self.domains.stencils(mesh, &self.points.position, (self.points.space, self.has_masses()))
     }
 
     fn dilatation(
@@ -211,7 +221,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
     ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>> {
-        let of = |mean| Dilatation::of(mean, &self.points.position, connectivity, mesh, active);
+        let space = self.points.space;
+        let of = |mean| Dilatation::of((mean, space), &self.points.position, connectivity, mesh, active);
         self.mean_dilatation.map(of).transpose()
     }
 
@@ -242,13 +253,16 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         if let Some(acceleration) = loads.acceleration {
             assert!(self.has_masses(), "a body force needs the masses");
             for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
-                for k in 0..group.points {
+                for (k, masses) in group.masses.chunks_exact(group.nodes.len()).enumerate() {
                     let force = acceleration * self.points.mass[group.first_point + k];
-                    for (&node, &value) in group.nodes.iter().zip(group.point(k).0) {
-                        external[node as usize] += force * value;
+                    for (&node, &part) in group.nodes.iter().zip(masses) {
+                        external[node as usize] += force * part;
                     }
                 }
             }
+        }
+        if let Some(sides) = &loads.side_forces {
+            self.add_side_forces(sides, external);
         }
         let mut group = 0;
         for &PointForce { point, force, arm } in loads.point_forces {
@@ -269,9 +283,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
             for k in 0..group.points {
                 let weight = modulus * self.points.reference_volume[group.first_point + k];
-                for (&node, gradient) in group.nodes.iter().zip(group.point(k).1) {
-                    scale[node as usize] += weight * gradient.norm();
-                }
+                self.for_strains(&group, k, |node, size| scale[node] += weight * size);
             }
         }
     }
@@ -280,14 +292,12 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         let modulus = self.law.elasticity().p_wave();
         for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
             for k in 0..group.points {
-                let (p, gradients) = (group.first_point + k, group.point(k).1);
-                let nodes = || group.nodes.iter().zip(gradients);
-                let step: f64 = nodes().map(|(&node, it)| it.norm() * increment[node as usize].norm()).sum();
+                let p = group.first_point + k;
+                let mut step = 0.0;
+                self.for_strains(&group, k, |node, size| step += size * increment[node].norm());
                 let strain = self.points.elastic_excess[p].norm() + step;
                 let weight = modulus * self.points.reference_volume[p] * strain;
-                for (&node, gradient) in nodes() {
-                    scale[node as usize] += weight * gradient.norm();
-                }
+                self.for_strains(&group, k, |node, size| scale[node] += weight * size);
             }
         }
     }
@@ -306,7 +316,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.is_prepared = false;
         self.law.advance(&self.points, plan, step.increment, &mut self.prepared)?;
         let deformation_gradient = self.prepared.deformation_gradient();
-        self.domains.advance(&self.points.position, deformation_gradient, plan.connectivity(), step)?;
+        let of = (&self.points.position[..], self.points.space);
+        self.domains.advance(of, deformation_gradient, plan.connectivity(), step)?;
         self.is_prepared = true;
         Ok(())
     }
@@ -331,7 +342,9 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         control: DomainControl,
         most: usize,
     ) -> Result<Controlled, TooManyPoints> {
-        let (done, position) = self.domains.control(&self.points.position, mesh, control, most)?;
+        let (mut done, position) =
+            self.domains.control(&self.points.position, mesh, control, (most, self.points.space))?;
+        self.by_ring(&mut done.parts, &position);
         if !done.parts.is_empty() {
             self.points = self.points.divided(&done.parts, &position);
             self.law.divide(&done.parts);
@@ -345,8 +358,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             position: points.position[point],
             reference_position: points.reference_position.get(point).copied(),
             reference_volume: points.reference_volume[point],
+            reference_size: points.reference_size(point),
             deformation_gradient: points.deformation_gradient[point],
-            volume_ratio: determinant(&points.deformation_gradient[point]),
+            hoop_stretch: points.hoop_stretch.get(point).copied(),
+            volume_ratio: points.volume_ratio(point),
             elastic_excess: points.elastic_excess[point],
             stored_energy: self.law.stored_energy(points, point),
             kirchhoff: self.law.kirchhoff(points, point),
@@ -362,7 +377,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.domains.outline(point, &self.points.position[point])
     }
 
-    fn columns(&self) -> [(&'static str, usize); 9] {
+    fn columns(&self) -> [(&'static str, usize); 10] {
         let points = &self.points;
         [
             ("position", size_of_val(&points.position[..])),
@@ -371,6 +386,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             ("mass", size_of_val(&points.mass[..])),
             ("domain", points.len() * self.domains.domain_bytes()),
             ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
+            ("hoop stretch", size_of_val(&points.hoop_stretch[..])),
             ("elastic state", size_of_val(&points.elastic_excess[..])),
             ("history of the law", self.law.history_bytes()),
             ("plastic state", size_of_val(&points.plastic[..])),

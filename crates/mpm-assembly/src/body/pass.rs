@@ -7,6 +7,13 @@
 //! * `fⁱⁿᵗ_v = Σ_p V⁰_p τ_p g_vp` (the same as `σ V` with `V = J V⁰`),
 //! * `K_vw = Σ_p V⁰_p g_vp · a_p · g_wp`.
 //!
+//! In a body of revolution with the stretch of the hoop `ΔF_θθ = 1 + Σ_v S_vp Δu_v,r / r_p`, with
+//! `t_vp = S_vp / (r_p ΔF_θθ)` and the parts of `a` that belong to the hoop
+//! ([`mpm_material::PrincipalTangent::hoop_tangent`], c by the hoop and c' of the hoop),
+//!
+//! * `fⁱⁿᵗ_v = Σ_p V⁰_p (τ_p g_vp + τ_θθ t_vp e_r)`,
+//! * `K_vw = Σ_p V⁰_p (g_vp · a_p · g_wp + c g_vp ⊗ e_r t_wp + e_r t_vp ⊗ c' g_wp + e_r ⊗ e_r t_vp a_θθθθ t_wp)`.
+//!
 //! Points that share their nodes are summed densely, wherever they stand in the list of points, and
 //! their sum is added to the global arrays once. The strips of `strips.rs` fix the order of all
 //! sums. A pass allocates nothing, but for bodies with mean dilatation.
@@ -14,6 +21,7 @@
 use crate::InadmissiblePoint;
 use crate::body::assembly_plan::{AssemblyPlan, Scratch};
 use crate::body::dilatation::{self, Dilated};
+use crate::body::hoop::add_hoop;
 use crate::body::kinematics::block;
 use crate::body::scatter::{
     ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
@@ -23,7 +31,7 @@ use crate::body::trial::{Committed, trial};
 use mpm_basis::Group;
 use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
-use mpm_material::Material;
+use mpm_material::{HoopTangent, Material};
 use std::sync::{Mutex, PoisonError};
 
 /// The dense sums of a node set, and what its points need of its nodes.
@@ -31,6 +39,8 @@ struct Dense<'a, const D: usize> {
     increment: &'a mut [Vector<D>],
     force: &'a mut [Vector<D>],
     gradient: &'a mut [Vector<D>],
+    /// `t_vp`; empty where there is no hoop.
+    hoop: &'a mut [f64],
     /// As in [`DenseTangent`]; none where no tangent is wanted.
     tangent: &'a mut [Block<D>],
     /// Of a pass for [`ALL`] blocks: the sum of the points whose tangent is symmetric, from the diagonal down.
@@ -44,14 +54,14 @@ struct Dense<'a, const D: usize> {
 /// # Errors
 /// The first point (in order) that has no admissible state under the trial displacement; `sums` is
 /// then meaningless.
-pub fn assemble<const D: usize, M: Material>(
+pub fn assemble<const D: usize, M: Material, const HOOP: bool>(
     committed: Committed<'_, D, M>,
     plan: &AssemblyPlan<D>,
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
 ) -> Result<f64, InadmissiblePoint> {
     let Sums { internal, mut tangent } = sums;
-    let pass = Pass { committed, plan, input };
+    let pass = Pass::<D, M, HOOP> { committed, plan, input };
     let mut smallest = f64::INFINITY;
     for strips in plan.sums.strips.phases() {
         let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
@@ -72,13 +82,13 @@ pub fn assemble<const D: usize, M: Material>(
 }
 
 /// What all tasks of a pass read.
-struct Pass<'a, const D: usize, M: Material> {
+struct Pass<'a, const D: usize, M: Material, const HOOP: bool> {
     committed: Committed<'a, D, M>,
     plan: &'a AssemblyPlan<D>,
     input: PassInput<'a, D>,
 }
 
-impl<const D: usize, M: Material> Pass<'_, D, M> {
+impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
     /// Sums strips, halving the list until there is one task for each scratch.
     fn sum<const TANGENT: u8>(
         &self,
@@ -110,7 +120,8 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
             Some(dilatation) => {
                 let Self { committed, plan, input } = *self;
                 let connectivity = plan.connectivity();
-                let dilated = Dilated { committed, connectivity, dilatation, increment: input.increment };
+                let increment = input.increment;
+                let dilated = Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment };
                 let mut of_cell = dilatation::Scratch::default();
                 let Scratch { force, tangent, .. } = &mut *scratch;
                 for cell in sets {
@@ -158,11 +169,15 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
         let n = self.plan.connectivity().node_set(set).len();
-        let Scratch { increment, force, gradient, tangent, symmetric } = scratch;
+        let Scratch { increment, force, gradient, hoop, tangent, symmetric } = scratch;
+        if HOOP {
+            hoop.resize(n, 0.0);
+        }
         let dense = Dense {
             increment: &mut increment[..n],
             force: &mut force[..n],
             gradient: &mut gradient[..n],
+            hoop,
             tangent: &mut tangent[..n_blocks::<TANGENT>(n)],
             symmetric: if TANGENT == ALL { &mut symmetric[..n_blocks::<LOWER>(n)] } else { &mut [] },
         };
@@ -195,7 +210,7 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         let mut smallest = f64::INFINITY;
         for &group in plan.connectivity().node_set_groups(set) {
             let group = plan.connectivity().group(group as usize);
-            let least = sum_group::<D, M, TANGENT>(n, self.committed, group, &mut dense)?;
+            let least = sum_group::<D, M, TANGENT, HOOP>(n, self.committed, group, &mut dense)?;
             smallest = smallest.min(least);
         }
         if TANGENT == ALL {
@@ -220,11 +235,12 @@ fn add_symmetric<const D: usize>(n: usize, symmetric: &[Block<D>], all: &mut [Bl
     }
 }
 
-/// Adds a point's tangent to the dense sums of a [`LOWER`] or an [`ALL`] pass.
+/// Adds a point's tangent to the dense sums of a [`LOWER`] or an [`ALL`] pass; `t` and the second part of `a` are those
+/// of the hoop, where there is one.
 #[inline(always)]
-fn add_tangent_of_point<const D: usize, const TANGENT: u8>(
-    g: &[Vector<D>],
-    a: &[[Block<D>; D]; D],
+fn add_tangent_of_point<const D: usize, const TANGENT: u8, const HOOP: bool>(
+    (g, t): (&[Vector<D>], &[f64]),
+    (a, hoop): (&[[Block<D>; D]; D], Option<HoopTangent>),
     volume: f64,
     sums: &mut [Block<D>],
 ) {
@@ -233,7 +249,7 @@ fn add_tangent_of_point<const D: usize, const TANGENT: u8>(
     for w in 0..n {
         // half[k](i, j) = V⁰ a_ikjl g_w,l
         let weighted = g[w] * volume;
-        let half: [Block<D>; D] = std::array::from_fn(|k| {
+        let mut half: [Block<D>; D] = std::array::from_fn(|k| {
             let mut sum = a[k][0] * weighted[0];
             for l in 1..D {
                 sum += a[k][l] * weighted[l];
@@ -241,9 +257,18 @@ fn add_tangent_of_point<const D: usize, const TANGENT: u8>(
             sum
         });
         let from = if TANGENT == LOWER { w } else { 0 };
-        for (sum, g) in sums[at..].iter_mut().zip(&g[from..]) {
+        let mut hoop_row = Vector::<D>::zeros();
+        if let Some(hoop) = &hoop {
+            hoop_row = add_hoop(hoop, &weighted, t[w] * volume, &mut half);
+        }
+        for (v, (sum, g)) in sums[at..].iter_mut().zip(&g[from..]).enumerate() {
             for k in 0..D {
                 *sum += half[k] * g[k];
+            }
+            if HOOP {
+                for j in 0..D {
+                    sum[(0, j)] += t[from + v] * hoop_row[j];
+                }
             }
         }
         at += n - from;
@@ -252,7 +277,7 @@ fn add_tangent_of_point<const D: usize, const TANGENT: u8>(
 
 /// Adds the points of a group to the dense sums; returns the smallest `det ΔF`.
 #[inline(always)]
-fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
+fn sum_group<const D: usize, M: Material, const TANGENT: u8, const HOOP: bool>(
     n: usize,
     committed: Committed<'_, D, M>,
     group: Group<'_, D>,
@@ -261,14 +286,15 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
     let du = &dense.increment[..n];
     let force = &mut dense.force[..n];
     let g = &mut dense.gradient[..n];
+    let t = if HOOP { &mut dense.hoop[..n] } else { &mut [] };
     let tangent = &mut dense.tangent[..n_blocks::<TANGENT>(n)];
     let symmetric = &mut *dense.symmetric;
 
     let mut smallest = f64::INFINITY;
     for k in 0..group.points {
         let p = group.first_point + k;
-        let gradients = &group.gradients[k * n..(k + 1) * n];
-        let trial = trial(committed, p, du, gradients)?;
+        let (values, gradients) = (&group.values[k * n..(k + 1) * n], &group.gradients[k * n..(k + 1) * n]);
+        let trial = trial::<D, M, HOOP>(committed, p, du, (values, gradients))?;
         smallest = smallest.min(trial.determinant);
 
         let volume = committed.points.reference_volume[p];
@@ -277,16 +303,25 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
             *g = trial.inverse.tr_mul(gradient);
             *force += stress * *g;
         }
+        if HOOP {
+            let stress = trial.response.kirchhoff.zz * volume;
+            let per_radius = 1.0 / (committed.points.position[p][0] * trial.hoop);
+            for ((t, force), value) in t.iter_mut().zip(&mut *force).zip(values) {
+                *t = value * per_radius;
+                force[0] += stress * *t;
+            }
+        }
         if TANGENT != FORCE {
             let modes = &trial.response.tangent;
             let a = modes.spatial_tangent::<D>();
+            let a = (&a, if HOOP { Some(modes.hoop_tangent()) } else { None });
             // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
             if TANGENT == LOWER {
-                add_tangent_of_point::<D, LOWER>(g, &a, volume, tangent);
+                add_tangent_of_point::<D, LOWER, HOOP>((g, t), a, volume, tangent);
             } else if modes.is_symmetric() {
-                add_tangent_of_point::<D, LOWER>(g, &a, volume, symmetric);
+                add_tangent_of_point::<D, LOWER, HOOP>((g, t), a, volume, symmetric);
             } else {
-                add_tangent_of_point::<D, ALL>(g, &a, volume, tangent);
+                add_tangent_of_point::<D, ALL, HOOP>((g, t), a, volume, tangent);
             }
         }
     }

@@ -10,13 +10,17 @@ pub struct PointView<const D: usize> {
     pub position: Vector<D>,
     /// Position at rest, where it is kept `[L]`.
     pub reference_position: Option<Vector<D>>,
-    /// `V⁰_p` `[L^D]`.
+    /// `V⁰_p` `[L^D]`; of a body of revolution that of the ring `[L³]`.
     pub reference_volume: f64,
-    /// F `[-]`.
+    /// Size of what it stands for at rest: `V⁰_p`, of a body of revolution the area of its cross section `[L^D]`.
+    pub reference_size: f64,
+    /// F `[-]`; in plane strain and of a body of revolution its in-plane part.
     pub deformation_gradient: Block<D>,
+    /// `F_θθ` of a body of revolution `[-]`.
+    pub hoop_stretch: Option<f64>,
     /// `J = det F` `[-]`.
     pub volume_ratio: f64,
-    /// `b_e - I` `[-]`.
+    /// `b_e - I` `[-]`; the hoop of a body of revolution is the component zz, of all tensors.
     pub elastic_excess: SymmetricTensor,
     /// Elastic energy per reference volume `[F/L²]`.
     pub stored_energy: f64,

@@ -1,23 +1,29 @@
 //! Committed state of the material points of one body: one column per quantity.
 
+use crate::body::kinematics::determinant;
+use crate::body::space::Space;
 use mpm_grid::{Block, Vector};
 use mpm_material::SymmetricTensor;
+use std::f64::consts::TAU;
 
 /// Committed state of all material points of a body, but for what its law and its basis keep of them; every column
 /// has one entry per point, or none at all where the scene does not need it. Written at the end of a converged load
 /// step only.
 #[derive(Clone, Default)]
 pub(crate) struct Points<const D: usize> {
+    pub space: Space,
     /// `x_p` `[L]`.
     pub position: Vec<Vector<D>>,
     /// Position at rest, kept where displacements are asked for `[L]`.
     pub reference_position: Vec<Vector<D>>,
-    /// `V⁰_p` `[L^D]`.
+    /// `V⁰_p` `[L^D]`; of bodies of revolution that of the ring `[L³]`.
     pub reference_volume: Vec<f64>,
     /// `m_p`, kept where a body force acts `[M]`.
     pub mass: Vec<f64>,
-    /// `F_n` `[-]`; in plane strain its in-plane part.
+    /// `F_n` `[-]`; in plane strain and of bodies of revolution its in-plane part.
     pub deformation_gradient: Vec<Block<D>>,
+    /// `F_θθ` of bodies of revolution `[-]`.
+    pub hoop_stretch: Vec<f64>,
     /// `b_e,n - I` `[-]`.
     pub elastic_excess: Vec<SymmetricTensor>,
     /// Whether the last load step was plastic; empty for laws that never are.
@@ -32,14 +38,41 @@ pub(crate) fn at_rest<const D: usize>(position: &Vector<D>) -> Vector<3> {
 }
 
 impl<const D: usize> Points<D> {
-    /// Adds a point of volume `volume` `[L^D]` that rests at `position` `[L]`, free of stress; its law can yield or not.
+    /// Adds a point of volume `volume` `[L^D]` (of a body of revolution: of area `volume` `[L²]`) that rests at `position` `[L]`, free of stress; its law can yield or not.
     pub fn push(&mut self, position: Vector<D>, volume: f64, can_yield: bool) {
         self.position.push(position);
-        self.reference_volume.push(volume);
+        self.reference_volume.push(match self.space {
+            Space::Cartesian => volume,
+            Space::Axisymmetric => TAU * position[0] * volume,
+        });
+        if self.space.is_axisymmetric() {
+            assert!(position[0] > 0.0, "a point of a body of revolution stands beside the axis, r > 0");
+            self.hoop_stretch.push(1.0);
+        }
         self.deformation_gradient.push(Block::identity());
         self.elastic_excess.push(SymmetricTensor::ZERO);
         if can_yield {
             self.plastic.push(false);
+        }
+    }
+
+    /// `J = det F` of a point `[-]`; in plane strain `F_zz = 1`.
+    #[inline]
+    pub fn volume_ratio(&self, point: usize) -> f64 {
+        let in_plane = determinant(&self.deformation_gradient[point]);
+        match self.space {
+            Space::Cartesian => in_plane,
+            Space::Axisymmetric => in_plane * self.hoop_stretch[point],
+        }
+    }
+
+    /// Size of what a point stands for at rest: the volume, of a body of revolution the area of its cross section
+    /// (exactly where volume changes are not averaged) `[L^D]`.
+    pub fn reference_size(&self, point: usize) -> f64 {
+        let volume = self.reference_volume[point];
+        match self.space {
+            Space::Cartesian => volume,
+            Space::Axisymmetric => volume * self.hoop_stretch[point] / (TAU * self.position[point][0]),
         }
     }
 

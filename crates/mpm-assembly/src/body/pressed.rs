@@ -39,6 +39,8 @@ mod tests {
             reference_position: None,
             reference_volume: 1.0,
             deformation_gradient: Block::identity(),
+            hoop_stretch: None,
+            reference_size: 1.0,
             volume_ratio: 1.0,
             elastic_excess: SymmetricTensor::default(),
             stored_energy: 0.0,

@@ -1,10 +1,11 @@
-//! The shipped laws and bases, compiled here, once for the plane and once for space.
+//! The shipped laws and bases, compiled here, once for the plane and once for space; laws for bodies of revolution, too.
 //!
 //! A body that is made of these by [`MaterialBody::of`](super::material_body::MaterialBody::of) compiles nothing of a
 //! pass anew. A law or a basis of one's own is compiled where [`LawOfBody::new`] and [`DomainsOfBody::new`] are called.
 
 use crate::body::body_domains::DomainsOfBody;
 use crate::body::body_law::LawOfBody;
+use crate::body::space::Space;
 use mpm_basis::{Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, Smpm};
 use mpm_material::{CamClay, DruckerPrager, Hencky, MohrCoulomb, NeoHooke, PerPoint, Tresca, VonMises};
 
@@ -21,17 +22,21 @@ macro_rules! shipped_laws {
             }
         })*
 
-        impl From<ShippedLaw> for LawOfBody<2> {
+        impl InSpace<2> for ShippedLaw {
             #[inline(never)]
-            fn from(law: ShippedLaw) -> Self {
-                match law { $(ShippedLaw::$law(law) => Self::new(law)),* }
+            fn in_space(self, space: Space) -> LawOfBody<2> {
+                match (space, self) {
+                    $((Space::Cartesian, Self::$law(law)) => LawOfBody::new(law),
+                    (Space::Axisymmetric, Self::$law(law)) => LawOfBody::axisymmetric(law),)*
+                }
             }
         }
 
-        impl From<ShippedLaw> for LawOfBody<3> {
+        impl InSpace<3> for ShippedLaw {
             #[inline(never)]
-            fn from(law: ShippedLaw) -> Self {
-                match law { $(ShippedLaw::$law(law) => Self::new(law)),* }
+            fn in_space(self, space: Space) -> LawOfBody<3> {
+                assert_eq!(space, Space::Cartesian, "a body of revolution has two coordinates");
+                match self { $(Self::$law(law) => LawOfBody::new(law)),* }
             }
         }
     };
@@ -40,6 +45,15 @@ macro_rules! shipped_laws {
 shipped_laws! {
     Hencky(Hencky), NeoHooke(NeoHooke), VonMises(VonMises), Tresca(Tresca), MohrCoulomb(MohrCoulomb),
     DruckerPrager(DruckerPrager), CamClay(CamClay), PerPoint(PerPoint),
+}
+
+/// A law that becomes one of bodies in D dimensions.
+pub trait InSpace<const D: usize> {
+    /// The law of bodies in a space.
+    ///
+    /// # Panics
+    /// The space has another number of dimensions.
+    fn in_space(self, space: Space) -> LawOfBody<D>;
 }
 
 /// A basis that this crate has compiled.

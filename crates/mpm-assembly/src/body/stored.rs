@@ -6,13 +6,14 @@ use mpm_grid::{Block, Vector};
 use mpm_material::SymmetricTensor;
 
 /// Names of the columns that a body's points can have.
-pub const COLUMNS: [&str; 9] = [
+pub const COLUMNS: [&str; 10] = [
     "position",
     "reference_position",
     "reference_volume",
     "mass",
     "domain",
     "deformation_gradient",
+    "hoop_stretch",
     "elastic_excess",
     "history",
     "plastic",
@@ -67,6 +68,7 @@ impl<const D: usize> Points<D> {
             kept(!self.mass.is_empty(), 1),
             widths.domain,
             D * D,
+            kept(self.space.is_axisymmetric(), 1),
             6,
             widths.history,
             widths.plastic,
@@ -87,6 +89,7 @@ impl<const D: usize> Points<D> {
                 "deformation_gradient" => {
                     values.extend(self.deformation_gradient.iter().flat_map(|f| f.iter()))
                 }
+                "hoop_stretch" => values.extend(&self.hoop_stretch),
                 "elastic_excess" => values.extend(self.elastic_excess.iter().flat_map(components)),
                 _ => values.extend(self.plastic.iter().map(|&plastic| f64::from(u8::from(plastic)))),
             }
@@ -106,7 +109,7 @@ impl<const D: usize> Points<D> {
     pub(crate) fn restore(&self, stored: &StoredPoints, widths: Widths) -> Result<Self, ForeignPoints> {
         let expected = self.stored_columns(widths);
         let wrong = |column, reason: String| ForeignPoints { column, reason };
-        let mut next = Self::default();
+        let mut next = Self { space: self.space, ..Self::default() };
         for (k, &(name, width)) in expected.iter().enumerate() {
             let column = stored.columns.get(k).filter(|column| column.name == name && column.width == width);
             let column = column.ok_or_else(|| wrong(name, format!("expected {width} numbers per point")))?;
@@ -128,7 +131,14 @@ impl<const D: usize> Points<D> {
             };
             let at_point = |p: usize, reason| wrong(name, format!("point {p}: {reason}"));
             match name {
-                "position" => next.position = rows().map(Vector::from_column_slice).collect(),
+                "position" => {
+                    next.position = rows().map(Vector::from_column_slice).collect();
+                    let is_off = |x: &Vector<D>| self.space.is_axisymmetric() && x[0] <= 0.0;
+                    if let Some(p) = next.position.iter().position(is_off) {
+                        let radius = next.position[p][0];
+                        return Err(at_point(p, format!("its radius is {radius}, expected above 0")));
+                    }
+                }
                 "reference_position" => {
                     next.reference_position = rows().map(Vector::from_column_slice).collect()
                 }
@@ -144,6 +154,7 @@ impl<const D: usize> Points<D> {
                     }
                     next.deformation_gradient = gradients;
                 }
+                "hoop_stretch" => next.hoop_stretch = above_zero()?,
                 "elastic_excess" => next.elastic_excess = rows().map(tensor).collect(),
                 _ => {
                     if let Some(p) = values.iter().position(|value| *value != 0.0 && *value != 1.0) {

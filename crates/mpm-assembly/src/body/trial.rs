@@ -1,6 +1,6 @@
 //! State of one point under a trial displacement.
 
-use crate::body::kinematics::{gradient, inverse_and_determinant, trial_excess};
+use crate::body::kinematics::{StepGradient, inverse_and_determinant};
 use crate::body::points::Points;
 use mpm_grid::{Block, Vector};
 use mpm_material::{Material, NoReturn, Response, SymmetricTensor, log_strain, respond};
@@ -24,6 +24,12 @@ pub enum InadmissibleState {
         /// `det ΔF` of the trial; not a number where the trial itself was not finite.
         determinant: f64,
     },
+    /// The trial displacement takes it across the axis of its body of revolution.
+    #[error("would reach the axis (hoop stretch {hoop:e})")]
+    ReachesAxis {
+        /// `ΔF_θθ` of the trial; not a number where the trial itself was not finite.
+        hoop: f64,
+    },
     /// Its law finds no stress.
     #[error("has no stress: {0}")]
     NoReturn(NoReturn),
@@ -33,6 +39,11 @@ impl InadmissiblePoint {
     /// The trial displacement turns `point` inside out.
     pub(crate) fn inverted(point: usize, determinant: f64) -> Self {
         Self { point, reason: InadmissibleState::Inverted { determinant } }
+    }
+
+    /// The trial displacement takes `point` across the axis.
+    pub(crate) fn reaches_axis(point: usize, hoop: f64) -> Self {
+        Self { point, reason: InadmissibleState::ReachesAxis { hoop } }
     }
 
     /// The law finds no stress for `point`.
@@ -60,43 +71,75 @@ impl<const D: usize, M: Material> Copy for Committed<'_, D, M> {}
 
 /// State of one point under a trial displacement: a pure function of its committed state.
 pub(crate) struct Trial<const D: usize, H> {
-    /// `ΔF`.
+    /// `ΔF`; of a body of revolution its in-plane part.
     pub step: Block<D>,
-    /// `ΔF⁻¹`.
+    /// `ΔF_θθ`; 1 where there is no hoop.
+    pub hoop: f64,
+    /// The inverse of `step`.
     pub inverse: Block<D>,
     /// `det ΔF`.
     pub determinant: f64,
     pub response: Response<H>,
 }
 
-/// Kinematics and law of point `p`; `du` and `gradients` run over the nodes of its group.
+/// Kinematics and law of point `p`; `du` and its influences, values and gradients, run over the nodes of its group.
 #[inline(always)]
-pub(crate) fn trial<const D: usize, M: Material>(
+pub(crate) fn trial<const D: usize, M: Material, const HOOP: bool>(
     committed: Committed<'_, D, M>,
     p: usize,
     du: &[Vector<D>],
-    gradients: &[Vector<D>],
+    influences: (&[f64], &[Vector<D>]),
 ) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    trial_of(committed, p, gradient(du, gradients))
+    let h = StepGradient::of::<HOOP>(du, influences, committed.points.position[p][0]);
+    trial_of::<D, M, HOOP>(committed, p, &h)
 }
 
 /// As [`trial`], of a displacement gradient.
 #[inline(always)]
-pub(crate) fn trial_of<const D: usize, M: Material>(
+pub(crate) fn trial_of<const D: usize, M: Material, const HOOP: bool>(
     committed: Committed<'_, D, M>,
     p: usize,
-    h: Block<D>,
+    h: &StepGradient<D>,
 ) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    let step = Block::identity() + h;
-    let (inverse, determinant) = inverse_and_determinant(&step);
+    let StepOf { step, hoop, inverse, determinant } = step_of::<D, HOOP>(p, h)?;
+    let Committed { law, points, history } = committed;
+    let response = respond(law, &h.trial_excess::<HOOP>(&points.elastic_excess[p]), &history[p])
+        .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
+    Ok(Trial { step, hoop, inverse, determinant, response })
+}
+
+/// ΔF of a load step, see [`Trial`].
+pub(crate) struct StepOf<const D: usize> {
+    pub step: Block<D>,
+    pub hoop: f64,
+    pub inverse: Block<D>,
+    pub determinant: f64,
+}
+
+/// ΔF of point `p` from `ΔF - I`.
+///
+/// # Errors
+/// The point is turned inside out, or taken across the axis: each by itself, because two changes of sign make a
+/// positive determinant.
+#[inline(always)]
+pub(crate) fn step_of<const D: usize, const HOOP: bool>(
+    p: usize,
+    h: &StepGradient<D>,
+) -> Result<StepOf<D>, InadmissiblePoint> {
+    let step = Block::identity() + h.block;
+    let (inverse, mut determinant) = inverse_and_determinant(&step);
     // Written so that a trial that is not a number is refused as well.
     if !(determinant > 0.0 && determinant.is_finite()) {
         return Err(InadmissiblePoint::inverted(p, determinant));
     }
-    let Committed { law, points, history } = committed;
-    let response = respond(law, &trial_excess(&h, &points.elastic_excess[p]), &history[p])
-        .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
-    Ok(Trial { step, inverse, determinant, response })
+    let hoop = 1.0 + h.hoop;
+    if HOOP {
+        if !(hoop > 0.0 && hoop.is_finite()) {
+            return Err(InadmissiblePoint::reaches_axis(p, hoop));
+        }
+        determinant *= hoop;
+    }
+    Ok(StepOf { step, hoop, inverse, determinant })
 }
 
 /// τ' : (ε_tr - ε_e) of a point that yields, per reference volume `[F/L²]`.

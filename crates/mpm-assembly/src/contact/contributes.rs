@@ -6,6 +6,7 @@ use super::loaded::Standing;
 use super::memory::Memory;
 use super::summary::Summary;
 use super::tool_contact::{RigidTool, ToolContact};
+use crate::body::Space;
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
 };
@@ -49,7 +50,8 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         self.check_motion(&end)?;
         let names: Vec<bool> = step.bodies.iter().map(|body| self.meets(body.name)).collect();
         let RigidTool { tool, interface, .. } = &self.rigid;
-        let search = Search { tool, interface, memory: &self.present, start: self.start, end };
+        let space = step.bodies.first().map_or(Space::default(), |it| it.body.space());
+        let search = Search { tool, interface, memory: &self.present, space, start: self.start, end };
         let kept = &mut self.samples;
         let mut samples = |spacing: f64, within: &Bounds<D>| samples_of(tool, kept, spacing, within);
         self.corners = search.corners(step, &|index| names[index], &mut samples)?;

@@ -2,7 +2,7 @@
 
 use super::areas::{Member, sampling, shares};
 use super::memory::{Key, Memory, Sought, Touch};
-use crate::body::{Body, PointExtent};
+use crate::body::{Body, PointExtent, Space};
 use crate::contribution::{Refused, StepStart};
 use mpm_basis::Corner;
 use mpm_basis::parallel::each_point;
@@ -12,6 +12,7 @@ use mpm_contact::{
 };
 use mpm_grid::{Block, Position, Vector};
 use std::array::from_fn;
+use std::f64::consts::TAU;
 
 /// Widths of a domain, beyond what the tool moves, within which corners are looked for.
 const MARGIN: f64 = 2.0;
@@ -163,6 +164,8 @@ pub(super) struct Search<'a, const D: usize> {
     pub tool: &'a Tool<D>,
     pub interface: &'a Interface,
     pub memory: &'a Memory<D>,
+    /// Space of the bodies.
+    pub space: Space,
     /// Poses at the start and at the end of the step.
     pub start: Pose<D>,
     pub end: Pose<D>,
@@ -226,7 +229,11 @@ impl<const D: usize> Search<'_, D> {
             for (number, corner) in corners.iter().enumerate() {
                 let key =
                     Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
-                let law = CornerLaw::new(self.interface, young, width, D as u8, 0.0);
+                let mut law = CornerLaw::new(self.interface, young, width, D as u8, 0.0);
+                if body.space().is_axisymmetric() {
+                    // By the corner's part of the ring: then a flat tool presses a uniform stress evenly.
+                    law.stiffness *= TAU * position[0] * corners.len() as f64 * corner.share;
+                }
                 let mut made = NearCorner {
                     key,
                     position: corner.position,
@@ -295,7 +302,12 @@ impl<const D: usize> Search<'_, D> {
     ) {
         let members = found.iter().filter_map(|(_, member)| member.as_ref());
         let Some((spacing, within)) = sampling(members) else { return };
-        let samples = samples(spacing, &within);
+        let mut samples = samples(spacing, &within);
+        if self.space.is_axisymmetric() {
+            // Whole rings; the tool's section is on both sides of the axis.
+            let all = samples.iter_mut().flatten();
+            all.for_each(|sample| sample.area *= TAU * sample.position[0].max(0.0));
+        }
         for (part, samples) in samples.iter().enumerate() {
             let of_part = |it: &Found<D>| it.1.filter(|_| it.0.key.part as usize == part);
             let (places, members): (Vec<usize>, Vec<Member<D>>) =

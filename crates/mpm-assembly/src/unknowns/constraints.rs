@@ -6,10 +6,13 @@
 use super::Unknowns;
 use mpm_grid::Vector;
 
+/// Bit of a node on the axis of a body of revolution.
+const ON_AXIS: u8 = 1 << 7;
+
 /// Which components of which active nodes are prescribed in a load step, and their increments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraints<const D: usize> {
-    /// Bit i is set where component i is prescribed.
+    /// Bit i is set where component i is prescribed, and the last where the node lies on an axis.
     mask: Vec<u8>,
     /// Prescribed increments, zero elsewhere `[L]`.
     increment: Vec<Vector<D>>,
@@ -30,6 +33,20 @@ impl<const D: usize> Constraints<D> {
         self.driven |= increment != 0.0;
     }
 
+    /// Holds the radial component, the first, of a node on the axis of a body of revolution.
+    ///
+    /// The hoop stiffness of that component grows as the nearest point comes closer to the axis: on the diagonal of the
+    /// tangent it is replaced by the stiffness along the axis, so that the scale of the pivots is that of the problem.
+    pub fn hold_on_axis(&mut self, node: usize) {
+        self.prescribe(node, 0, 0.0);
+        self.mask[node] |= ON_AXIS;
+    }
+
+    /// Whether a node is held on the axis.
+    pub(crate) fn is_on_axis(&self, node: usize) -> bool {
+        self.mask[node] & ON_AXIS != 0
+    }
+
     /// Whether a component is prescribed.
     #[inline]
     pub fn is_prescribed(&self, node: usize, component: usize) -> bool {
@@ -41,7 +58,7 @@ impl<const D: usize> Constraints<D> {
         unknowns.node_of(equation).is_some_and(|(node, component)| self.is_prescribed(node, component))
     }
 
-    /// Bits of the prescribed components of a node.
+    /// Bits of the prescribed components of a node; 0 where there are none.
     #[inline]
     pub(crate) fn mask(&self, node: usize) -> u8 {
         self.mask[node]
@@ -64,7 +81,7 @@ impl<const D: usize> Constraints<D> {
 
     /// Number of components that are not prescribed.
     pub fn n_free(&self) -> usize {
-        self.mask.iter().map(|mask| D - mask.count_ones() as usize).sum()
+        self.mask.iter().map(|mask| D - (mask & !ON_AXIS).count_ones() as usize).sum()
     }
 
     /// `values` with every prescribed component set to zero.

@@ -6,5 +6,6 @@ mod control;
 mod convection;
 mod formulas;
 mod random;
+mod ring;
 mod seeding;
 mod storing;

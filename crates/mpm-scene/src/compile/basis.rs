@@ -10,7 +10,7 @@ use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
 };
-use mpm_assembly::{LawOfBody, RefusedStart, ShippedBasis, ShippedLaw};
+use mpm_assembly::{InSpace, RefusedStart, ShippedBasis, ShippedLaw};
 use mpm_basis::{
     CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback, Gimp,
     GimpUpdate, Smpm, TriangleSplit,
@@ -159,7 +159,7 @@ fn fill_convected<const D: usize, B: ShippedBasis<D>>(
 ) -> Result<Filled<D>, Refusal>
 where
     Fallback<B>: ShippedBasis<D>,
-    LawOfBody<D>: From<ShippedLaw>,
+    ShippedLaw: InSpace<D>,
 {
     match domains.fallback_beyond {
         None => fill_with(basis, beginning, plan),
@@ -173,7 +173,7 @@ fn fill_with<const D: usize, B: ShippedBasis<D>>(
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, Refusal>
 where
-    LawOfBody<D>: From<ShippedLaw>,
+    ShippedLaw: InSpace<D>,
 {
     let law = beginning.law;
     let seeded = seeds(&basis, plan, history_bytes(law).map_err(Refusal::Law)?)?;
@@ -182,7 +182,7 @@ where
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
     let law = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
-    body(basis, law.into(), seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
+    body(basis, law.in_space(plan.space), seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
         |RefusedStart { point, reason }| {
             let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
             Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))

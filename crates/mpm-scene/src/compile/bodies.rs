@@ -14,7 +14,7 @@ use crate::language::{
     BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput,
 };
 use crate::pieces::Shape;
-use mpm_assembly::MeanDilatation;
+use mpm_assembly::{MeanDilatation, Space};
 use mpm_geometry::{Face, MemoryLimit};
 use mpm_grid::{Layout, Mesh};
 use mpm_solver::NamedBody;
@@ -25,8 +25,7 @@ type Faces<const D: usize> = Vec<Vec<Vec<FaceShare<D>>>>;
 /// The bodies, the points at their faces, and the sides on which they are cut by symmetry.
 pub(super) fn bodies<const D: usize, B: FillBody<D>>(
     scene: &SceneIn<D, B>,
-    layout: &Layout<D>,
-    start: &Mesh<D>,
+    (layout, start, space): (&Layout<D>, &Mesh<D>, Space),
     files: &dyn SceneFiles,
     memory: MemoryLimit,
 ) -> Result<(Vec<NamedBody<D>>, Faces<D>, Vec<Sides<D>>), SceneError> {
@@ -67,6 +66,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
         let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
         let plan = Plan {
             start,
+            space,
             points_per_cell: points_per_cell(input, &shape, &path)?,
             shape,
             shape_mesh: &shape_mesh,

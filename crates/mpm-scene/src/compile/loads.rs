@@ -4,11 +4,12 @@ use super::names::{A_NAME, is_name};
 use super::stages::Stages;
 use crate::error::SceneError;
 use crate::fill::FaceShare;
-use crate::language::{ControlInput, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
+use crate::language::{ControlInput, Coordinates, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
 use crate::vortex::Vortex;
 use mpm_assembly::Body;
 use mpm_grid::{Mesh, Position, Ramp, Vector, six_digits};
-use mpm_solver::{Loads, NamedBody, PointLoad, Probe, Share};
+use mpm_solver::{Loads, NamedBody, PointLoad, Probe, Share, Side, SideLoad};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 pub(super) fn loads<const D: usize, B>(
@@ -60,25 +61,76 @@ pub(super) fn loads<const D: usize, B>(
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
-            LoadInput::Traction { body: name, at, resultant, ramp, active, .. } => {
+            LoadInput::Traction { body: name, axis, at, resultant, value, ramp, active, .. } => {
                 let body = find(name)?;
                 let areas = faces[body].next().expect("one list of points per traction");
-                let whole: f64 = areas.iter().map(|share| share.area).sum();
                 if areas.is_empty() {
                     return Err(SceneError::new(
                         path,
                         format!("body `{name}` has no boundary on the loaded part of the plane at {}", at.0),
                     ));
                 }
+                let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
+                let points_of = &*bodies[body].body;
+                if points_of.space().is_axisymmetric() {
+                    refuse_split(scene, &path)?;
+                    let (sides, whole) = sides(points_of, axis.index(), &areas);
+                    let force = whole_force(resultant, value, whole, &path)?;
+                    loads.side_loads.push(SideLoad { body, sides, force, ramp });
+                    continue;
+                }
+                let whole: f64 = areas.iter().map(|share| share.area).sum();
                 let share = |it: FaceShare<D>| Share { point: it.point, part: it.area / whole, arm: it.arm };
                 let shares = areas.into_iter().map(share).collect();
-                let force = Vector::from(resultant.0);
-                let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
+                let force = whole_force(resultant, value, whole, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
         }
     }
     Ok(loads)
+}
+
+/// The force of a traction on an area.
+fn whole_force<const D: usize>(
+    resultant: &Option<Coordinates<D>>,
+    value: &Option<Coordinates<D>>,
+    area: f64,
+    path: &str,
+) -> Result<Vector<D>, SceneError> {
+    match (resultant, value) {
+        (Some(resultant), None) => Ok(Vector::from(resultant.0)),
+        (None, Some(value)) => Ok(Vector::from(value.0) * area),
+        _ => {
+            Err(SceneError::new(path, "expected either `resultant`, the whole force, or `value`, the traction"))
+        }
+    }
+}
+
+/// The sides of rings that lie on a plane across an axis, with the parts of a uniform traction at their ends, and the
+/// area of all. The part of a side of length L at the end with the radius a is `2π L (a/3 + b/6)`, b the other's.
+fn sides<const D: usize>(body: &dyn Body<D>, across: usize, shares: &[FaceShare<D>]) -> (Vec<Side<D>>, f64) {
+    let whole: f64 = shares.iter().map(|it| it.area * (body.point(it.point).position[0] + it.arm[0])).sum();
+    let side = |it: &FaceShare<D>| {
+        let mut half = Vector::zeros();
+        half[1 - across] = 0.5 * it.area;
+        let arms = [it.arm - half, it.arm + half];
+        let [a, b] = arms.map(|arm| body.point(it.point).position[0] + arm[0]);
+        let parts = [a / 3.0 + b / 6.0, b / 3.0 + a / 6.0].map(|radius| it.area * radius / whole);
+        Side { point: it.point, arms, parts }
+    };
+    (shares.iter().map(side).collect(), TAU * whole)
+}
+
+/// Parts of points that are split do not know which of them have the side.
+fn refuse_split<const D: usize, B>(scene: &SceneIn<D, B>, path: &str) -> Result<(), SceneError> {
+    match scene.domains.control {
+        Some(ControlInput::Split { .. }) => {
+            let reason =
+                "points are split by `domains.control`, and a traction on rings cannot follow their parts";
+            Err(SceneError::new(path, reason))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The vortex of a body under a law.
@@ -161,7 +213,7 @@ fn check_hit<const D: usize>(
         let corners = &cell.corners()[..1 << D];
         corners.iter().map(|corner| (corner - corners[0]).norm()).fold(0.0, f64::max)
     });
-    let own = 2.0 * point.reference_volume.powf(1.0 / D as f64);
+    let own = 2.0 * point.reference_size.powf(1.0 / D as f64);
     // Not a number where the position is none.
     if distance <= around.unwrap_or(0.0).max(own) {
         return Ok(());
@@ -177,7 +229,7 @@ fn check_hit<const D: usize>(
 fn arm<const D: usize>(body: &dyn Body<D>, points: &[usize], at: &Vector<D>) -> Vector<D> {
     let sum: Vector<D> = points.iter().map(|&point| body.point(point).position).sum();
     let arm = at - sum / points.len() as f64;
-    let size = body.point(points[0]).reference_volume.powf(1.0 / D as f64);
+    let size = body.point(points[0]).reference_size.powf(1.0 / D as f64);
     if arm.norm() > 1e-9 * size { arm } else { Vector::zeros() }
 }
 

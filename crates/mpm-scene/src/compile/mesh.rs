@@ -66,6 +66,9 @@ pub(super) fn plane_point(point: &PlanePoint) -> [f64; 2] {
 
 pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Result<usize, SceneError> {
     let index = direction.index();
+    if direction == Direction::R {
+        return Err(SceneError::new(path, "R is a direction of `Axisymmetric` scenes only"));
+    }
     if index < D {
         return Ok(index);
     }

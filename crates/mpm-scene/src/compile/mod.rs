@@ -1,5 +1,6 @@
 //! A scene becomes a model: the only place that asks what kind of thing something is.
 
+mod axisymmetric;
 mod basis;
 mod bodies;
 mod drive;
@@ -25,6 +26,7 @@ use crate::language::{
     ControlInput, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput, UnheldMotionInput,
 };
 use crate::limits::memory_left;
+pub use axisymmetric::in_plane;
 pub use drive::{DrivenPath, drive};
 pub use tools::{ToolOutline, tool_outlines};
 
@@ -32,7 +34,7 @@ use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
 use loads::{loads, probes};
 use mesh::{layout, motion};
-use mpm_assembly::GhostStabilisation;
+use mpm_assembly::{GhostStabilisation, Space};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
@@ -82,13 +84,17 @@ pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, M
 
 fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, files, memory)?),
-        Scene::Solid(scene) => Compiled::Solid(model(scene, files, memory)?),
+        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, Space::Cartesian, files, memory)?),
+        Scene::Axisymmetric(scene) => {
+            Compiled::Plane(model(&in_plane(scene)?, Space::Axisymmetric, files, memory)?)
+        }
+        Scene::Solid(scene) => Compiled::Solid(model(scene, Space::Cartesian, files, memory)?),
     })
 }
 
 fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
+    space: Space,
     files: &dyn SceneFiles,
     memory: MemoryLimit,
 ) -> Result<Model<D>, SceneError> {
@@ -105,14 +111,14 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
     }
 
-    let (bodies, faces, cuts) = bodies(scene, &layout, &mesh, files, memory)?;
+    let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
     fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
-    model.supports = supports(scene, &model.layout, &model.nodes)?;
+    model.supports = supports(scene, (&model.layout, &model.nodes), space.axes())?;
     model.loads = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
@@ -138,6 +144,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     });
     model.tolerance = tolerance(&scene.tolerance)?;
     model.check_nodes().map_err(|it| SceneError::new("basis", it))?;
+    axisymmetric::check(&model)?;
     check_start(&model, &mesh, memory)?;
     check_planes(&cuts, &model, &mesh)?;
     Ok(model)

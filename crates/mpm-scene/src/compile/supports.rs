@@ -41,8 +41,8 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
 
 pub(super) fn supports<const D: usize, B>(
     scene: &SceneIn<D, B>,
-    layout: &Layout<D>,
-    space: &NodeSpace<D>,
+    (layout, space): (&Layout<D>, &NodeSpace<D>),
+    axes: [&str; 3],
 ) -> Result<Vec<Support<D>>, SceneError> {
     let stages = Stages::of(&scene.schedule);
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
@@ -84,7 +84,7 @@ pub(super) fn supports<const D: usize, B>(
     begins.sort_unstable();
     begins.dedup();
     for stage in begins {
-        refuse_contradictions(&supports, stage, layout, space)?;
+        refuse_contradictions(&supports, stage, (layout, space), axes)?;
     }
     Ok(supports)
 }
@@ -175,10 +175,10 @@ fn turn<const D: usize>(
 fn refuse_contradictions<const D: usize>(
     supports: &[Support<D>],
     stage: u32,
-    layout: &Layout<D>,
-    space: &NodeSpace<D>,
+    (layout, space): (&Layout<D>, &NodeSpace<D>),
+    axes: [&str; 3],
 ) -> Result<(), SceneError> {
-    for component in 0..D {
+    for (component, axis) in axes.into_iter().enumerate().take(D) {
         let mut claims: Vec<(NodeId, usize)> = supports
             .iter()
             .enumerate()
@@ -196,7 +196,7 @@ fn refuse_contradictions<const D: usize>(
                         "supports `{}` and `{}` prescribe different displacements along {} of the node at {}",
                         a.name,
                         b.name,
-                        ["x", "y", "z"][component],
+                        axis,
                         Position(&space.position(&Mesh::at_rest(layout), node))
                     ),
                 ));

@@ -58,6 +58,11 @@ pub(super) fn check_planes<const D: usize>(
                         && support.components[d].is_some()
                         && support.nodes.binary_search(&node).is_ok()
                 };
+                let is_axis = d == 0 && model.space().is_axisymmetric();
+                if is_axis && model.nodes.position(mesh, node)[0] <= mesh.axis_width() {
+                    // The axis is held, whatever the scene says.
+                    continue;
+                }
                 let mut stages = (0..).zip(&model.stages).map(|(stage, _)| stage);
                 if stages.any(|stage| !model.supports.iter().any(|it| holds(stage, it))) {
                     let axis = ["X", "Y", "Z"][d];

@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 pub(super) fn on_axis(axis: Direction, centre: &PlanePoint, along: f64) -> Vector<3> {
     let PlanePoint((a, b)) = centre;
     match axis {
-        Direction::X => Vector3::new(along, a.0, b.0),
+        Direction::X | Direction::R => Vector3::new(along, a.0, b.0),
         Direction::Y => Vector3::new(a.0, along, b.0),
         Direction::Z => Vector3::new(a.0, b.0, along),
     }

@@ -189,8 +189,12 @@ pub enum LoadInput<const D: usize> {
         /// Bounds of the loaded part of the plane; all of it if left out.
         #[serde(default)]
         within: Option<BoundsInput<D>>,
-        /// The whole force (in the plane: per unit thickness) `[F]`.
-        resultant: Coordinates<D>,
+        /// The whole force (in the plane: per unit thickness; of a body of revolution along Z only) `[F]`.
+        #[serde(default)]
+        resultant: Option<Coordinates<D>>,
+        /// The traction, in place of the whole force `[F/L²]`.
+        #[serde(default)]
+        value: Option<Coordinates<D>>,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,

@@ -10,8 +10,10 @@ pub enum Direction {
     X,
     /// The second direction.
     Y,
-    /// The third direction; three dimensions only.
+    /// The third direction, in three dimensions; along the axis of revolution in an `Axisymmetric` scene.
     Z,
+    /// Away from the axis of revolution; in an `Axisymmetric` scene only.
+    R,
 }
 
 impl Direction {
@@ -19,10 +21,10 @@ impl Direction {
         Direction::Z
     }
 
-    /// 0, 1 or 2.
+    /// 0, 1 or 2 in Cartesian coordinates; R is none of them, and counts as the first.
     pub fn index(self) -> usize {
         match self {
-            Direction::X => 0,
+            Direction::X | Direction::R => 0,
             Direction::Y => 1,
             Direction::Z => 2,
         }

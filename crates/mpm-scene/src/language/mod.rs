@@ -1,6 +1,6 @@
 //! The input language: what a scene file may say.
 //!
-//! A scene is a RON file that opens with the space it lives in, `PlaneStrain( … )` or `Solid( … )`.
+//! A scene is a RON file that opens with the space it lives in, `PlaneStrain( … )`, `Axisymmetric( … )` or `Solid( … )`.
 //! Units are any consistent set; the documentation of each field gives its dimension in length `[L]`,
 //! force `[F]`, mass `[M]` and time `[T]`. Numbers are checked as they are read, so that a wrong one is
 //! reported with its line; what only the whole scene can tell (a region without nodes, say) is

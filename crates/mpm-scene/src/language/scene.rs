@@ -19,6 +19,10 @@ use std::collections::BTreeMap;
 pub enum Scene {
     /// The plane: nothing moves or varies in the third direction; forces and volumes are per unit thickness.
     PlaneStrain(SceneIn<2, PlaneBasis>),
+    /// Bodies of revolution about the axis r = 0, in their half plane: positions are (r, z) with r ≥ 0, directions `R` and
+    /// `Z`, and the axis is held. Forces, masses and volumes are those of the whole ring. Of a tensor's components xx, yy
+    /// and xy are rr, zz and rz, and zz is that of the hoop, θθ.
+    Axisymmetric(SceneIn<2, PlaneBasis>),
     /// Three dimensions.
     Solid(SceneIn<3, SolidBasis>),
 }
@@ -102,7 +106,7 @@ impl Scene {
     /// Files that it names.
     pub fn files(&self) -> Vec<&str> {
         match self {
-            Scene::PlaneStrain(scene) => scene.files().collect(),
+            Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => scene.files().collect(),
             Scene::Solid(scene) => scene.files().collect(),
         }
     }
@@ -110,7 +114,7 @@ impl Scene {
     /// What the scene wants recorded.
     pub fn output(&self) -> &OutputInput {
         match self {
-            Scene::PlaneStrain(scene) => &scene.output,
+            Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => &scene.output,
             Scene::Solid(scene) => &scene.output,
         }
     }
@@ -118,7 +122,7 @@ impl Scene {
     /// Its load steps.
     pub fn schedule(&self) -> &ScheduleInput {
         match self {
-            Scene::PlaneStrain(scene) => &scene.schedule,
+            Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => &scene.schedule,
             Scene::Solid(scene) => &scene.schedule,
         }
     }
@@ -126,7 +130,7 @@ impl Scene {
     /// What the scene shows.
     pub fn title(&self) -> &str {
         match self {
-            Scene::PlaneStrain(scene) => &scene.title,
+            Scene::PlaneStrain(scene) | Scene::Axisymmetric(scene) => &scene.title,
             Scene::Solid(scene) => &scene.title,
         }
     }

@@ -58,7 +58,7 @@ impl<const D: usize> Correction<'_, D> {
         loop {
             self.apply(part, &mut iterate.increment);
             match solver.evaluate(problem, iterate, wanted, None) {
-                Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) if part > self.least_part => {
+                Err(failure) if failure.is_of_trial() && part > self.least_part => {
                     part *= 0.5;
                     iterate.effort.shortened += 1;
                 }

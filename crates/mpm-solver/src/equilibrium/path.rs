@@ -192,8 +192,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
                 }
                 let tried = self.evaluate(&mut iterate, at);
                 match tried.and_then(|trial| Ok((trial, self.gauge(step.measure, &iterate.increment.nodes)?))) {
-                    Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) if halvings < HALVINGS => {
-                    }
+                    Err(failure) if failure.is_of_trial() && halvings < HALVINGS => {}
                     // Where nothing yields any more there is no way back.
                     Ok((_, gauge)) if gauge.length == 0.0 && halvings < HALVINGS => {}
                     result => break result?,
@@ -350,7 +349,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
     ) -> Result<f64, StepFailure> {
         let mut energy = |change: f64| match self.gauge(Length::Dissipation, &along(change)) {
             // A step that inverts a point is too long as well.
-            Err(StepFailure::Inverted { .. } | StepFailure::NoReturn { .. }) => Ok(f64::INFINITY),
+            Err(failure) if failure.is_of_trial() => Ok(f64::INFINITY),
             gauge => gauge.map(|gauge| gauge.length),
         };
         let longest = step.reach.max(8.0 * step.seed);

@@ -294,6 +294,9 @@ pub(crate) fn inadmissible<const D: usize>(named: &NamedBody<D>, it: Inadmissibl
         InadmissibleState::Inverted { determinant } => {
             StepFailure::Inverted { body, basis, point, position, determinant }
         }
+        InadmissibleState::ReachesAxis { hoop } => {
+            StepFailure::ReachesAxis { body, basis, point, position, hoop }
+        }
         InadmissibleState::NoReturn(reason) => StepFailure::NoReturn { body, point, position, reason },
     }
 }

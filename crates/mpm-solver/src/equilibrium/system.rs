@@ -15,7 +15,7 @@ use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot, large
 use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{SparsityPattern, UnknownVector};
+use mpm_assembly::{Space, SparsityPattern, UnknownVector};
 use mpm_grid::{NodeKind, Vector};
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
@@ -323,6 +323,7 @@ pub(crate) fn singular<const D: usize>(
         node: node.index(),
         position: problem.connected.active.space().position(problem.mesh, node).iter().copied().collect(),
         component,
+        axis: problem.bodies.first().map_or(Space::default(), |named| named.body.space()).axes()[component],
         cause,
         can_be_stabilised: problem.connected.active.space().kind() == NodeKind::Vertices
             && !problem.contributions.iter().any(|it| it.stabilises()),

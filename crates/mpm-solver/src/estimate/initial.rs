@@ -53,7 +53,7 @@ pub(super) fn of<const D: usize>(
         "the initial stress does not balance the loads at load fraction 0: {} of its forces are left, most at {}; the first \
          load step moves the bodies until they balance",
         six_digits(part),
-        place(&at)
+        place(model.space(), &at)
     ))
 }
 

@@ -3,14 +3,11 @@
 use super::driven;
 use crate::model::{Model, NamedBody, Support};
 use crate::steps::stations;
-use mpm_assembly::views;
+use mpm_assembly::{Space, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Mesh, Vector, six_digits};
 use std::array::from_fn;
 use std::collections::BTreeMap;
-
-/// Names of the directions.
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Bounds of what cells inside of a body, with points in all cells around, are filled to in all.
 const INSIDE: [f64; 2] = [0.5, 1.5];
@@ -39,7 +36,7 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
     for view in views(&*named.body) {
         let Ok(place) = mesh.locate(&view.position, 0.5) else { continue };
         let (filled, _) = cells.entry(place.cell).or_insert((0.0, view.position));
-        *filled += view.reference_volume;
+        *filled += view.reference_size;
     }
     let volume = |cell: &[u32; D]| mesh.piece(*cell, &Vector::repeat(-1.0), &Vector::repeat(1.0)).volume();
     let name = &named.name;
@@ -49,7 +46,7 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
         let (cell, (filled, at)) = fullest;
         return Some(format!(
             "points of body `{name}` in the cell at {} have volume {}, the cell has {}: are their volumes in other units?",
-            place(at),
+            place(named.body.space(), at),
             six_digits(*filled),
             six_digits(volume(cell))
         ));
@@ -77,8 +74,8 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
 }
 
 /// A position by the names of its coordinates.
-pub(super) fn place<const D: usize>(x: &Vector<D>) -> String {
-    let told: Vec<String> = (0..D).map(|d| format!("{} = {}", AXES[d], six_digits(x[d]))).collect();
+pub(super) fn place<const D: usize>(space: Space, x: &Vector<D>) -> String {
+    let told: Vec<String> = (0..D).map(|d| format!("{} = {}", space.axes()[d], six_digits(x[d]))).collect();
     told.join(", ")
 }
 
@@ -115,7 +112,7 @@ fn shared<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes
         format!(
             "supports `{first}` and `{second}` share {how_many}, at {}: its force is in the reaction of each, and once \
              in `reaction/total`",
-            place(&at)
+            place(model.space(), &at)
         )
     };
     pairs.into_iter().map(sentence).collect()

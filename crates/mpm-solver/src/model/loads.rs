@@ -1,6 +1,6 @@
 //! Forces on the bodies.
 
-use mpm_assembly::{Body, PointForce, views};
+use mpm_assembly::{Body, PointForce, SideForce, views};
 use mpm_grid::{LoadFraction, Ramp, Vector};
 use std::fmt;
 use std::sync::Arc;
@@ -26,6 +26,8 @@ pub struct Loads<const D: usize> {
     pub body_forces: Vec<(Vector<D>, Ramp)>,
     /// Forces on single points.
     pub point_loads: Vec<PointLoad<D>>,
+    /// Forces on sides of bodies of revolution.
+    pub side_loads: Vec<SideLoad<D>>,
     /// Forces per volume on single bodies: the body's index, and the force. The body keeps positions at rest.
     pub fields: Vec<(usize, Arc<dyn BodyForce<D>>)>,
 }
@@ -41,6 +43,30 @@ pub struct PointLoad<const D: usize> {
     pub force: Vector<D>,
     /// Part of it against the load fraction.
     pub ramp: Ramp,
+}
+
+/// One load carried by sides of the domains of one body of revolution.
+#[derive(Clone, Debug)]
+pub struct SideLoad<const D: usize> {
+    /// Index of the body.
+    pub body: usize,
+    /// The sides, with the parts of the whole force at their ends.
+    pub sides: Vec<Side<D>>,
+    /// The whole force on all rings at full load; of a traction along r, the area of the rings times the traction `[F]`.
+    pub force: Vector<D>,
+    /// Part of it against the load fraction.
+    pub ramp: Ramp,
+}
+
+/// A straight side of a point's section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side<const D: usize> {
+    /// The point.
+    pub point: usize,
+    /// From the point to the ends of the side, at rest `[L]`.
+    pub arms: [Vector<D>; 2],
+    /// Parts of the whole force that belong to the ends `[-]`.
+    pub parts: [f64; 2],
 }
 
 /// A point's part of a load.
@@ -61,6 +87,20 @@ impl<const D: usize> Loads<D> {
             return None;
         }
         Some(self.body_forces.iter().fold(Vector::zeros(), |sum, (force, ramp)| sum + force * ramp.value(at)))
+    }
+
+    /// Forces on sides of one body at a load fraction `[F]`.
+    pub fn side_forces(&self, body: usize, at: LoadFraction) -> Vec<SideForce<D>> {
+        let of_load = |load: &SideLoad<D>| {
+            let force = load.force * load.ramp.value(at);
+            let side = |side: &Side<D>| {
+                let part = side.parts[0] + side.parts[1];
+                let parts = side.parts.map(|it| it / part);
+                SideForce { point: side.point, force: force * part, arms: side.arms, parts }
+            };
+            load.sides.iter().map(side).collect::<Vec<_>>()
+        };
+        self.side_loads.iter().filter(|load| load.body == body).flat_map(of_load).collect()
     }
 
     /// Forces on the points of one body at a load fraction, ascending in point `[F]`.

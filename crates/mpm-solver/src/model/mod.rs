@@ -6,11 +6,11 @@ mod solver;
 mod supports;
 
 pub use control::{DomainLimit, PathControl, PathMeasure, PredictorKind, Stage, Tolerance, UnheldMotion};
-pub use loads::{BodyForce, Loads, PointLoad, Share};
+pub use loads::{BodyForce, Loads, PointLoad, Share, Side, SideLoad};
 pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Active, Prescribed, Release, Support, Turn, across};
 
-use mpm_assembly::{Body, Contribution};
+use mpm_assembly::{Body, Contribution, Space};
 use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
 use mpm_linear::{Automatic, Choice, LinearSolver, Symmetry};
 
@@ -87,6 +87,11 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// The space of its bodies.
+    pub fn space(&self) -> Space {
+        self.bodies.first().map_or(Space::default(), |named| named.body.space())
+    }
+
     /// Whether the tangents equal their transposes: those of all bodies and contributions have to.
     pub(crate) fn symmetry(&self) -> Symmetry {
         let of_bodies = self.bodies.iter().map(|named| named.body.symmetry());
@@ -127,8 +132,9 @@ impl<const D: usize> Model<D> {
     pub fn knots_in(&self, stage: u32) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let prescribed = supports.filter_map(Prescribed::ramp);
-        let Loads { body_forces, point_loads, fields } = &self.loads;
+        let Loads { body_forces, point_loads, side_loads, fields } = &self.loads;
         let forces = body_forces.iter().map(|(_, ramp)| ramp).chain(point_loads.iter().map(|load| &load.ramp));
+        let forces = forces.chain(side_loads.iter().map(|load| &load.ramp));
         let fields = fields.iter().flat_map(|(_, field)| field.ramps());
         let contributions = self.contributions.iter().flat_map(|named| named.contribution.ramps());
         let ramps = prescribed.chain(forces).chain(fields).chain(self.motion.ramps()).chain(contributions);

@@ -119,6 +119,7 @@ fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, o
                     f[(i, j)] = view.deformation_gradient[(i, j)];
                 }
             }
+            f[(2, 2)] = view.hoop_stretch.unwrap_or(f[(2, 2)]);
             out.extend(f.transpose().iter());
         }
         Field::CAUCHY_STRESS => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),

@@ -250,7 +250,7 @@ fn edges<const D: usize>(mesh: &Mesh<D>, cell: [u32; D]) -> Block<D> {
 
 /// Half extents of a point's domain along the edges of its cell `[cells]`: at rest it is taken for a cell made smaller.
 fn half_extent<const D: usize>(view: &PointView<D>, now: &Block<D>, rest: &Block<D>) -> Vector<D> {
-    let half = 0.5 * (view.reference_volume / determinant(rest).abs()).powf(1.0 / D as f64);
+    let half = 0.5 * (view.reference_size / determinant(rest).abs()).powf(1.0 / D as f64);
     let sides = inverse(now) * view.deformation_gradient * rest;
     Vector::from_fn(|d, _| half * (0..D).map(|j| sides[(d, j)].abs()).sum::<f64>())
 }

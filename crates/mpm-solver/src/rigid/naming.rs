@@ -2,12 +2,11 @@
 
 use super::modes::{Frames, Mode, Motion, cross, turns};
 use crate::model::NamedBody;
+use mpm_assembly::Space;
 use mpm_grid::{Vector, six_digits};
 
 /// Parts and motions that a message tells of, at most.
 const MOST_TOLD: usize = 3;
-
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// What holds none of these modes holds, as clauses: "body `b` along x and y".
 pub(super) fn clauses<const D: usize>(
@@ -15,6 +14,7 @@ pub(super) fn clauses<const D: usize>(
     bodies: &[NamedBody<D>],
     modes: &[Mode],
 ) -> Vec<String> {
+    let axes = bodies.first().map_or(Space::default(), |named| named.body.space()).axes();
     let mut told: Vec<(String, Vec<String>)> = Vec::new();
     // Translations are told first.
     let (turning, sliding): (Vec<&Mode>, Vec<&Mode>) = modes.iter().partition(|mode| turns(mode));
@@ -22,7 +22,7 @@ pub(super) fn clauses<const D: usize>(
         let Some((&first, motion)) = mode.iter().next() else { continue };
         let subject = subject(frames, bodies, mode);
         let slides = sliding.iter().any(|other| other.contains_key(&first));
-        let how = how(frames, first, motion, !slides);
+        let how = how(frames, axes, first, motion, !slides);
         match told.iter_mut().find(|(before, _)| *before == subject) {
             Some((_, motions)) => motions.push(how),
             None => told.push((subject, vec![how])),
@@ -59,10 +59,16 @@ fn subject<const D: usize>(frames: &Frames<'_, D>, bodies: &[NamedBody<D>], mode
 }
 
 /// A motion of a part in words; where a rotation takes place only if it is nowhere else as well.
-fn how<const D: usize>(frames: &Frames<'_, D>, part: usize, motion: &Motion, is_fixed: bool) -> String {
+fn how<const D: usize>(
+    frames: &Frames<'_, D>,
+    axes: [&str; 3],
+    part: usize,
+    motion: &Motion,
+    is_fixed: bool,
+) -> String {
     let Motion { rotation, translation } = *motion;
     if rotation == [0.0; 3] {
-        return format!("along {}", direction(translation));
+        return format!("along {}", direction(translation, axes));
     }
     let square: f64 = rotation.iter().map(|it| it * it).sum();
     let centre = frames.centre(part);
@@ -75,15 +81,15 @@ fn how<const D: usize>(frames: &Frames<'_, D>, part: usize, motion: &Motion, is_
     }
     let through =
         if is_fixed { format!(" through the point {}", place(frames, part, &pivot)) } else { String::new() };
-    format!("in rotation about an axis along {}{through}", direction(rotation))
+    format!("in rotation about an axis along {}{through}", direction(rotation, axes))
 }
 
 /// The name of an axis, or the components of a direction of length 1.
-fn direction(of: [f64; 3]) -> String {
+fn direction(of: [f64; 3], axes: [&str; 3]) -> String {
     let length = of.iter().fold(0.0_f64, |sum, it| sum.hypot(*it));
     let unit = of.map(|it| it / length);
     match (0..3).find(|&i| unit[i].abs() > 1.0 - 1e-12) {
-        Some(axis) => AXES[axis].into(),
+        Some(axis) => axes[axis].into(),
         None => bracketed(&unit, 1.0),
     }
 }

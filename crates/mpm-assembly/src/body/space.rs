@@ -1,0 +1,27 @@
+//! The space that a body lives in.
+
+/// What the coordinates of a body are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Space {
+    /// Cartesian: x, y in plane strain, with all quantities per unit thickness, or x, y, z.
+    #[default]
+    Cartesian,
+    /// Radius and height (r, z) in the half plane r ≥ 0, D = 2: a body of revolution without twist. Volumes, masses,
+    /// forces and energies are those of the whole ring.
+    Axisymmetric,
+}
+
+impl Space {
+    /// Names of the directions.
+    pub fn axes(self) -> [&'static str; 3] {
+        match self {
+            Self::Cartesian => ["x", "y", "z"],
+            Self::Axisymmetric => ["r", "z", "θ"],
+        }
+    }
+
+    /// Whether it is [`Space::Axisymmetric`].
+    pub fn is_axisymmetric(self) -> bool {
+        self == Self::Axisymmetric
+    }
+}

@@ -1,0 +1,294 @@
+//! Bodies of revolution: what a scene in (r, z) is as one in the coordinates (x, y) of a plane mesh, and what such a scene
+//! cannot have.
+
+use crate::error::SceneError;
+use crate::language::{
+    BodyInput, Coordinates, CornerWeightsInput, Direction, Finite, FreeInput, LoadInput, MotionInput,
+    PlaneBasis, PlanePoint, RegionInput, SceneIn, ShapeInput, SupportInput, ToolInput, ToolMotionInput,
+    ToolPartInput,
+};
+
+use mpm_solver::{Model, ModelError};
+
+type RingScene = SceneIn<2, PlaneBasis>;
+
+/// The scene with its directions R and Z as the first and second one, and its shapes and tools as sections.
+///
+/// # Errors
+/// The first thing that is no figure of revolution, or would turn or push about the axis.
+pub fn in_plane(scene: &RingScene) -> Result<RingScene, SceneError> {
+    let mut scene = scene.clone();
+    if scene.domains.corner_weights == Some(CornerWeightsInput::Frozen) {
+        let reason =
+            "weights at rest do not balance the hoop stress: expected `Current` in `Axisymmetric` scenes";
+        return Err(SceneError::new("domains.corner_weights", reason));
+    }
+    motion(&mut scene.motion)?;
+    for (k, body) in scene.bodies.iter_mut().enumerate() {
+        self::body(body, &format!("bodies[{k}]"))?;
+    }
+    for (k, support) in scene.supports.iter_mut().enumerate() {
+        self::support(support, &format!("supports[{k}]"))?;
+    }
+    for (k, load) in scene.loads.iter_mut().enumerate() {
+        self::load(load, &format!("loads[{k}]"))?;
+    }
+    for (k, tool) in scene.tools.iter_mut().enumerate() {
+        self::tool(tool, &format!("tools[{k}]"))?;
+    }
+    Ok(scene)
+}
+
+/// Refuses a model whose mesh or supports leave the half plane r ≥ 0.
+///
+/// # Errors
+/// What leaves it.
+pub(super) fn check<const D: usize>(model: &Model<D>) -> Result<(), SceneError> {
+    if !model.space().is_axisymmetric() {
+        return Ok(());
+    }
+    model.check_axis().map_err(|it| {
+        let path = match &it {
+            ModelError::DrivenAxis { support } => {
+                let place = model.supports.iter().position(|it| it.name == *support);
+                format!("supports[{}]", place.unwrap_or(0))
+            }
+            _ => "mesh".into(),
+        };
+        SceneError::new(path, it)
+    })
+}
+
+fn refuse<T>(path: impl Into<String>, reason: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(path, reason.into()))
+}
+
+/// R is the first direction, Z the second.
+fn turned(direction: &mut Direction, path: &str) -> Result<(), SceneError> {
+    *direction = match direction {
+        Direction::R => Direction::X,
+        Direction::Z => Direction::Y,
+        Direction::X | Direction::Y => {
+            let reason = format!("{direction:?} is no direction of an `Axisymmetric` scene, expected R or Z");
+            return refuse(path, reason);
+        }
+    };
+    Ok(())
+}
+
+fn motion(motion: &mut MotionInput<2>) -> Result<(), SceneError> {
+    match motion {
+        MotionInput::Stretch(stretches) => {
+            for (k, stretch) in stretches.iter_mut().enumerate() {
+                turned(&mut stretch.axis, &format!("motion[{k}].axis"))?;
+            }
+            Ok(())
+        }
+        MotionInput::Rotate { .. } | MotionInput::Twist { .. } => {
+            refuse("motion", "turns the plane (r, z), which no figure of revolution does")
+        }
+        MotionInput::Fixed | MotionInput::Corners(_) | MotionInput::Expand { .. } => Ok(()),
+    }
+}
+
+fn body(body: &mut BodyInput<2>, path: &str) -> Result<(), SceneError> {
+    for (k, direction) in body.symmetry.iter_mut().enumerate() {
+        turned(direction, &format!("{path}.symmetry[{k}]"))?;
+    }
+    let shape = format!("{path}.shape");
+    match &body.shape {
+        ShapeInput::Box { from, .. } if from.0[0] < 0.0 => {
+            refuse(format!("{shape}.from"), format!("begins at r = {}, expected r of at least 0", from.0[0]))
+        }
+        ShapeInput::Sphere { centre, radius } => {
+            if centre.0[0] != 0.0 {
+                let reason =
+                    format!("lies at r = {}, expected 0: a disc beside the axis is no sphere", centre.0[0]);
+                return refuse(format!("{shape}.centre"), reason);
+            }
+            // A disc that the axis cuts in half.
+            let centre = PlanePoint((Finite(0.0), Finite(centre.0[1])));
+            body.shape = ShapeInput::Cylinder { axis: Direction::Z, centre, radius: *radius, extent: None };
+            if !body.symmetry.contains(&Direction::X) {
+                body.symmetry.push(Direction::X);
+            }
+            Ok(())
+        }
+        ShapeInput::Cylinder { .. } | ShapeInput::Tube { .. } => {
+            let reason = "in (r, z) a cylinder or a tube is a `Box`, and a ball a `Sphere`";
+            refuse(shape, reason)
+        }
+        _ => Ok(()),
+    }
+}
+
+fn region(region: &mut RegionInput<2>, path: &str) -> Result<(), SceneError> {
+    match region {
+        RegionInput::Plane { axis, .. } => turned(axis, &format!("{path}.axis")),
+        RegionInput::All(regions) => {
+            for (k, region) in regions.iter_mut().enumerate() {
+                self::region(region, &format!("{path}[{k}]"))?;
+            }
+            Ok(())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn support(support: &mut SupportInput<2>, path: &str) -> Result<(), SceneError> {
+    region(&mut support.region, &format!("{path}.region"))?;
+    for (name, directions) in [("fix", &mut support.fix), ("follow_mesh", &mut support.follow_mesh)] {
+        for (k, direction) in directions.iter_mut().enumerate() {
+            turned(direction, &format!("{path}.{name}[{k}]"))?;
+        }
+    }
+    for (k, displace) in support.displace.iter_mut().enumerate() {
+        turned(&mut displace.axis, &format!("{path}.displace[{k}].axis"))?;
+    }
+    if support.turn.is_some() {
+        return refuse(
+            format!("{path}.turn"),
+            "turns nodes in the plane (r, z), which no figure of revolution does",
+        );
+    }
+    if support.moment_about.is_some() || support.moment_axis.is_some() {
+        return refuse(
+            format!("{path}.moment_about"),
+            "forces on a whole ring have no moment about a point of (r, z)",
+        );
+    }
+    Ok(())
+}
+
+fn load(load: &mut LoadInput<2>, path: &str) -> Result<(), SceneError> {
+    match load {
+        LoadInput::BodyForce { acceleration, .. } if acceleration.0[0] != 0.0 => {
+            let reason =
+                format!("is {} along r, expected 0: a body force acts along the axis", acceleration.0[0]);
+            refuse(format!("{path}.acceleration"), reason)
+        }
+        LoadInput::Vortex { .. } => {
+            refuse(path, "a vortex turns the plane (r, z), which no figure of revolution does")
+        }
+        LoadInput::Traction { axis, resultant, .. } => {
+            turned(axis, &format!("{path}.axis"))?;
+            match resultant {
+                Some(resultant) if resultant.0[0] != 0.0 => {
+                    let reason =
+                        "the force of a whole ring has no part along r, expected `value`, the traction";
+                    refuse(format!("{path}.resultant"), reason)
+                }
+                _ => Ok(()),
+            }
+        }
+        LoadInput::PointForce { near, force, .. } if near.0[0] <= 0.0 && force.0[0] != 0.0 => {
+            refuse(format!("{path}.force"), "acts at r = 0, where nothing can be pushed along r")
+        }
+        LoadInput::BodyForce { .. } | LoadInput::PointForce { .. } => Ok(()),
+    }
+}
+
+fn tool(tool: &mut ToolInput<2>, path: &str) -> Result<(), SceneError> {
+    let no_turn =
+        |path: String| refuse(path, "turns the tool in the plane (r, z), which no figure of revolution does");
+    let along_r = |by: &Coordinates<2>, path: String| match by.0[0] {
+        0.0 => Ok(()),
+        r => refuse(path, format!("moves the tool by {r} along r, expected 0: it moves along the axis")),
+    };
+    match &mut tool.motion {
+        ToolMotionInput::Rest => {}
+        ToolMotionInput::Move { by, then, turn, .. } => {
+            along_r(by, format!("{path}.motion.by"))?;
+            for (k, shift) in then.iter().enumerate() {
+                along_r(&shift.by, format!("{path}.motion.then[{k}].by"))?;
+            }
+            if turn.is_some() {
+                return no_turn(format!("{path}.motion.turn"));
+            }
+        }
+        ToolMotionInput::Screw { .. } => return no_turn(format!("{path}.motion")),
+        ToolMotionInput::Loaded { free, by, force, moment, .. } => {
+            along_r(by, format!("{path}.motion.by"))?;
+            if force.0[0] != 0.0 || moment.0 != 0.0 {
+                return refuse(
+                    format!("{path}.motion"),
+                    "a load on a figure of revolution acts along the axis",
+                );
+            }
+            for (k, free) in free.iter_mut().enumerate() {
+                *free = match free {
+                    FreeInput::Z => FreeInput::Y,
+                    _ => {
+                        let reason = format!("{free:?} is no motion of a figure of revolution, expected Z");
+                        return refuse(format!("{path}.motion.free[{k}]"), reason);
+                    }
+                };
+            }
+        }
+    }
+    for (k, part) in tool.parts.iter_mut().enumerate() {
+        self::part(part, &format!("{path}.parts[{k}]"))?;
+    }
+    Ok(())
+}
+
+/// A part as its whole section, on both sides of the axis.
+fn part(part: &mut ToolPartInput<2>, path: &str) -> Result<(), SceneError> {
+    let on_axis = |axis: &Direction, r: f64, field: &str| match axis {
+        Direction::Z if r == 0.0 => Ok(()),
+        Direction::Z => refuse(format!("{path}.{field}"), format!("lies at r = {r}, expected 0: on the axis")),
+        _ => refuse(format!("{path}.axis"), format!("is along {axis:?}, expected Z: about the axis")),
+    };
+    let point = |r: f64, z: f64| PlanePoint((Finite(r), Finite(z)));
+    match part {
+        ToolPartInput::Plane { normal, .. } => match normal.0[0] {
+            0.0 => Ok(()),
+            _ => refuse(format!("{path}.normal"), "leans against the axis, expected a normal along it"),
+        },
+        ToolPartInput::Disc { centre, .. } => on_axis(&Direction::Z, centre.0[0], "centre"),
+        ToolPartInput::Polygon { vertices } => {
+            if let Some(k) = vertices.iter().position(|vertex| vertex.0.0.0 < 0.0) {
+                let reason = format!("lies at r = {}, expected r of at least 0", vertices[k].0.0.0);
+                return refuse(format!("{path}.vertices[{k}]"), reason);
+            }
+            *vertices = whole(vertices);
+            Ok(())
+        }
+        ToolPartInput::Cylinder { axis, centre, radius, extent: (from, to) } => {
+            on_axis(axis, centre.0.0.0, "centre")?;
+            let (r, from, to) = (radius.0, from.0, to.0);
+            let vertices = vec![point(-r, from), point(r, from), point(r, to), point(-r, to)];
+            *part = ToolPartInput::Polygon { vertices };
+            Ok(())
+        }
+        ToolPartInput::Cone { axis, tip, radius, tip_radius, length } => {
+            on_axis(axis, tip.0[0], "tip")?;
+            let (r, blunt, from) = (radius.0, tip_radius.0, tip.0[1]);
+            let to = from + length.0;
+            let mut vertices = vec![point(r, to), point(-r, to)];
+            if blunt > 0.0 {
+                vertices.extend([point(-blunt, from), point(blunt, from)]);
+            } else {
+                vertices.push(point(0.0, from));
+            }
+            *part = ToolPartInput::Polygon { vertices };
+            Ok(())
+        }
+        ToolPartInput::Helix { .. } | ToolPartInput::Surface { .. } => refuse(
+            path,
+            "is no figure of revolution, expected `Plane`, `Disc`, `Polygon`, `Cylinder` or `Cone`",
+        ),
+    }
+}
+
+/// A polygon that has an edge on the axis with its mirror image; any other one as it is.
+fn whole(vertices: &[PlanePoint]) -> Vec<PlanePoint> {
+    let n = vertices.len();
+    let is_on_axis = |k: usize| vertices[k % n].0.0.0 == 0.0;
+    let Some(edge) = (0..n).find(|&k| is_on_axis(k) && is_on_axis(k + 1)) else { return vertices.to_vec() };
+    // From the end of that edge round to its start, and back on the other side.
+    let half: Vec<PlanePoint> = (1..=n).map(|k| vertices[(edge + k) % n]).collect();
+    let mirrored = half.iter().rev().filter(|vertex| vertex.0.0.0 > 0.0);
+    let mirrored = mirrored.map(|PlanePoint((r, z))| PlanePoint((Finite(-r.0), *z)));
+    half.iter().cloned().chain(mirrored).collect()
+}
