@@ -1,7 +1,7 @@
 //! Bases, their domains, and what is done about cells that bodies barely reach into.
 
 use super::any_case::{self, AnyCase};
-use super::number::Positive;
+use super::number::{self, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -66,10 +66,13 @@ impl<'de> Deserialize<'de> for SolidBasis {
 #[serde(deny_unknown_fields, default)]
 pub struct DomainsInput {
     /// `Gimp`: what a half length follows; `Stretch` if left out.
+    #[serde(deserialize_with = "number::chosen")]
     pub gimp_update: Option<GimpUpdateInput>,
     /// `Cpdi2t`: how a body's pieces are cut into triangles; `Cross` if left out.
+    #[serde(deserialize_with = "number::chosen")]
     pub triangles: Option<TrianglesInput>,
     /// `Cpdi2q`: weights of the corners; `Current` if left out.
+    #[serde(deserialize_with = "number::chosen")]
     pub corner_weights: Option<CornerWeightsInput>,
     /// Bases with convected corners: a point whose domain's distortion passes this, or whose domain turns inside
     /// out, goes on with the `Cpdi1` domain of its own deformation gradient; never if left out `[-]`.
