@@ -174,3 +174,21 @@ pub enum CornerWeightsInput {
     /// Those of the quadrilateral at rest.
     Frozen,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `None` would be read as "left out", which chooses the default.
+    #[test]
+    fn none_is_no_choice_where_there_is_a_default() {
+        for (field, choice) in
+            [("gimp_update", "Fixed"), ("triangles", "Slash"), ("corner_weights", "Current")]
+        {
+            let read = |value: &str| ron::from_str::<DomainsInput>(&format!("({field}: {value})"));
+            assert!(read(choice).is_ok(), "{field}: {:?}", read(choice));
+            assert!(read("None").is_err(), "{field}");
+        }
+        assert_eq!(ron::from_str::<DomainsInput>("()").unwrap(), DomainsInput::default());
+    }
+}

@@ -23,7 +23,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     let supports = || model.supports.iter();
     let mut remarks: Vec<String> = supports().filter_map(|it| leaves(model, it, mesh)).collect();
     remarks.extend(supports().filter_map(|support| passes(model, support, mesh, active)));
-    remarks.extend(supports().filter_map(|support| is_far(model, support, mesh)));
+    remarks.extend(supports().filter_map(|support| is_far(model, support, mesh, active)));
     remarks
 }
 
@@ -80,15 +80,23 @@ fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>
 }
 
 /// Nodes that hold a body across cells that it hardly reaches into.
-fn is_far<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Option<String> {
+fn is_far<const D: usize>(
+    model: &Model<D>,
+    support: &Support<D>,
+    mesh: &Mesh<D>,
+    active: &ActiveNodes<D>,
+) -> Option<String> {
     let acts = support.acts_in(0) && support.components.iter().any(Option::is_some);
-    let gap = if acts { Nodes::near(model, support, mesh).gap() } else { 0.0 };
-    (MOST < gap && gap < 1.0).then(|| {
+    if !acts || !support.nodes.iter().any(|&node| active.number(node).is_some()) {
+        return None;
+    }
+    let gap = Nodes::near(model, support, mesh).gap();
+    (gap > MOST).then(|| {
+        let cells = if gap < 1.0 { format!("{} cells", six_digits(gap)) } else { "nearly a cell".into() };
         format!(
-            "support `{}` is {} cells away from the body that it holds: cells that are filled in part are as much softer, and \
+            "support `{}` is {cells} away from the body that it holds: cells that are filled in part are as much softer, and \
              a body that is pulled comes off; put a line of the mesh where the body ends, or hold the next nodes inside",
-            support.name,
-            six_digits(gap)
+            support.name
         )
     })
 }

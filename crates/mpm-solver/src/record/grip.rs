@@ -24,8 +24,10 @@ pub(crate) const MOST: f64 = 0.5;
 pub(crate) struct Grip {
     /// The gap at the start `[cells]`.
     pub at_start: f64,
-    /// The gap in the last row `[cells]`.
-    pub now: f64,
+    /// In the last row: to the nearest domains `[cells]`.
+    near: f64,
+    /// In the last row: how far material has passed its edges `[cells]`.
+    passed: f64,
     /// Weight of the nodes with material `[L^D]`.
     weight: f64,
 }
@@ -74,31 +76,41 @@ impl Grip {
     pub(crate) fn at_start<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Self {
         let nodes = Nodes::near(model, support, mesh);
         let (gap, weight) = (nodes.gap(), nodes.carrying().map(|node| node.weight).sum());
-        Self { at_start: gap, now: gap, weight }
+        Self { at_start: gap, near: gap, passed: 0.0, weight }
     }
 
-    /// The gap later, in the mesh that the points meet next `[cells]`.
-    pub(crate) fn gap_at<const D: usize>(
-        &self,
+    /// The gap in the last row `[cells]`.
+    pub(crate) fn now(&self) -> f64 {
+        self.near.max(self.passed)
+    }
+
+    /// Looks again, in the mesh that the points meet next.
+    pub(crate) fn look<const D: usize>(
+        &mut self,
         model: &Model<D>,
         support: &Support<D>,
         (mesh, at): (&Mesh<D>, LoadFraction),
-    ) -> f64 {
+    ) {
         let nodes = Nodes::near(model, support, mesh);
-        let gap = within(nodes.carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * self.weight);
-        gap.max(departed(&Departures::of(model, support, (mesh, at)), nodes.carrying()))
+        self.near = within(nodes.carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * self.weight);
+        self.passed = departed(&Departures::of(model, support, (mesh, at)), nodes.carrying());
+    }
+
+    /// Holds nothing, in a stage in which its support does not act.
+    pub(crate) fn rest(&mut self) {
+        (self.near, self.passed) = (0.0, 0.0);
     }
 
     /// Whether it can be that of a support.
     pub(crate) fn is_possible(&self) -> bool {
-        [self.at_start, self.now].iter().all(|gap| (0.0..=1.0).contains(gap))
+        [self.at_start, self.near, self.passed].iter().all(|gap| (0.0..=1.0).contains(gap))
             && self.weight >= 0.0
             && self.weight.is_finite()
     }
 
     /// Whether the body is lost.
     pub(crate) fn is_lost(&self) -> bool {
-        self.weight > 0.0 && (self.now >= 1.0 || self.now > self.at_start + MOST)
+        self.weight > 0.0 && (self.now() >= 1.0 || self.near > self.at_start + MOST || self.passed > MOST)
     }
 }
 

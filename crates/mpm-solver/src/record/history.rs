@@ -232,12 +232,12 @@ impl Record {
         row.extend(total_reaction(&model.supports, result));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
-            grip.now = match support.acts_in(stage) {
-                true => grip.gap_at(model, support, (&mesh_after, result.balanced.end)),
-                false => 0.0,
-            };
+            match support.acts_in(stage) {
+                true => grip.look(model, support, (&mesh_after, result.balanced.end)),
+                false => grip.rest(),
+            }
         }
-        row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now])));
+        row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now()])));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
@@ -270,7 +270,7 @@ impl Record {
         };
         let is_lost = |(grip, support): &(&Grip, &Support<D>)| support.acts_in(stage) && grip.is_lost();
         if let Some((grip, support)) = self.grips.iter().zip(driven(model)).find(is_lost) {
-            return lost((grip.now, grip.at_start), support);
+            return lost((grip.now(), grip.at_start), support);
         }
         if matches!(model.motion, MeshMotion::Fixed) {
             return Ok(());
