@@ -40,6 +40,7 @@ fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
             "least": range(it, scene)[0], "most": range(it, scene)[1], "per_load_step": it.seconds.per_step(), "connect": it.seconds.connect,
             "analyse": it.seconds.analyse, "pass": it.seconds.pass, "solve": it.seconds.solve,
             "look": it.seconds.look, "solution_tried": it.seconds.is_tried,
+            "iterations_reckoned_with": it.seconds.iterations,
         },
         "bodies": it.volumes.iter().map(|body| json!({
             "name": body.body, "volume": body.points, "volume_of_shape": body.shape, "mass": body.mass,
@@ -113,11 +114,12 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     line(
         "time",
         format!(
-            "{} to {} s of processor, more where load steps are halved; in a load step connecting {:.1e} s, in each \
-             Newton iteration {:.1e} s for the points and {:.1e} s to solve ({told})",
+            "{} to {} s of processor, more where load steps are halved; in a load step connecting {:.1e} s, in each of about \
+             {} Newton iterations {:.1e} s for the points and {:.1e} s to solve ({told})",
             two_digits(least),
             two_digits(most),
             seconds.connect + seconds.analyse,
+            seconds.iterations,
             seconds.pass,
             seconds.solve
         ),

@@ -204,6 +204,7 @@ const SOURCES: &[&str] = &[
     "crates/mpm-grid/src",
     "crates/mpm-geometry/src",
     "crates/mpm-basis/src",
+    "crates/mpm-contact/src",
     "crates/mpm-material/src",
     "crates/mpm-assembly/src",
     "crates/mpm-linear/src",

@@ -1,8 +1,16 @@
 //! Numbers of which no shape, motion or interface can be made.
 
+use mpm_grid::six_digits;
+
+/// Name of a vertex of which the value is the number, from 1.
+pub(crate) const VERTEX: &str = "vertex";
+
+/// The same of a triangle.
+pub(crate) const TRIANGLE: &str = "triangle";
+
 /// A number outside its range.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("{name} is {value}, expected {expected}")]
+#[error("{name} {}{}, expected {expected}", if [VERTEX, TRIANGLE].contains(name) { "" } else { "is " }, six_digits(*value))]
 pub struct ContactError {
     /// The number, as a scene calls it.
     pub name: &'static str,

@@ -1,7 +1,7 @@
 //! Polygons in the plane with rounded corners.
 
 use crate::bounds::Bounds;
-use crate::error::ContactError;
+use crate::error::{ContactError, VERTEX};
 use crate::plane::parts;
 use crate::shape::{Near, Outline, Sample, Shape, keep_distinct};
 use mpm_grid::Vector;
@@ -50,12 +50,12 @@ impl Polygon {
     /// `[L]`.
     ///
     /// # Errors
-    /// `vertices`: fewer than three, not finite, two at one place, or edges that cross or touch (the value is the
-    /// number of the vertex, from 1); `rounding`: negative, or larger than the polygon permits.
+    /// `number of vertices`: fewer than three; `vertices`: not finite; `vertex`, with its number from 1: two at one place, or
+    /// edges that cross or touch; `rounding`: negative, or larger than the polygon permits.
     pub fn new(mut vertices: Vec<Vec2>, rounding: f64) -> Result<Self, ContactError> {
         let numbers: u32 = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
         let enough = (3..1 << 20).contains(&numbers);
-        ContactError::unless(enough, "vertices", f64::from(numbers), "at least 3 and at most 2^20 of them")?;
+        ContactError::unless(enough, "number of vertices", f64::from(numbers), "at least 3 and at most 2^20")?;
         vertices.iter().try_for_each(|x| ContactError::unless_finite("vertices", x.as_slice()))?;
         ContactError::unless_not_negative("rounding", rounding)?;
         check_edges(&vertices)?;
@@ -276,7 +276,7 @@ fn check_edges(vertices: &[Vec2]) -> Result<(), ContactError> {
     let n = vertices.len();
     let refuse = |vertex: usize, expected| {
         let value = f64::from(u32::try_from(vertex + 1).unwrap_or(u32::MAX));
-        Err(ContactError { name: "vertices", value, expected })
+        Err(ContactError { name: VERTEX, value, expected })
     };
     let end = |i: usize| vertices[(i + 1) % n];
     for i in 0..n {

@@ -1,7 +1,7 @@
 //! Closed surfaces of triangles: signed distances by angle-weighted pseudo-normals (Bærentzen & Aanæs 2005).
 
 use crate::bounds::Bounds;
-use crate::error::ContactError;
+use crate::error::{ContactError, TRIANGLE};
 use crate::plane::parts;
 use crate::shape::{Near, Outline, Sample, Shape, keep_distinct};
 use crate::tree::{Tree, squared_distance};
@@ -44,8 +44,8 @@ impl Surface {
     /// join two triangles. Nobody checks whether triangles cross.
     ///
     /// # Errors
-    /// `vertices`: not finite; `triangles`, with the number of the triangle from 1: none, a corner that does not exist,
-    /// no area, an edge that does not join two triangles that face the same way; `volume`: not positive; `rounding`:
+    /// `vertices`: not finite; `number of triangles`: none; `triangle`, with its number from 1: a corner that does not
+    /// exist, no area, an edge that does not join two triangles that face the same way; `volume`: not positive; `rounding`:
     /// negative.
     pub fn new(
         vertices: Vec<Vector3<f64>>,
@@ -55,7 +55,12 @@ impl Surface {
         vertices.iter().try_for_each(|x| ContactError::unless_finite("vertices", x.as_slice()))?;
         ContactError::unless_not_negative("rounding", rounding)?;
         let enough = !triangles.is_empty() && triangles.len() < 1 << 29;
-        ContactError::unless(enough, "triangles", count(triangles.len()), "at least 4 and fewer than 2^29")?;
+        ContactError::unless(
+            enough,
+            "number of triangles",
+            count(triangles.len()),
+            "at least 4 and fewer than 2^29",
+        )?;
         let neighbours = check(&vertices, &triangles)?;
         let corners = |facet: &[u32; 3]| facet.map(|k| vertices[index(k)]);
         let facet_normals: Vec<Vector3<f64>> =
@@ -375,7 +380,7 @@ fn area_vector(corners: &[Vector3<f64>; 3]) -> Vector3<f64> {
 /// Checks that triangles enclose a volume; returns the facet beyond every side.
 fn check(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<Vec<u32>, ContactError> {
     let refuse =
-        |facet: usize, expected| Err(ContactError { name: "triangles", value: count(facet + 1), expected });
+        |facet: usize, expected| Err(ContactError { name: TRIANGLE, value: count(facet + 1), expected });
     let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
     let mut volume = 0.0;
     for (k, facet) in triangles.iter().enumerate() {

@@ -196,9 +196,9 @@ fn bad_shapes_are_refused() {
         Polygon::new(vertices.iter().map(|&x| Vec2::from(x)).collect(), rounding).unwrap_err().name
     };
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    assert_eq!(refused(&square[..2], 0.0), "vertices");
-    assert_eq!(refused(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], 0.0), "vertices");
-    assert_eq!(refused(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], 0.0), "vertices");
+    assert_eq!(refused(&square[..2], 0.0), "number of vertices");
+    assert_eq!(refused(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], 0.0), "vertex");
+    assert_eq!(refused(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], 0.0), "vertex");
     assert_eq!(refused(&[[0.0, 0.0], [1.0, f64::NAN], [1.0, 0.0]], 0.0), "vertices");
     assert_eq!(refused(&square, 0.5), "rounding");
     assert_eq!(refused(&square, -0.1), "rounding");

@@ -235,19 +235,19 @@ fn bad_surfaces_are_refused() {
         let error = Surface::new(vertices.to_vec(), facets.to_vec(), rounding).unwrap_err();
         (error.name, error.value)
     };
-    assert_eq!(refused(&vertices, &facets[1..], 0.0).0, "triangles");
-    assert_eq!(refused(&vertices, &[], 0.0), ("triangles", 0.0));
+    assert_eq!(refused(&vertices, &facets[1..], 0.0).0, "triangle");
+    assert_eq!(refused(&vertices, &[], 0.0), ("number of triangles", 0.0));
     let mut turned = facets.clone();
     turned[3].swap(0, 1);
-    assert_eq!(refused(&vertices, &turned, 0.0).0, "triangles");
+    assert_eq!(refused(&vertices, &turned, 0.0).0, "triangle");
     let inward: Vec<[u32; 3]> = facets.iter().map(|&[a, b, c]| [a, c, b]).collect();
     assert_eq!(refused(&vertices, &inward, 0.0), ("volume", -1.0));
     let mut flat = vertices.clone();
     flat[1] = flat[0];
-    assert_eq!(refused(&flat, &facets, 0.0), ("triangles", 1.0));
+    assert_eq!(refused(&flat, &facets, 0.0), ("triangle", 1.0));
     let mut nowhere = facets.clone();
     nowhere[5][1] = 99;
-    assert_eq!(refused(&vertices, &nowhere, 0.0), ("triangles", 6.0));
+    assert_eq!(refused(&vertices, &nowhere, 0.0), ("triangle", 6.0));
     flat[1] = Vec3::new(f64::NAN, 0.0, 0.0);
     assert_eq!(refused(&flat, &facets, 0.0).0, "vertices");
     assert_eq!(refused(&vertices, &facets, -1.0), ("rounding", -1.0));

@@ -57,7 +57,12 @@ pub fn rest<const D: usize>(
 ) -> Result<Parts<D>, String> {
     for d in 0..D {
         if from[d] >= to[d] {
-            return Err(format!("the box is empty: from {} to {}", from[d], to[d]));
+            return Err(format!(
+                "the box is empty along {}: from {} to {}",
+                ["x", "y", "z"][d],
+                from[d],
+                to[d]
+            ));
         }
         if let Some(end) = [from[d], to[d]].into_iter().find(|&end| axes[d].line_at(end).is_none()) {
             return Err(format!("a box without other bodies has its ends on mesh lines, got {end}"));

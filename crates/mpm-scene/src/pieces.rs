@@ -37,7 +37,7 @@ pub(crate) fn count_pieces<const D: usize>(
         Shape::Box { from, to } => {
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
             (0..D).try_fold(1.0, |count, d| {
-                Ok(count * Cut::of(&axes[d], from[d], to[d], per_cell)?.pieces(&axes[d]))
+                Ok(count * Cut::of(&axes[d], d, (from[d], to[d]), per_cell)?.pieces(&axes[d]))
             })
         }
         Shape::Cells { low, high, .. } => {
@@ -74,7 +74,7 @@ pub(crate) fn for_each_piece<const D: usize>(
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
             let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
             for d in 0..D {
-                let cut = Cut::of(&axes[d], from[d], to[d], pieces_per_cell)?;
+                let cut = Cut::of(&axes[d], d, (from[d], to[d]), pieces_per_cell)?;
                 rows.push(by_cell(&axes[d], &cut.lines(&axes[d])));
             }
             for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
@@ -134,16 +134,17 @@ enum Cut {
 const LEAST: f64 = 0.1;
 
 impl Cut {
-    /// Of `from..to` along an axis.
-    fn of(axis: &Axis, from: f64, to: f64, n: u32) -> Result<Self, String> {
-        let empty = || Err(format!("the box is empty: from {from} to {to}"));
+    /// Of `from..to` along an axis in a direction.
+    fn of(axis: &Axis, direction: usize, (from, to): (f64, f64), n: u32) -> Result<Self, String> {
+        let along = ["x", "y", "z"][direction];
+        let empty = || Err(format!("the box is empty along {along}: from {from} to {to}"));
         if from >= to {
             return empty();
         }
         let span = axis.last() - axis.first();
         if from < axis.first() - 1e-9 * span || to > axis.last() + 1e-9 * span {
             return Err(format!(
-                "the box reaches from {from} to {to}, outside the mesh from {} to {}",
+                "the box reaches from {from} to {to} along {along}, outside the mesh from {} to {}",
                 axis.first(),
                 axis.last()
             ));
@@ -162,7 +163,7 @@ impl Cut {
         let mean_cell = (axis.node(last + 1) - axis.node(first)) / f64::from(last + 1 - first);
         let count = ((to - from) / mean_cell * f64::from(n) - 1e-9).ceil().max(1.0);
         if count > MOST_POINTS {
-            return Err(format!("{count:e} material points along one direction are too many"));
+            return Err(format!("{count:e} material points along {along} are too many"));
         }
         Ok(Self::Evenly { from, to, count: count as u32 })
     }
@@ -276,7 +277,7 @@ mod tests {
     #[test]
     fn equal_cells_are_cut_evenly_between_ends_off_their_lines() {
         let axis = Axis::uniform(0.0, 4.0, 4).unwrap();
-        let even = Cut::of(&axis, 0.5, 3.3, 2).unwrap().lines(&axis);
+        let even = Cut::of(&axis, 0, (0.5, 3.3), 2).unwrap().lines(&axis);
         assert_eq!(even.len(), 7);
         assert!((even[1] - 0.5 - 2.8 / 6.0).abs() < 1e-15);
         // Far from the origin an end on a line is one up to rounding.
@@ -288,7 +289,7 @@ mod tests {
     fn aligned_ends_are_cut_cell_by_cell_and_others_at_the_end() {
         let axis = Axis::graded(vec![0.0, 1.0, 3.0, 4.0]).unwrap();
         let lines = |from, to, n| {
-            let cut = Cut::of(&axis, from, to, n)?;
+            let cut = Cut::of(&axis, 0, (from, to), n)?;
             let lines = cut.lines(&axis);
             assert_eq!(cut.pieces(&axis), (lines.len() - 1) as f64);
             Ok::<_, String>(lines)

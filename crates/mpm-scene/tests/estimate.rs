@@ -31,3 +31,20 @@ fn a_small_scene_is_counted_by_hand() {
     assert_eq!(estimate.columns_not_stored, ["mass", "domain", "history of the law", "plastic state"]);
     assert_eq!(estimate.steps, 3);
 }
+
+/// What only a stage after the first leaves unheld is named, and where that is.
+#[test]
+fn what_later_stages_leave_unheld_is_said_before() {
+    let stages = "schedule: (stages: [(name: \"one\", steps: 3), (name: \"two\", steps: 3)])";
+    let text = |until: &str| {
+        SCENE
+            .replace("fix: [X, Y])", &format!("fix: [X, Y]{until})"))
+            .replace("displace: [(axis: X, by: 1)]", "fix: [Y]")
+            .replace("schedule: (steps: 3)", stages)
+    };
+    let warnings = |text: &str| compile(&Scene::from_ron(text).unwrap()).unwrap().estimate().unwrap().warnings;
+    let said = warnings(&text(", active: (until: \"two\")")).join("; ");
+    assert!(said.contains("in stage `two` nothing holds body `b` along x"), "{said}");
+    let said = warnings(&text("")).join("; ");
+    assert!(!said.contains("nothing holds"), "{said}");
+}

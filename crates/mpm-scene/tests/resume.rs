@@ -1,134 +1,11 @@
 //! A run that goes on from a state ends as the run that was never interrupted, bit for bit.
 
-use mpm_scene::Scene;
-use mpm_scene::{AddedStages, Compiled, compile};
-use mpm_solver::observe::{
-    Cancellation, Entry, Field, LoadStep, Moment, Observer, ObserverError, Resumed, RunStart,
-};
-use mpm_solver::{Error, State, StateError, Summary};
+#[path = "resume/seen.rs"]
+mod seen;
 
-/// Bits of every row (without its wall seconds), of its residuals and of the points there.
-type Rows = Vec<Vec<u64>>;
-
-#[derive(Default)]
-struct Seen {
-    wall: usize,
-    /// Row of the first entry of `rows`.
-    first: usize,
-    rows: Rows,
-    states: Vec<State>,
-    at_end: Option<State>,
-    at_stage_ends: Vec<(usize, State)>,
-    /// Load step after which the run is asked to stop.
-    cancel_after: Option<usize>,
-    cancellation: Cancellation,
-}
-
-impl Observer for Seen {
-    fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
-        self.wall = run.columns.iter().position(|it| it.name == "wall_seconds").ok_or("no such column")?;
-        Ok(())
-    }
-
-    fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
-        self.first = so_far.rows;
-        self.start(run)
-    }
-
-    fn cancellation(&self) -> Cancellation {
-        self.cancellation.clone()
-    }
-
-    fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
-        assert_eq!(step.index, self.first + self.rows.len());
-        let mut bits: Vec<u64> = Vec::new();
-        for (_, entry) in step.row.iter().enumerate().filter(|(k, _)| *k != self.wall) {
-            match entry {
-                Entry::Count(values) => bits.extend(values),
-                Entry::Real(values) => bits.extend(values.iter().map(|x| x.to_bits())),
-            }
-        }
-        let stress = step.fields.field(Field::CAUCHY_STRESS);
-        let fields = [step.fields.positions(), stress, step.fields.field(Field::DISPLACEMENT)];
-        bits.extend(step.residuals.iter().chain(fields.iter().flatten()).map(|x| x.to_bits()));
-        self.rows.push(bits);
-        if self.cancel_after == Some(step.index) {
-            self.cancellation.cancel();
-        }
-        Ok(())
-    }
-
-    fn save(&mut self, at: Moment, state: &dyn Fn() -> State) -> Result<(), ObserverError> {
-        match at {
-            Moment::Step(step) => {
-                assert_eq!(step, self.first + self.rows.len() - 1);
-                self.states.push(state());
-            }
-            Moment::StageEnd(step) => self.at_stage_ends.push((step, state())),
-            Moment::End => self.at_end = Some(state()),
-        }
-        Ok(())
-    }
-}
-
-fn compiled(text: &str) -> Compiled {
-    let mut compiled = compile(&Scene::from_ron(text).unwrap()).unwrap();
-    // Some of the bodies leave the nodes that drive them.
-    if let Compiled::Plane(model) = &mut compiled {
-        model.needs_grip = false;
-    }
-    compiled
-}
-
-/// Counters that do not depend on the clock.
-fn counters(summary: &Summary) -> impl PartialEq + std::fmt::Debug {
-    let Summary { steps, iterations, cuts, shortened, indefinite_steps, points, .. } = *summary;
-    let counts: Vec<u64> = summary.timings.iter().map(|it| it.count).collect();
-    let split = (summary.domains_capped, summary.domains_split);
-    (steps, iterations, cuts, shortened, indefinite_steps, points, split, summary.smallest_determinant, counts)
-}
-
-/// Resumes after a few of the load steps, and after being stopped in the next one.
-#[track_caller]
-fn goes_on_bit_for_bit(case: &str, text: &str) -> Seen {
-    let mut whole = Seen::default();
-    let expected = compiled(text).run(&mut whole).unwrap_or_else(|error| panic!("{case}: {error}"));
-    let last = whole.rows.len() - 1;
-    assert!(last >= 4 && whole.states.len() == last, "{case}: {last} load steps");
-    for after in [1, last / 3, last / 2, last - 1] {
-        let mut stopped = Seen { cancel_after: Some(after), ..Seen::default() };
-        let error = compiled(text).run(&mut stopped).expect_err("it was asked to stop");
-        assert!(matches!(error, Error::Cancelled { steps, .. } if steps == after), "{case}: {error}");
-        let at_end = stopped.at_end.take().expect("it was offered");
-        for (how, state) in [("kept", &whole.states[after - 1]), ("stopped", &at_end)] {
-            // As a file keeps it.
-            let text_of_it = ron::to_string(&state.progress).unwrap();
-            let state = State { progress: ron::from_str(&text_of_it).unwrap(), ..state.clone() };
-            let mut rest = Seen::default();
-            let summary = compiled(text).resume(&state, &mut rest).unwrap();
-            assert_eq!(rest.first, after + 1, "{case}");
-            for (k, row) in rest.rows.iter().enumerate() {
-                let k = k + after + 1;
-                assert!(row == &whole.rows[k], "{case}: {how} after {after}: load step {k} differs");
-            }
-            assert_eq!(rest.rows.len(), last - after, "{case}: {how} after {after}");
-            if how == "kept" {
-                assert_eq!(counters(&summary), counters(&expected), "{case}: after {after}");
-            }
-        }
-    }
-    whole
-}
-
-fn shipped(name: &str, changes: &[(&str, &str)]) -> String {
-    let path = format!("{}/../../scenes/{name}.ron", env!("CARGO_MANIFEST_DIR"));
-    let mut text = std::fs::read_to_string(path).unwrap();
-    for (from, to) in changes {
-        assert!(text.contains(from), "{from}");
-        text = text.replace(from, to);
-    }
-    text
-}
+use mpm_scene::{AddedStages, Scene};
+use mpm_solver::{Error, State, StateError};
+use seen::{Seen, compiled, goes_on_bit_for_bit, shipped};
 
 /// A plastic block under its weight, a traction and a point force, pushed across the cells of its grid.
 const PLANE: &str = r#"PlaneStrain(
@@ -259,6 +136,19 @@ fn while_tools_press_slide_and_sink() {
     let split = TOOLS.replace("DOMAINS", ", domains: (control: Split(cells: 0.51, growth: 9))");
     let seen = goes_on_bit_for_bit("tools, split", &split);
     assert!(seen.rows[8].len() > seen.rows[1].len(), "points are split");
+}
+
+/// Sand that yields: tangents that are not symmetric, in every load step.
+#[test]
+fn while_gmres_solves() {
+    let sand = "MohrCoulomb(young: 1e3, poisson: 0.3, cohesion: 1, friction: 30, dilation: 5, density: 2)";
+    let text = SOLID
+        .replace("VonMises(young: 1e3, poisson: 0.3, yield_radius: 4, density: 2)", sand)
+        .replace("schedule: (steps: 4)", "solver: Iterative,\n    schedule: (steps: 5)");
+    for basis in ["Smpm", "Gimp", "Cpdi1"] {
+        let seen = goes_on_bit_for_bit(basis, &text.replace("BASIS", basis));
+        assert_eq!(seen.methods, [5; 5], "{basis}: all by GMRES");
+    }
 }
 
 #[test]

@@ -52,7 +52,7 @@ pub enum Error {
     /// The body has left the nodes that drive it.
     #[error(
         "after load step {step} (load fraction {fraction}): the nodes of support `{support}` have lost the body: it is \
-        {} cells away from them, {} at the start; nodes that move with their mesh keep it",
+        {} cells away from them, {} at the start; nodes keep it that move as their mesh does",
         six_digits(*gap), six_digits(*start)
     )]
     LostBody {

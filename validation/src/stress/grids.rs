@@ -11,7 +11,7 @@ use mpm_solver::observe::Field;
 pub(super) const OFFSETS: Case = Case {
     name: "grid offsets",
     goal: "However the grid lies to the body, the run comes to its end, and the answer hardly depends on it.",
-    setup: "Column (mild, 16 cells), elastic block (4 × 4 cells) and collapse (8 × 8 cells), all under their own weight, on grids shifted by 200 random offsets in both directions (40 without ghost stabilisation and for the other bases); the block on grids turned by 200 random angles about its centre (not GIMP), held in its middle and pulled at its sides. Nodes at or below the base are held; where the row of cells above them is filled in part, its material bears all of the weight and is as much softer. A body that is rooted goes on below its base by a cell, and is held at the row of nodes next to it.",
+    setup: "Column (mild, 16 cells), elastic block (4 × 4 cells) and collapse (8 × 8 cells), all under their own weight, on grids shifted by 200 random offsets in both directions (40 without ghost stabilisation and for the other bases); the block on grids turned by 200 random angles about its centre (not GIMP), held in its middle and pulled at its sides. Nodes at or below the base are held; where the row of cells above them is filled in part, its material bears all of the weight and is as much softer. The plane of symmetry of the collapse, along which nothing presses the body against its nodes, is held at the row of nodes next to it, at most half a cell off: a body leaves nodes that it reaches with a hundredth of a cell, and the run ends by that name. A body that is rooted goes on below its base by a cell, and is held at the row of nodes next to it.",
     reference: "All runs of GIMP, CPDI1 and CPDI2q with ghost stabilisation reach their end. The others are reported.",
     run: offsets,
 };
@@ -47,7 +47,8 @@ struct Heavy {
     size: [f64; 2],
     law: &'static str,
     steps: u32,
-    /// A support more: its name, whether it goes on to the right and to the top, and what it holds.
+    /// A support more: its name, whether it goes on to the right and to the top, and what it holds. If not to the right, it
+    /// is held at the row of nodes next to x = 0.
     sides: (&'static str, [bool; 2], &'static str),
     /// The body goes on beyond its base, and beyond x = 0 where it is held there, by a cell, and is held in both
     /// directions at the row of nodes next to its base, at most half a cell off. Else it ends at its base and is
@@ -87,7 +88,7 @@ impl Heavy {
             width = self.size[0],
             height = self.size[1],
             base = if self.rooted { "X, Y" } else { "Y" },
-            right = if right { 1e9 } else { row },
+            right = if right { 1e9 } else { 0.5 * size },
             top = if top { 1e9 } else { row },
             steps = self.steps,
         ))

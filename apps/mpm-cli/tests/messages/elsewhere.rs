@@ -78,6 +78,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("basis/src/fallback.rs", "a domain is of kind", "of checkpoints"),
     ("basis/src/gimp.rs", "a half length is", "of checkpoints"),
     ("completeness.rs", "relative errors of", "of tests of a basis"),
+    ("contact/src/revolution.rs", "a distance from the axis", "cylinders and cones have such profiles"),
+    ("contact/src/surface.rs", "", "the reader of STL files says so before"),
     ("assembly/src/contact/", "", "cut steps and damaged checkpoints, in tests beside and of mpm-scene"),
     ("body/domain_control.rs", "points would be split", "the solver says it with the step and the body"),
     ("mpm-io/src/scene_files/", "", "of files, in the tests there, in `kinds.rs` and in `places.rs`"),

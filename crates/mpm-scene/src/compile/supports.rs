@@ -6,7 +6,7 @@ use super::stages::Stages;
 use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
-use mpm_grid::{Layout, Mesh, NodeId, NodeSpace, Position, Region, Vector};
+use mpm_grid::{Axis, Layout, Mesh, NodeId, NodeSpace, Position, Region, Vector};
 use mpm_solver::{Active, Prescribed, Release, Support, Turn, across};
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
@@ -92,11 +92,28 @@ pub(super) fn supports<const D: usize, B>(
 /// Why a region holds no node: where nodes stand instead, if that can be said.
 fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
     let missed = "the region holds no node of the mesh";
+    let beside = |what: &str, axis: &Axis, at: f64| {
+        let (cell, _) = axis.locate(at.clamp(axis.first(), axis.last()));
+        let (before, after) = (axis.node(cell), axis.node(cell + 1));
+        format!("{missed}: it is at {what} = {at}, nodes are at {before} and {after}")
+    };
     match (region, layout) {
         (Region::Plane { axis, at }, Layout::Box { axes, .. }) => {
-            let axis = &axes[*axis];
-            let (cell, _) = axis.locate(at.clamp(axis.first(), axis.last()));
-            format!("{missed}: it is at {at}, nodes are at {} and {}", axis.node(cell), axis.node(cell + 1))
+            beside(["x", "y", "z"][*axis], &axes[*axis], *at)
+        }
+        (Region::Plane { axis: 2, at }, Layout::Ring { height: Some(axis), .. }) => beside("z", axis, *at),
+        (Region::Point(x), Layout::Box { axes, .. }) => {
+            let nearest = Vector::<D>::from_fn(|d, _| {
+                let (cell, _) = axes[d].locate(x[d].clamp(axes[d].first(), axes[d].last()));
+                let ends = [axes[d].node(cell), axes[d].node(cell + 1)];
+                if x[d] - ends[0] < ends[1] - x[d] { ends[0] } else { ends[1] }
+            });
+            format!("{missed}: the nearest node is at {}", Position(&nearest))
+        }
+        (Region::Circle { centre, radius }, Layout::Ring { radii, centre: of_mesh, .. })
+            if centre == of_mesh =>
+        {
+            beside("radius", radii, *radius)
         }
         _ => missed.into(),
     }

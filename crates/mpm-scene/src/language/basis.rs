@@ -1,7 +1,7 @@
 //! Bases, their domains, and what is done about cells that bodies barely reach into.
 
 use super::any_case::{self, AnyCase};
-use super::number::Positive;
+use super::number::{self, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -66,10 +66,13 @@ impl<'de> Deserialize<'de> for SolidBasis {
 #[serde(deny_unknown_fields, default)]
 pub struct DomainsInput {
     /// `Gimp`: what a half length follows; `Stretch` if left out.
+    #[serde(deserialize_with = "number::chosen")]
     pub gimp_update: Option<GimpUpdateInput>,
     /// `Cpdi2t`: how a body's pieces are cut into triangles; `Cross` if left out.
+    #[serde(deserialize_with = "number::chosen")]
     pub triangles: Option<TrianglesInput>,
     /// `Cpdi2q`: weights of the corners; `Current` if left out.
+    #[serde(deserialize_with = "number::chosen")]
     pub corner_weights: Option<CornerWeightsInput>,
     /// Bases with convected corners: a point whose domain's distortion passes this, or whose domain turns inside
     /// out, goes on with the `Cpdi1` domain of its own deformation gradient; never if left out `[-]`.
@@ -170,4 +173,22 @@ pub enum CornerWeightsInput {
     Current,
     /// Those of the quadrilateral at rest.
     Frozen,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `None` would be read as "left out", which chooses the default.
+    #[test]
+    fn none_is_no_choice_where_there_is_a_default() {
+        for (field, choice) in
+            [("gimp_update", "Fixed"), ("triangles", "Slash"), ("corner_weights", "Current")]
+        {
+            let read = |value: &str| ron::from_str::<DomainsInput>(&format!("({field}: {value})"));
+            assert!(read(choice).is_ok(), "{field}: {:?}", read(choice));
+            assert!(read("None").is_err(), "{field}");
+        }
+        assert_eq!(ron::from_str::<DomainsInput>("()").unwrap(), DomainsInput::default());
+    }
 }

@@ -196,6 +196,13 @@ pub(super) fn own_halvings<'de, De: Deserializer<'de>>(deserializer: De) -> Resu
     halvings(deserializer).map(Some)
 }
 
+/// Reads a choice that has a default where it is left out: `None`, which would say so, reads like the name of a choice.
+pub(super) fn chosen<'de, T: Deserialize<'de>, De: Deserializer<'de>>(
+    deserializer: De,
+) -> Result<Option<T>, De::Error> {
+    T::deserialize(deserializer).map(Some)
+}
+
 /// Reads a map in which no key may stand twice (the last would win).
 pub(super) fn unique_keys<'de, V, De>(deserializer: De) -> Result<BTreeMap<String, V>, De::Error>
 where

@@ -49,7 +49,7 @@ pub struct StageInput {
     #[schemars(range(min = 0, max = Stage::MOST_CUTS))]
     pub cuts: Option<u8>,
     /// As `predictor` of the schedule.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "number::chosen")]
     pub predictor: Option<PredictorInput>,
     /// What sets the load fraction of a load step.
     #[serde(default)]

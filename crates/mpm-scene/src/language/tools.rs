@@ -1,7 +1,7 @@
 //! Rigid tools that bodies meet.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Finite, PlanePoint, Positive, one};
+use super::number::{self, Coordinates, Finite, PlanePoint, Positive, one};
 use super::ramp::RampInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct ToolInput<const D: usize> {
     pub parts: Vec<ToolPartInput<D>>,
     /// Radius by which its edges are rounded; a quarter of the smallest edge of a cell if left out, and no more than the
     /// parts can bear. With 0 edges are sharp, and forces jump where corners of domains pass them `[L]`.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "number::chosen")]
     pub rounding: Option<Finite>,
     /// How it moves with the load fraction.
     #[serde(default)]

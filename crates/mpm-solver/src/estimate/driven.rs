@@ -1,7 +1,8 @@
-//! Driven nodes that will lose their body, or that material can pass.
+//! Supports that are not at their body, or will lose it, and driven nodes that material can pass.
 
 use crate::model::{Model, Prescribed, Support};
-use crate::record::grip::{MOST, cell_around, departures, driven};
+use crate::record::departures::{Departures, cell_around, neighbours};
+use crate::record::grip::{MOST, Nodes, departed, is_driven, is_held_in_moving_mesh, taken_away};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh, NodeId, NodeKind, Position, Vector, six_digits};
 
@@ -16,10 +17,13 @@ const PARTS: u32 = 20;
 
 /// Sentences about supports.
 pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes<D>) -> Vec<String> {
-    let mut remarks: Vec<String> = driven(model).filter_map(|it| leaves(model, it, active)).collect();
-    if model.nodes.kind() == NodeKind::Vertices {
-        remarks.extend(model.supports.iter().filter_map(|support| passes(model, support, mesh, active)));
+    if model.nodes.kind() != NodeKind::Vertices {
+        return Vec::new();
     }
+    let supports = || model.supports.iter();
+    let mut remarks: Vec<String> = supports().filter_map(|it| leaves(model, it, mesh)).collect();
+    remarks.extend(supports().filter_map(|support| passes(model, support, mesh, active)));
+    remarks.extend(supports().filter_map(|support| is_far(model, support, mesh, active)));
     remarks
 }
 
@@ -34,16 +38,21 @@ fn fractions<const D: usize>(model: &Model<D>, support: &Support<D>) -> impl Ite
 }
 
 /// Nodes whose mesh stays while the body goes with what is prescribed of them.
-fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, active: &ActiveNodes<D>) -> Option<String> {
+fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Option<String> {
+    let is_driven = is_driven(support);
+    if !is_driven && !is_held_in_moving_mesh(model, support) {
+        return None;
+    }
+    let nodes = Nodes::near(model, support, mesh);
     let (mut most, mut lost) = (0.0, None);
     for at in fractions(model, support) {
         let Ok(moved) = model.motion.mesh_at(&model.layout, at) else { continue };
-        let carrying = support.nodes.iter().copied().filter(|&node| active.number(node).is_some());
-        let mut gone = departures(model, support, (&moved, at), carrying, 1.0);
-        gone.sort_by(f64::total_cmp);
-        let middle = gone.get(gone.len() / 2).copied().unwrap_or(0.0);
-        most = f64::max(most, middle);
-        if middle > MOST && lost.is_none() {
+        let gone = match is_driven {
+            true => departed(&Departures::of(model, support, (&moved, at)), nodes.carrying()),
+            false => taken_away(model, support, (&moved, at)),
+        };
+        most = f64::max(most, gone);
+        if gone > MOST && lost.is_none() {
             lost = Some(at);
         }
     }
@@ -57,11 +66,39 @@ fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, active: &Activ
         ),
         None => format!("by up to {} cells, and the reaction is off as far", six_digits(most)),
     };
-    Some(format!(
-        "support `{}` moves in a mesh that does not move with it: the body leaves its nodes {how}; in a mesh whose `motion` \
-         follows, nodes with `follow_mesh` keep it",
-        support.name
-    ))
+    let name = &support.name;
+    Some(match is_driven {
+        true => format!(
+            "support `{name}` moves in a mesh that does not move with it: the body leaves its nodes {how}; in a mesh whose \
+             `motion` follows, nodes with `follow_mesh` keep it"
+        ),
+        false => format!(
+            "support `{name}` holds the body in a mesh that moves: its nodes leave the body {how}; hold nodes that the \
+             `motion` leaves where they are"
+        ),
+    })
+}
+
+/// Nodes that hold a body across cells that it hardly reaches into.
+fn is_far<const D: usize>(
+    model: &Model<D>,
+    support: &Support<D>,
+    mesh: &Mesh<D>,
+    active: &ActiveNodes<D>,
+) -> Option<String> {
+    let acts = support.acts_in(0) && support.components.iter().any(Option::is_some);
+    if !acts || !support.nodes.iter().any(|&node| active.number(node).is_some()) {
+        return None;
+    }
+    let gap = Nodes::near(model, support, mesh).gap();
+    (gap > MOST).then(|| {
+        let cells = if gap < 1.0 { format!("{} cells", six_digits(gap)) } else { "nearly a cell".into() };
+        format!(
+            "support `{}` is {cells} away from the body that it holds: cells that are filled in part are as much softer, and \
+             a body that is pulled comes off; put a line of the mesh where the body ends, or hold the next nodes inside",
+            support.name
+        )
+    })
 }
 
 /// Nodes of a line or sheet, with free material beside them and room behind.
@@ -136,24 +173,6 @@ fn farthest<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<
     let mut all: Vec<Vector<D>> = knots.map(displacement).collect();
     all.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     all.pop().unwrap_or_else(Vector::zeros)
-}
-
-/// Indices of the nodes before and after one in a direction.
-fn neighbours<const D: usize>(
-    index: [u32; D],
-    cells: [u32; D],
-    periodic: [bool; D],
-    d: usize,
-) -> Vec<[u32; D]> {
-    let n = cells[d];
-    let before = if index[d] > 0 { Some(index[d] - 1) } else { periodic[d].then(|| n - 1) };
-    let after = if periodic[d] { Some((index[d] + 1) % n) } else { (index[d] < n).then(|| index[d] + 1) };
-    let with = |k: u32| {
-        let mut other = index;
-        other[d] = k;
-        other
-    };
-    [before, after].into_iter().flatten().map(with).collect()
 }
 
 /// The longest diagonal of a cell from its first corner `[L]`.

@@ -134,7 +134,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let (connected, connect) = connected(model, &mesh)?;
     let Connected { active, assembly_plans, pattern, .. } = &connected;
 
-    let constraints = supported(model, active);
+    let constraints = supported(model, active, 0);
     let (lattice, lines) = (active.lattice_indices(), lines(model));
     let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(model) };
     let prediction = predict(pattern.for_solver(), places);
@@ -221,10 +221,10 @@ fn steps_of<const D: usize>(model: &Model<D>, stage: u32) -> StageSteps {
     }
 }
 
-/// The components of active nodes that supports prescribe at the start.
-fn supported<const D: usize>(model: &Model<D>, active: &ActiveNodes<D>) -> Constraints<D> {
+/// The components of active nodes that supports prescribe in a stage.
+fn supported<const D: usize>(model: &Model<D>, active: &ActiveNodes<D>, stage: u32) -> Constraints<D> {
     let mut constraints = Constraints::none(active.len());
-    for support in model.supports.iter().filter(|support| support.acts_in(0)) {
+    for support in model.supports.iter().filter(|support| support.acts_in(stage)) {
         for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
             for component in (0..D).filter(|&i| support.components[i].is_some()) {
                 constraints.prescribe(number, component, 0.0);
@@ -249,7 +249,32 @@ fn warnings<const D: usize>(
         };
         format!("nothing holds {}: {kept}", unheld.join("; nor "))
     });
-    unheld.into_iter().chain(advice(model)).collect()
+    let later = if unheld.is_some() { None } else { unheld_later(model, mesh, connected) };
+    unheld.into_iter().chain(later).chain(advice(model)).collect()
+}
+
+/// What nothing holds once supports have ended, in the first stage of which that is true; nothing is said where tools move,
+/// which may hold it by then.
+fn unheld_later<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, connected: &Connected<D>) -> Option<String> {
+    if model.contributions.iter().any(|named| named.contribution.moves_with_load()) {
+        return None;
+    }
+    let acting = |stage: u32| model.supports.iter().map(move |support| support.acts_in(stage));
+    let mut stages = (1..).zip(model.stages.iter().skip(1));
+    stages.find_map(|(number, stage)| {
+        if acting(number).eq(acting(number - 1)) {
+            return None;
+        }
+        let constraints = supported(model, &connected.active, number);
+        let unheld = unheld_at_start(model, mesh, connected, &constraints);
+        let end = match model.unheld_motion {
+            UnheldMotion::Refuse => "the run will end there",
+            UnheldMotion::Zero => "which is kept at zero if no load acts along it",
+        };
+        let what = unheld.join("; nor ");
+        (!unheld.is_empty())
+            .then(|| format!("in stage `{}` nothing holds {what}, as bodies now stand: {end}", stage.name))
+    })
 }
 
 /// Bytes of load steps that are recorded and not yet written, and of their copies on the way to the file.

@@ -4,18 +4,16 @@
 //! the body leaves: the force then falls without a sign, or is that of other material. The *gap* of a node is the larger
 //! of two distances, in cells, of at most 1:
 //! * from the node to the nearest domain of a point in its cells, 1 where there is none;
-//! * if nodes of the support were at the body's surface at the start, `1 - Σ S_w(x_v - r)` over the driven nodes w, where
-//!   r is the prescribed displacement so far less that of the mesh. What is at the node has come from there; from lines or
-//!   faces of driven nodes, along which a body slides, that is 0. Turned nodes have no such part.
+//! * of nodes over which material enters or leaves the driven region, how far that has gone (`departures.rs`).
 //!
-//! The gap of a support is the one within which nodes of half the weight lie that carried material at the start; the
-//! weight of a node is the volume of its cells at rest.
+//! The gap of a support is the larger of those within which nodes of half the weight lie, of all that carried material at the
+//! start, and of all over which material passes; the weight of a node is the volume of its cells at rest.
 
+use super::departures::{Departures, cell_around};
 use crate::model::{Model, Prescribed, Support};
 use mpm_assembly::{PointView, determinant, views};
 use mpm_grid::{Block, LoadFraction, Mesh, MeshMotion, NodeId, NodeKind, Vector, inverse};
 use serde::{Deserialize, Serialize};
-use std::array::from_fn;
 
 /// A gap that has grown by more than this ends the run `[cells]`.
 pub(crate) const MOST: f64 = 0.5;
@@ -26,12 +24,12 @@ pub(crate) const MOST: f64 = 0.5;
 pub(crate) struct Grip {
     /// The gap at the start `[cells]`.
     pub at_start: f64,
-    /// The gap in the last row `[cells]`.
-    pub now: f64,
+    /// In the last row: to the nearest domains `[cells]`.
+    near: f64,
+    /// In the last row: how far material has passed its edges `[cells]`.
+    passed: f64,
     /// Weight of the nodes with material `[L^D]`.
     weight: f64,
-    /// Whether nodes of half that weight are at the body's surface.
-    at_surface: bool,
 }
 
 /// Whether a support drives its nodes by a motion of its own.
@@ -46,46 +44,73 @@ pub(crate) fn driven<const D: usize>(model: &Model<D>) -> impl Iterator<Item = &
     model.supports.iter().filter(move |support| nodes_are_vertices && is_driven(support))
 }
 
+/// How far a mesh that moves has taken the nodes of a support away from the body that they hold: from where they took hold of
+/// it, and from its nearest domain. 0 where the support moves its nodes, too, which is what [`Grip`] is for `[cells]`.
+pub(crate) fn taken_away<const D: usize>(
+    model: &Model<D>,
+    support: &Support<D>,
+    (mesh, at): (&Mesh<D>, LoadFraction),
+) -> f64 {
+    if !is_held_in_moving_mesh(model, support) {
+        return 0.0;
+    }
+    let departures = Departures::of(model, support, (mesh, at));
+    if !departures.any() {
+        return 0.0;
+    }
+    let nodes = Nodes::near(model, support, mesh);
+    departed(&departures, nodes.carrying()).min(nodes.gap())
+}
+
+/// Whether a support holds nodes that the mesh may move.
+pub(crate) fn is_held_in_moving_mesh<const D: usize>(model: &Model<D>, support: &Support<D>) -> bool {
+    let is_held = || support.components.iter().flatten().any(|it| *it == Prescribed::Held);
+    !matches!(model.motion, MeshMotion::Fixed)
+        && model.nodes.kind() == NodeKind::Vertices
+        && is_held()
+        && !is_driven(support)
+}
+
 impl Grip {
     /// At the start, in the mesh there.
     pub(crate) fn at_start<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Self {
         let nodes = Nodes::near(model, support, mesh);
-        let carrying = || nodes.all.iter().filter(|node| node.gap < 1.0);
-        let weight: f64 = carrying().map(|node| node.weight).sum();
-        let surface: f64 = carrying().filter(|node| node.is_at_surface).map(|node| node.weight).sum();
-        let gap = within(carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * weight);
-        Self { at_start: gap, now: gap, weight, at_surface: surface >= 0.5 * weight }
+        let (gap, weight) = (nodes.gap(), nodes.carrying().map(|node| node.weight).sum());
+        Self { at_start: gap, near: gap, passed: 0.0, weight }
     }
 
-    /// The gap later, in the mesh that the points meet next `[cells]`.
-    pub(crate) fn gap_at<const D: usize>(
-        &self,
+    /// The gap in the last row `[cells]`.
+    pub(crate) fn now(&self) -> f64 {
+        self.near.max(self.passed)
+    }
+
+    /// Looks again, in the mesh that the points meet next.
+    pub(crate) fn look<const D: usize>(
+        &mut self,
         model: &Model<D>,
         support: &Support<D>,
         (mesh, at): (&Mesh<D>, LoadFraction),
-    ) -> f64 {
+    ) {
         let nodes = Nodes::near(model, support, mesh);
-        let carrying = || nodes.all.iter().filter(|node| node.gap < 1.0);
-        let gap = within(carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * self.weight);
-        if !self.at_surface {
-            return gap;
-        }
-        let gone = departures(model, support, (mesh, at), carrying().map(|node| node.id), -1.0);
-        let weighted: Vec<(f64, f64)> = gone.into_iter().zip(carrying().map(|node| node.weight)).collect();
-        let half = 0.5 * weighted.iter().map(|it| it.1).sum::<f64>();
-        gap.max(within(weighted, half))
+        self.near = within(nodes.carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * self.weight);
+        self.passed = departed(&Departures::of(model, support, (mesh, at)), nodes.carrying());
+    }
+
+    /// Holds nothing, in a stage in which its support does not act.
+    pub(crate) fn rest(&mut self) {
+        (self.near, self.passed) = (0.0, 0.0);
     }
 
     /// Whether it can be that of a support.
     pub(crate) fn is_possible(&self) -> bool {
-        [self.at_start, self.now].iter().all(|gap| (0.0..=1.0).contains(gap))
+        [self.at_start, self.near, self.passed].iter().all(|gap| (0.0..=1.0).contains(gap))
             && self.weight >= 0.0
             && self.weight.is_finite()
     }
 
     /// Whether the body is lost.
     pub(crate) fn is_lost(&self) -> bool {
-        self.weight > 0.0 && (self.now >= 1.0 || self.now > self.at_start + MOST)
+        self.weight > 0.0 && (self.now() >= 1.0 || self.near > self.at_start + MOST || self.passed > MOST)
     }
 }
 
@@ -102,62 +127,52 @@ fn within(mut values: Vec<(f64, f64)>, half: f64) -> f64 {
     1.0
 }
 
-/// `1 - Σ S_w(x_v + s r)` of some nodes v of a support, s being 1 or -1 `[cells]`; 0 where that has no meaning.
-pub(crate) fn departures<const D: usize>(
-    model: &Model<D>,
-    support: &Support<D>,
-    (mesh, at): (&Mesh<D>, LoadFraction),
-    nodes: impl Iterator<Item = NodeId>,
-    sign: f64,
-) -> Vec<f64> {
-    let turns = support.components.iter().flatten().any(|it| matches!(it, Prescribed::Turned(_)));
-    let renames = matches!(model.motion, MeshMotion::Rotate { .. } | MeshMotion::Twist { .. });
-    let rest = Mesh::at_rest(&model.layout);
-    // The mesh in which a support of a later stage took hold.
-    let from = LoadFraction::start_of(support.active.from);
-    let begun = (from.stage() > 0).then(|| model.motion.mesh_at(&model.layout, from).ok()).flatten();
-    let departure = |node: NodeId| {
-        if turns || renames {
-            return 0.0;
-        }
-        let x = mesh.position(node);
-        let carried = x - begun.as_ref().unwrap_or(&rest).position(node);
-        let relative = Vector::from_fn(|d, _| match &support.components[d] {
-            Some(Prescribed::Driven(ramp)) => ramp.from_rest(at) - carried[d],
-            _ => 0.0,
-        });
-        let Ok(place) = mesh.locate(&(x + relative * sign), 0.5) else { return 1.0 };
-        let mut held = 0.0;
-        mesh.values(&place, |corner, value| {
-            if support.nodes.binary_search(&corner).is_ok() {
-                held += value;
-            }
-        });
-        (1.0 - held).clamp(0.0, 1.0)
-    };
-    nodes.map(departure).collect()
+/// How far material has passed nodes of half the weight of those that it passes, of some of a support; 0 if it passes none
+/// `[cells]`.
+pub(crate) fn departed<'a, const D: usize>(
+    departures: &Departures<'_, D>,
+    nodes: impl Iterator<Item = &'a Near>,
+) -> f64 {
+    let passed = |node: &Near| Some((departures.at(node.id, node.filled)?, node.weight));
+    let weighted: Vec<(f64, f64)> = nodes.filter_map(passed).collect();
+    if weighted.is_empty() {
+        return 0.0;
+    }
+    let half = 0.5 * weighted.iter().map(|it| it.1).sum::<f64>();
+    within(weighted, half)
 }
 
 /// A driven node and the material around it.
-struct Near {
+pub(crate) struct Near {
     id: NodeId,
     /// To the nearest domain in its cells, at most 1 `[cells]`.
     gap: f64,
     weight: f64,
-    /// Whether some of its cells hold no point.
-    is_at_surface: bool,
+    /// Which of its cells hold points: the cell in which the node is corner c is bit c.
+    filled: u8,
 }
 
 /// The nodes of a support.
-struct Nodes {
+pub(crate) struct Nodes {
     all: Vec<Near>,
 }
 
 impl Nodes {
-    fn near<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Self {
+    /// Those with material in their cells.
+    pub(crate) fn carrying(&self) -> impl Iterator<Item = &Near> {
+        self.all.iter().filter(|node| node.gap < 1.0)
+    }
+
+    /// The distance from the nearest domain within which nodes of half the weight lie of those with material; 1 if none has
+    /// any `[cells]`.
+    pub(crate) fn gap(&self) -> f64 {
+        let weight: f64 = self.carrying().map(|node| node.weight).sum();
+        within(self.carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * weight)
+    }
+
+    pub(crate) fn near<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Self {
         let (lattice, rest) = (mesh.lattice(), Mesh::at_rest(&model.layout));
         let mut gaps = vec![1.0; support.nodes.len()];
-        // Which of its cells hold points: the cell in which the node is corner c is bit c.
         let mut filled = vec![0_u8; support.nodes.len()];
         let bounds = Bounds::of(support, lattice.periodic(), |node| lattice.node_index(node));
         for view in model.bodies.iter().flat_map(|named| views(&*named.body)) {
@@ -180,16 +195,11 @@ impl Nodes {
             }
         }
         let near = |(k, &id): (usize, &NodeId)| {
-            let (mut weight, mut cells) = (0.0, 0);
-            for c in 0..1_u8 << D {
-                let Some(cell) = cell_around(&lattice.node_index(id), lattice.cells(), lattice.periodic(), c)
-                else {
-                    continue;
-                };
-                weight += determinant(&edges(&rest, cell)).abs();
-                cells |= 1 << c;
-            }
-            Near { id, gap: gaps[k], weight, is_at_surface: filled[k] != cells }
+            let index = lattice.node_index(id);
+            let around =
+                (0..1_u8 << D).filter_map(|c| cell_around(&index, lattice.cells(), lattice.periodic(), c));
+            let weight = around.map(|cell| determinant(&edges(&rest, cell)).abs()).sum();
+            Near { id, gap: gaps[k], weight, filled: filled[k] }
         };
         Self { all: support.nodes.iter().enumerate().map(near).collect() }
     }
@@ -223,23 +233,6 @@ impl<const D: usize> Bounds<D> {
 fn find(nodes: &[NodeId], node: NodeId) -> Option<usize> {
     let guess = node.index().checked_sub(nodes.first()?.index())?;
     if nodes.get(guess) == Some(&node) { Some(guess) } else { nodes.binary_search(&node).ok() }
-}
-
-/// The cell of which a node is corner `c`, if there is one.
-pub(crate) fn cell_around<const D: usize>(
-    node: &[u32; D],
-    cells: [u32; D],
-    periodic: [bool; D],
-    c: u8,
-) -> Option<[u32; D]> {
-    let along = |d: usize| {
-        let cell = if c >> d & 1 == 0 { Some(node[d]) } else { node[d].checked_sub(1) };
-        let wrapped =
-            if periodic[d] { cell.unwrap_or(cells[d] - 1) % cells[d] } else { cell.unwrap_or(cells[d]) };
-        (wrapped < cells[d]).then_some(wrapped)
-    };
-    let found: [Option<u32>; D] = from_fn(along);
-    found.iter().all(Option::is_some).then(|| from_fn(|d| found[d].unwrap_or_default()))
 }
 
 /// Edges of a cell at its first corner, as columns `[L]`.

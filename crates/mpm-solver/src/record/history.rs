@@ -3,7 +3,7 @@
 use super::columns::{AT_APEX, GAP, STAGE, columns, may_iterate};
 use super::energy::elastic;
 use super::fields::BodyFields;
-use super::grip::{Grip, driven};
+use super::grip::{Grip, MOST, driven, taken_away};
 use super::summary::Summary;
 use super::supports::{support_entries, total_reaction};
 use super::{Balanced, StepResult};
@@ -14,7 +14,7 @@ use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
 use mpm_basis::DomainReport;
-use mpm_grid::{LoadFraction, Mesh};
+use mpm_grid::{LoadFraction, Mesh, MeshMotion};
 use mpm_linear::{Analysis, Method};
 use std::time::Instant;
 
@@ -232,12 +232,12 @@ impl Record {
         row.extend(total_reaction(&model.supports, result));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
-            grip.now = match support.acts_in(stage) {
-                true => grip.gap_at(model, support, (&mesh_after, result.balanced.end)),
-                false => 0.0,
-            };
+            match support.acts_in(stage) {
+                true => grip.look(model, support, (&mesh_after, result.balanced.end)),
+                false => grip.rest(),
+            }
         }
-        row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now])));
+        row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now()])));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
             row.extend(support_entries(support, result, displacement));
         }
@@ -256,22 +256,33 @@ impl Record {
         self.show(model, &shown, observer, timings)
     }
 
-    /// Ends a run before a load step of a stage in which a driven support would not hold its body.
+    /// Ends a run before a load step of a stage in which a support would not hold its body.
     ///
     /// # Errors
     /// [`Error::LostBody`] for the first of them.
     pub(crate) fn check_grips<const D: usize>(&self, model: &Model<D>, stage: u32) -> Result<(), Error> {
-        let lost = |(grip, support): &(&Grip, &Support<D>)| {
-            model.needs_grip && support.acts_in(stage) && grip.is_lost()
+        if !model.needs_grip {
+            return Ok(());
+        }
+        let lost = |(gap, start): (f64, f64), support: &Support<D>| {
+            let (fraction, support) = (self.at.total(), support.name.clone());
+            Err(Error::LostBody { step: self.rows - 1, fraction, support, gap, start })
         };
-        let Some((grip, support)) = self.grips.iter().zip(driven(model)).find(lost) else { return Ok(()) };
-        Err(Error::LostBody {
-            step: self.rows - 1,
-            fraction: self.at.total(),
-            support: support.name.clone(),
-            gap: grip.now,
-            start: grip.at_start,
-        })
+        let is_lost = |(grip, support): &(&Grip, &Support<D>)| support.acts_in(stage) && grip.is_lost();
+        if let Some((grip, support)) = self.grips.iter().zip(driven(model)).find(is_lost) {
+            return lost((grip.now(), grip.at_start), support);
+        }
+        if matches!(model.motion, MeshMotion::Fixed) {
+            return Ok(());
+        }
+        let mesh = mesh_after(model, self.at, &Mesh::at_rest(&model.layout));
+        for support in model.supports.iter().filter(|support| support.acts_in(stage)) {
+            let gap = taken_away(model, support, (&mesh, self.at));
+            if gap > MOST {
+                return lost((gap, 0.0), support);
+            }
+        }
+        Ok(())
     }
 
     /// Entries of the columns that only some models have.
