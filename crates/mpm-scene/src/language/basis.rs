@@ -182,8 +182,7 @@ mod tests {
     /// `None` would be read as "left out", which chooses the default.
     #[test]
     fn none_is_no_choice_where_there_is_a_default() {
-        for (field, choice) in
-            [("gimp_update", "Fixed"), ("triangles", "Slash"), ("corner_weights", "Current")]
+        for (field, choice) in [("gimp_update", "Fixed"), ("triangles", "Slash"), ("corner_weights", "Current")]
         {
             let read = |value: &str| ron::from_str::<DomainsInput>(&format!("({field}: {value})"));
             assert!(read(choice).is_ok(), "{field}: {:?}", read(choice));

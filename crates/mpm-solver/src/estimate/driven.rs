@@ -9,6 +9,9 @@ use mpm_grid::{LoadFraction, Mesh, NodeId, NodeKind, Position, Vector, six_digit
 /// A body that will be this far from its driven nodes is named `[cells]`.
 const FAR: f64 = 0.1;
 
+/// Supports that hold a body from farther away are named; nodes around a curved end are half a cell away in the middle `[cells]`.
+const FAR_HELD: f64 = 0.75;
+
 /// Nodes that move less are not asked whether material can pass them `[cells]`.
 const FEW: f64 = 0.25;
 
@@ -91,7 +94,7 @@ fn is_far<const D: usize>(
         return None;
     }
     let gap = Nodes::near(model, support, mesh).gap();
-    (gap > MOST).then(|| {
+    (gap > FAR_HELD).then(|| {
         let cells = if gap < 1.0 { format!("{} cells", six_digits(gap)) } else { "nearly a cell".into() };
         format!(
             "support `{}` is {cells} away from the body that it holds: cells that are filled in part are as much softer, and \

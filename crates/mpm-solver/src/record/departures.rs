@@ -8,7 +8,7 @@
 //! nodes that moves lengthwise, has no front but its end, which is left out, as are edges without material.
 
 use crate::model::{Model, Prescribed, Support, Turn};
-use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
+use mpm_grid::{Block, Layout, LoadFraction, Mesh, MeshMotion, NodeId, Span, Vector, inverse};
 use std::array::from_fn;
 
 /// What is less is rounding `[cells]`.
@@ -28,6 +28,9 @@ pub(crate) struct Departures<'a, const D: usize> {
     /// The mesh now.
     mesh: &'a Mesh<D>,
     at: LoadFraction,
+    /// Along rings of nodes about whose centre the support turns: by how much. Their cells are straight, places on the arc
+    /// between two nodes are not in them `[cells]`.
+    along_ring: Option<f64>,
 }
 
 impl<'a, const D: usize> Departures<'a, D> {
@@ -39,18 +42,22 @@ impl<'a, const D: usize> Departures<'a, D> {
         let from = LoadFraction::start_of(support.active.from);
         let begun = model.motion.mesh_at(&model.layout, from);
         let begun = begun.unwrap_or_else(|_| Mesh::at_rest(&model.layout));
-        Self { support, begun: (from, begun), mesh, at }
+        let along_ring = along_ring(model, support, [from, at]);
+        Self { support, begun: (from, begun), mesh, at, along_ring }
     }
 
     /// How far material has passed a node, at most 1; none where none passes, as far as the cells around it tell in which
     /// there is any: bit c stands for the cell in which the node is corner c `[cells]`.
     pub(crate) fn at(&self, node: NodeId, filled: u8) -> Option<f64> {
+        if let Some(cells) = self.along_ring {
+            return self.along_ring(node, filled, cells);
+        }
         let ((from, begun), at) = (&self.begun, self.at);
         let now = self.mesh.position(node);
         let (to, carried) = self.goes_to(node);
         let came_from = now + self.prescribed(&now, [at, *from], &carried, -1.0);
         let along = self.direction(&now, &(to - now))?;
-        if !self.is_across(node, along.iamax()) {
+        if !self.is_across(node, self.lattice_direction(node, &along)?) {
             return None;
         }
         let front = self.is_edge(node, &along, filled).then(|| self.outside(self.mesh, &to));
@@ -59,6 +66,50 @@ impl<'a, const D: usize> Departures<'a, D> {
         let rest = (self.turns() && self.is_rim(node, filled)).then_some(0.0);
         let passed = front.into_iter().chain(back).chain(rest).reduce(f64::max)?;
         Some(if passed < ROUNDING { 0.0 } else { passed })
+    }
+
+    /// The same for a turn by so many cells along the ring of the node.
+    fn along_ring(&self, node: NodeId, filled: u8, cells: f64) -> Option<f64> {
+        if cells == 0.0 || !self.is_across(node, 0) {
+            return None;
+        }
+        let lattice = self.mesh.lattice();
+        let (index, n) = (lattice.node_index(node), i64::from(lattice.cells()[0]));
+        let drives = |by: f64| {
+            let at = i64::from(index[0]) + by as i64;
+            let at = if lattice.periodic()[0] { at.rem_euclid(n) } else { at };
+            let other = u32::try_from(at).ok().filter(|_| at <= n);
+            other.is_some_and(|at| {
+                let mut other = index;
+                other[0] = at;
+                self.drives(lattice.node(other))
+            })
+        };
+        let outside = |by: f64| {
+            let (whole, part) = (by.floor(), by - by.floor());
+            let held = |by: f64| f64::from(u8::from(drives(by)));
+            1.0 - (1.0 - part) * held(whole) - part * held(whole + 1.0)
+        };
+        // Ahead of a node are the cells of which it is a first corner.
+        let has_material = |side: u8| (0..1_u8 << D).any(|c| filled >> c & 1 == 1 && c & 1 == side);
+        let passes = |sign: f64| {
+            let side = u8::from(sign * cells < 0.0);
+            (!drives((sign * cells).signum()) && has_material(side)).then(|| outside(sign * cells))
+        };
+        let rest = self.is_rim(node, filled).then_some(0.0);
+        passes(1.0).into_iter().chain(passes(-1.0)).chain(rest).reduce(f64::max)
+    }
+
+    /// The direction of the lattice along which something moves most, in cells.
+    fn lattice_direction(&self, node: NodeId, along: &Vector<D>) -> Option<usize> {
+        let lattice = self.mesh.lattice();
+        let index = lattice.node_index(node);
+        let around = |c| Some((c, cell_around(&index, lattice.cells(), lattice.periodic(), c)?));
+        let (c, cell) = (0..1_u8 << D).find_map(around)?;
+        let corners = self.mesh.corner_positions(cell);
+        let edges =
+            Block::<D>::from_fn(|i, d| corners[usize::from(c ^ (1 << d))][i] - corners[usize::from(c)][i]);
+        Some((inverse(&edges) * along).iamax())
     }
 
     /// Where the material of a node now is, and by how much the mesh has carried the node `[L]`.
@@ -175,6 +226,27 @@ impl<'a, const D: usize> Departures<'a, D> {
         });
         (1.0 - held).clamp(0.0, 1.0)
     }
+}
+
+/// By how many cells a support turns along the rings of a mesh about their centre; 0 where the mesh moves, too. None if it does
+/// not.
+fn along_ring<const D: usize>(
+    model: &Model<D>,
+    support: &Support<D>,
+    [from, to]: [LoadFraction; 2],
+) -> Option<f64> {
+    let Layout::Ring { centre, sectors, span, .. } = &model.layout else { return None };
+    let turn = support.components.iter().flatten().find_map(|it| match it {
+        Prescribed::Turned(turn) if turn.axis == 2 && turn.centre == *centre => Some(turn),
+        _ => None,
+    })?;
+    let span = match span {
+        Span::Full => std::f64::consts::TAU,
+        Span::Sector { from, to } => to - from,
+    };
+    let angle = turn.angle.from_rest(to) - turn.angle.from_rest(from);
+    let is_fixed = matches!(model.motion, MeshMotion::Fixed);
+    Some(if is_fixed { angle * f64::from(*sectors) / span } else { 0.0 })
 }
 
 /// The cell of which a node is corner `c`, if there is one.
