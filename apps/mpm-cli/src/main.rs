@@ -4,6 +4,7 @@
 
 mod check;
 mod complaint;
+mod depth;
 mod drive;
 mod export;
 mod input;

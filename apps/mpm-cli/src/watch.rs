@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use crate::depth;
 use crate::keeper::Keeper;
 use crate::report::{self, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -37,6 +38,8 @@ pub struct Watch {
     parts: f64,
     columns: Vec<String>,
     rows: Vec<Row>,
+    /// How deep each tool has entered bodies: place of the column, and the largest value.
+    depths: Vec<(usize, f64)>,
 }
 
 impl Watch {
@@ -48,7 +51,8 @@ impl Watch {
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
         let (columns, rows) = (Vec::new(), Vec::new());
-        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows }
+        let depths = Vec::new();
+        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows, depths }
     }
 
     /// Whether the results file was created or continued.
@@ -79,6 +83,18 @@ impl Watch {
         }
     }
 
+    /// Prints a warning; if standard error is closed, there is nowhere to print it.
+    fn warn(&self, note: &str) {
+        let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
+    }
+
+    /// Keeps the names of the columns, and which of them tell of tools.
+    fn take_columns(&mut self, run: &RunStart) {
+        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        let of_tools = (0..self.columns.len()).filter(|&at| depth::tool_of(&self.columns[at]).is_some());
+        self.depths = of_tools.map(|at| (at, 0.0)).collect();
+    }
+
     fn count(&self, row: &[Entry], column: &str) -> u64 {
         let at = self.columns.iter().position(|name| name == column);
         match at.map(|at| &row[at]) {
@@ -90,7 +106,7 @@ impl Watch {
 
 impl Observer for Watch {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
-        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.take_columns(run);
         self.parts = PARTS / run.stages.max(1) as f64;
         self.bar.set_message(format!("step 1 of {}", run.steps));
         self.writer.start(run)?;
@@ -100,7 +116,7 @@ impl Observer for Watch {
     }
 
     fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
-        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.take_columns(run);
         self.parts = PARTS / run.stages.max(1) as f64;
         self.bar.set_position((so_far.fraction * self.parts) as u64);
         self.bar.reset_eta();
@@ -127,8 +143,7 @@ impl Observer for Watch {
             // A failed checkpoint does not stop the run.
             let note = format!("{error}; the run goes on without{}", self.keeper.advice());
             let note = if at == Moment::End { error.to_string() } else { note };
-            // If standard error is closed, there is nowhere to report it.
-            let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
+            self.warn(&note);
         }
         Ok(())
     }
@@ -151,6 +166,11 @@ impl Observer for Watch {
             shortened: self.count(step.row, "shortened_corrections"),
             residuals,
         };
+        for (at, deepest) in &mut self.depths {
+            if let Entry::Real(values) = &step.row[*at] {
+                *deepest = values[0].max(*deepest);
+            }
+        }
         self.tell(&report::step(&row));
         self.rows.push(row);
         Ok(())
@@ -162,6 +182,10 @@ impl Observer for Watch {
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
         self.bar.finish_and_clear();
+        for &(at, deepest) in &self.depths {
+            let tool = depth::tool_of(&self.columns[at]).unwrap_or_default();
+            depth::note(tool, deepest).iter().for_each(|note| self.warn(note));
+        }
         self.writer.finish(outcome, timings)
     }
 }

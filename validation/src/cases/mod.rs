@@ -5,6 +5,7 @@ mod bar;
 mod cantilever;
 mod collapse;
 mod column;
+mod contact;
 mod corner_stretch;
 mod determinism;
 mod domain_control;
@@ -76,6 +77,13 @@ pub const CASES: &[Case] = &[
     soil::COLUMN,
     soil::RING,
     soil::INFINITE,
+    contact::BLOCKS,
+    contact::CIRCLE,
+    contact::HERTZ,
+    contact::FRICTION,
+    contact::RATE,
+    contact::CYLINDER,
+    contact::EDGES,
     determinism::CASE,
     faults::CASE,
 ];
