@@ -21,8 +21,8 @@
 use crate::InadmissiblePoint;
 use crate::body::assembly_plan::{AssemblyPlan, Scratch};
 use crate::body::dilatation::{self, Dilated};
-use crate::body::hoop::add_hoop;
 use crate::body::kinematics::block;
+use crate::body::point_tangent::add_tangent_of_point;
 use crate::body::scatter::{
     ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
 };
@@ -31,7 +31,7 @@ use crate::body::trial::{Committed, trial};
 use mpm_basis::Group;
 use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
-use mpm_material::{HoopTangent, Material};
+use mpm_material::Material;
 use std::sync::{Mutex, PoisonError};
 
 /// The dense sums of a node set, and what its points need of its nodes.
@@ -232,46 +232,6 @@ fn add_symmetric<const D: usize>(n: usize, symmetric: &[Block<D>], all: &mut [Bl
                 all[v * n + w] += block.transpose();
             }
         }
-    }
-}
-
-/// Adds a point's tangent to the dense sums of a [`LOWER`] or an [`ALL`] pass; `t` and the second part of `a` are those
-/// of the hoop, where there is one.
-#[inline(always)]
-fn add_tangent_of_point<const D: usize, const TANGENT: u8, const HOOP: bool>(
-    (g, t): (&[Vector<D>], &[f64]),
-    (a, hoop): (&[[Block<D>; D]; D], Option<HoopTangent>),
-    volume: f64,
-    sums: &mut [Block<D>],
-) {
-    let n = g.len();
-    let mut at = 0;
-    for w in 0..n {
-        // half[k](i, j) = V⁰ a_ikjl g_w,l
-        let weighted = g[w] * volume;
-        let mut half: [Block<D>; D] = std::array::from_fn(|k| {
-            let mut sum = a[k][0] * weighted[0];
-            for l in 1..D {
-                sum += a[k][l] * weighted[l];
-            }
-            sum
-        });
-        let from = if TANGENT == LOWER { w } else { 0 };
-        let mut hoop_row = Vector::<D>::zeros();
-        if let Some(hoop) = &hoop {
-            hoop_row = add_hoop(hoop, &weighted, t[w] * volume, &mut half);
-        }
-        for (v, (sum, g)) in sums[at..].iter_mut().zip(&g[from..]).enumerate() {
-            for k in 0..D {
-                *sum += half[k] * g[k];
-            }
-            if HOOP {
-                for j in 0..D {
-                    sum[(0, j)] += t[from + v] * hoop_row[j];
-                }
-            }
-        }
-        at += n - from;
     }
 }
 

@@ -119,7 +119,7 @@ pub enum ShapeInput<const D: usize> {
         /// Outer radius `[L]`.
         outer: Finite,
     },
-    /// A cylinder along an axis; in the plane, a disc. Box meshes only. Cells that are filled in part have points
+    /// A cylinder along an axis; in plane strain, a disc; as a body of revolution a `Box`. Box meshes only. Cells that are filled in part have points
     /// whose volume, centre and extent are those of what fills them.
     Cylinder {
         /// Direction of its axis; `Z` if left out.
@@ -153,7 +153,8 @@ pub enum ShapeInput<const D: usize> {
         #[serde(default)]
         extent: Option<(Finite, Finite)>,
     },
-    /// A sphere; three dimensions and box meshes only (in the plane a disc is a `Cylinder`). Filled as a `Cylinder` is.
+    /// A sphere; box meshes only, in three dimensions or, with its centre on the axis, as a body of revolution (in plane
+    /// strain a disc is a `Cylinder`). Filled as a `Cylinder` is.
     Sphere {
         /// Its centre `[L]`.
         centre: Coordinates<D>,

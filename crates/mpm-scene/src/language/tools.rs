@@ -44,19 +44,20 @@ pub enum ToolPartInput<const D: usize> {
         /// Its normal, from the tool towards the bodies; of any length.
         normal: Coordinates<D>,
     },
-    /// A disc; in space, a sphere.
+    /// A disc; in space, a sphere; of bodies of revolution a sphere with its centre on the axis.
     Disc {
         /// Its centre `[L]`.
         centre: Coordinates<D>,
         /// Its radius `[L]`.
         radius: Positive,
     },
-    /// A polygon, in the plane.
+    /// A polygon, in the plane. Of bodies of revolution its vertices have r ≥ 0; with an edge on the axis it is solid, else a
+    /// ring.
     Polygon {
         /// Its vertices round the outline, either way `[L]`.
         vertices: Vec<PlanePoint>,
     },
-    /// A cylinder along an axis, in space.
+    /// A cylinder along an axis, in space; of bodies of revolution along theirs.
     Cylinder {
         /// Direction of its axis; `Z` if left out.
         #[serde(default = "Direction::z")]
@@ -69,7 +70,7 @@ pub enum ToolPartInput<const D: usize> {
         /// First and last coordinate along the axis `[L]`.
         extent: (Finite, Finite),
     },
-    /// A cone along an axis, in space; a frustum, if its tip is blunt.
+    /// A cone along an axis, in space, of bodies of revolution along theirs; a frustum, if its tip is blunt.
     Cone {
         /// Direction of its axis; `Z` if left out.
         #[serde(default = "Direction::z")]

@@ -2,7 +2,7 @@
 
 use super::change::{Dilated, Scratch};
 use super::moduli::{Moduli, moduli, stretches};
-use crate::body::hoop::add_hoop;
+use crate::body::point_tangent::add_tangent_of_point;
 use crate::body::scatter::{LOWER, block_position, n_blocks};
 use mpm_grid::{Block, Vector};
 use mpm_material::Material;
@@ -55,33 +55,8 @@ impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {
                         s.pressure_coupling[at as usize][0] += (hoop.of_pressure / stretches - kappa) * t;
                     }
                 }
-                let mut at = 0;
-                for w in 0..m {
-                    // As in the pass without: half[k](i, j) = A_ikjl g_w,l.
-                    let mut half: [Block<D>; D] = std::array::from_fn(|k| {
-                        let mut sum = Block::zeros();
-                        for l in 0..D {
-                            sum += a[k][l] * g[w][l];
-                        }
-                        sum
-                    });
-                    let from = if is_lower { w } else { 0 };
-                    let mut hoop_row = Vector::<D>::zeros();
-                    if HOOP {
-                        hoop_row = add_hoop(&hoop.a, &g[w], t[w], &mut half);
-                    }
-                    for (v, (sum, g)) in s.tangent[at..].iter_mut().zip(&g[from..]).enumerate() {
-                        for k in 0..D {
-                            *sum += half[k] * g[k];
-                        }
-                        if HOOP {
-                            for j in 0..D {
-                                sum[(0, j)] += t[from + v] * hoop_row[j];
-                            }
-                        }
-                    }
-                    at += m - from;
-                }
+                let hoop = if HOOP { Some(hoop.a) } else { None };
+                add_tangent_of_point::<D, TANGENT, HOOP>((g, t), (&a, hoop), 1.0, &mut s.tangent);
             }
             let mut blocks = s.tangent.iter();
             for (k, &w) in part.place.iter().enumerate() {
