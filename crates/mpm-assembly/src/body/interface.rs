@@ -186,7 +186,7 @@ pub trait Body<const D: usize>: Send + Sync {
     fn outline(&self, point: usize) -> Vec<Vector<D>>;
 
     /// Name and bytes of every column of the points; a column that the scene does not need has none.
-    fn columns(&self) -> [(&'static str, usize); 10];
+    fn columns(&self) -> Vec<(&'static str, usize)>;
 
     /// Name and numbers per point of every column that [`Self::store`] gives.
     fn stored_columns(&self) -> Vec<(&'static str, usize)>;

@@ -377,20 +377,23 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.domains.outline(point, &self.points.position[point])
     }
 
-    fn columns(&self) -> [(&'static str, usize); 10] {
+    fn columns(&self) -> Vec<(&'static str, usize)> {
         let points = &self.points;
-        [
+        let mut columns = vec![
             ("position", size_of_val(&points.position[..])),
             ("position at rest", size_of_val(&points.reference_position[..])),
             ("volume at rest", size_of_val(&points.reference_volume[..])),
             ("mass", size_of_val(&points.mass[..])),
             ("domain", points.len() * self.domains.domain_bytes()),
             ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
-            ("hoop stretch", size_of_val(&points.hoop_stretch[..])),
             ("elastic state", size_of_val(&points.elastic_excess[..])),
             ("history of the law", self.law.history_bytes()),
             ("plastic state", size_of_val(&points.plastic[..])),
-        ]
+        ];
+        if points.space.is_axisymmetric() {
+            columns.push(("hoop stretch", size_of_val(&points.hoop_stretch[..])));
+        }
+        columns
     }
 
     fn stored_columns(&self) -> Vec<(&'static str, usize)> {
