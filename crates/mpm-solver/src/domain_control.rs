@@ -77,6 +77,7 @@ mod tests {
         let mut loads = Loads {
             body_forces: Vec::new(),
             point_loads: vec![load(0, vec![(1, 0.25), (2, 0.75)]), load(1, vec![(1, 1.0)])],
+            side_loads: Vec::new(),
             fields: Vec::new(),
         };
         // Point 0 became two, point 1 stayed, point 2 became three.
