@@ -166,12 +166,11 @@ impl Grid {
         memory: MemoryLimit,
     ) -> Result<(), String> {
         let cell = |x: f64| axis.locate(x.clamp(axis.first(), axis.last())).0;
-        let precision = self.precision;
+        let (precision, along) = (self.precision, ["x", "y", "z"][d]);
         let near = |x: f64| SNAP * axis.size(cell(x)) / f64::from(n) + precision * x.abs();
         if from < axis.first() - near(from) || to > axis.last() + near(to) {
             return Err(format!(
-                "the body reaches from {from} to {to} along {}, outside the mesh from {} to {}",
-                ["x", "y", "z"][d],
+                "the body reaches from {from} to {to} along {along}, outside the mesh from {} to {}",
                 axis.first(),
                 axis.last()
             ));
@@ -180,9 +179,9 @@ impl Grid {
         let (first, last) = (cell(inner), cell((to - near(to)).max(inner)));
         let count = f64::from(last + 1 - first) * f64::from(n);
         if count > MOST_PIECES {
-            return Err(format!("{count:e} material points along one direction are too many"));
+            return Err(format!("{count:e} material points along {along} are too many"));
         }
-        let what = format_args!("{count:e} material points along one direction");
+        let what = format_args!("{count:e} material points along {along}");
         memory.check(what, count, size_of::<f64>() + size_of::<u32>())?;
         self.lines[d] = vec![axis.node(first)];
         for cell in first..=last {
