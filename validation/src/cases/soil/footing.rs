@@ -270,7 +270,7 @@ fn heavy(extent: Extent) -> Result<Findings, Broken> {
         Ground { name, changes, limit, excess: 8.0, extrapolated: 0.15, size: (5.0, 4.0) }
     };
     let grounds: Vec<Ground> = factors.iter().map(ground).collect();
-    let text = "Pressure at the end over the limit, its growth in the last fifth of the settlement, and Newton iterations. Half of the excess goes with each halving of the cells. It is large because the stress is zero at the edge and grows from there: what the cell under the edge adds to the width adds to the pressure beside it, too:";
+    let text = "Pressure at the end over the limit, its growth in the last fifth of the settlement, and Newton iterations. A little less than half of the excess goes with each halving of the cells. It is large because the stress is zero at the edge and grows from there: what the cell under the edge adds to the width adds to the pressure beside it, too:";
     Ok(settle("footing_sand", &grounds, meshes, text)?.0)
 }
 
