@@ -2,8 +2,8 @@
 
 use crate::complaint::Complaint;
 use crate::report::{self, Row, Table, count};
-use crate::terminal::{Lines, rounded};
-use mpm_grid::six_digits;
+use crate::terminal::Lines;
+use mpm_grid::{rounded, six_digits};
 
 use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;

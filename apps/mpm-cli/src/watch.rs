@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use crate::keeper::Keeper;
+use crate::keeper;
 use crate::report::{self, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use mpm_io::ResultsWriter;
+use mpm_io::{Keeper, ResultsWriter};
 use mpm_solver::State;
 use mpm_solver::observe::{
     Cancellation, Entry, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
@@ -61,9 +61,9 @@ impl Watch {
         self.before + self.rows.len()
     }
 
-    /// See [`Keeper::advice`].
+    /// See [`keeper::advice`].
     pub fn advice(&self) -> String {
-        self.keeper.advice()
+        keeper::advice(&self.keeper)
     }
 
     /// The converged load steps of this run.
@@ -125,7 +125,7 @@ impl Observer for Watch {
         let kept = kept.and_then(|()| self.keeper.write(&state()).map_err(ObserverError::from));
         if let Err(error) = kept {
             // A failed checkpoint does not stop the run.
-            let note = format!("{error}; the run goes on without{}", self.keeper.advice());
+            let note = format!("{error}; the run goes on without{}", keeper::advice(&self.keeper));
             let note = if at == Moment::End { error.to_string() } else { note };
             // If standard error is closed, there is nowhere to report it.
             let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
