@@ -199,6 +199,41 @@ fn cavity_in_unbounded_clay() {
 }
 
 #[test]
+fn blocks_under_rigid_plates() {
+    passes("blocks under rigid plates");
+}
+
+#[test]
+fn circle_on_a_block() {
+    passes("circle on a block");
+}
+
+#[test]
+fn cylinder_on_a_block() {
+    passes("cylinder on a block");
+}
+
+#[test]
+fn iterations_with_tools() {
+    passes("iterations with tools");
+}
+
+#[test]
+fn sliding_blocks() {
+    passes("sliding blocks");
+}
+
+#[test]
+fn cylinder_in_clay() {
+    passes("cylinder in clay");
+}
+
+#[test]
+fn footing_and_blade() {
+    passes("footing and blade");
+}
+
+#[test]
 fn every_case_has_a_test() {
     let tests = [include_str!("cases.rs"), include_str!("determinism.rs")];
     for case in CASES {

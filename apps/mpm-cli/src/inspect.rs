@@ -4,9 +4,9 @@ use crate::complaint::Complaint;
 use crate::report::{self, Row, Table, count};
 use crate::terminal::Lines;
 use mpm_grid::{rounded, six_digits};
-
 use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;
+use mpm_solver::ToolDepths;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -155,6 +155,7 @@ impl Inspection {
         let skipped: Vec<String> =
             self.skipped().map(|(name, number)| format!("{} {name}", count(number))).collect();
         line("skipped", skipped.join("; "));
+        self.notes().into_iter().for_each(|note| line("note", note));
 
         let mut text = lines.into_text();
         let mut table = Table::new(["smallest", "largest", "last", "history"]);
@@ -209,8 +210,18 @@ impl Inspection {
             "fields": fields.collect::<Map<_, _>>(),
             "newton": newton.collect::<Vec<_>>(),
             "time": time.collect::<Map<_, _>>(),
+            "notes": self.notes(),
             "skipped": self.skipped().map(|(name, number)| (name.to_string(), json!(number))).collect::<Map<_, _>>(),
         })
+    }
+
+    /// What of the history is worth a word.
+    fn notes(&self) -> Vec<String> {
+        let deepest = |(name, ranges): &(String, Vec<Range>)| {
+            let largest = ranges.first().map_or(0.0, |range| range.most);
+            ToolDepths::note(name, largest)
+        };
+        self.history.iter().filter_map(deepest).collect()
     }
 
     fn total(&self, of: impl Fn(&Row) -> u64) -> u64 {

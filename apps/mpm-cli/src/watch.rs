@@ -6,10 +6,10 @@ use crate::keeper;
 use crate::report::{self, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpm_io::{Keeper, ResultsWriter};
-use mpm_solver::State;
 use mpm_solver::observe::{
     Cancellation, Entry, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
+use mpm_solver::{State, ToolDepths};
 
 /// Parts of the load fraction that the progress bar tells apart.
 const PARTS: f64 = 10_000.0;
@@ -37,6 +37,8 @@ pub struct Watch {
     parts: f64,
     columns: Vec<String>,
     rows: Vec<Row>,
+    /// How deep each tool has entered bodies.
+    depths: ToolDepths,
 }
 
 impl Watch {
@@ -48,7 +50,8 @@ impl Watch {
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
         let (columns, rows) = (Vec::new(), Vec::new());
-        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows }
+        let depths = ToolDepths::default();
+        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows, depths }
     }
 
     /// Whether the results file was created or continued.
@@ -79,6 +82,17 @@ impl Watch {
         }
     }
 
+    /// Prints a warning; if standard error is closed, there is nowhere to print it.
+    fn warn(&self, note: &str) {
+        let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
+    }
+
+    /// Keeps the names of the columns, and which of them tell of tools.
+    fn take_columns(&mut self, run: &RunStart) {
+        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.depths = ToolDepths::of(&run.columns);
+    }
+
     fn count(&self, row: &[Entry], column: &str) -> u64 {
         let at = self.columns.iter().position(|name| name == column);
         match at.map(|at| &row[at]) {
@@ -90,7 +104,7 @@ impl Watch {
 
 impl Observer for Watch {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
-        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.take_columns(run);
         self.parts = PARTS / run.stages.max(1) as f64;
         self.bar.set_message(format!("step 1 of {}", run.steps));
         self.writer.start(run)?;
@@ -100,7 +114,7 @@ impl Observer for Watch {
     }
 
     fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
-        self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
+        self.take_columns(run);
         self.parts = PARTS / run.stages.max(1) as f64;
         self.bar.set_position((so_far.fraction * self.parts) as u64);
         self.bar.reset_eta();
@@ -127,8 +141,7 @@ impl Observer for Watch {
             // A failed checkpoint does not stop the run.
             let note = format!("{error}; the run goes on without{}", keeper::advice(&self.keeper));
             let note = if at == Moment::End { error.to_string() } else { note };
-            // If standard error is closed, there is nowhere to report it.
-            let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
+            self.warn(&note);
         }
         Ok(())
     }
@@ -151,6 +164,7 @@ impl Observer for Watch {
             shortened: self.count(step.row, "shortened_corrections"),
             residuals,
         };
+        self.depths.see(step.row);
         self.tell(&report::step(&row));
         self.rows.push(row);
         Ok(())
@@ -162,6 +176,7 @@ impl Observer for Watch {
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
         self.bar.finish_and_clear();
+        self.depths.notes().for_each(|note| self.warn(&note));
         self.writer.finish(outcome, timings)
     }
 }

@@ -141,3 +141,39 @@ fn files_of_drive_have_a_schema() {
         assert!(text.contains(part), "{part} is not in:\n{text}");
     }
 }
+
+/// A block of rubber that a plate of the least stiffness presses.
+const SOFT_TOOL: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 1, cells: 2), Uniform(from: 0, to: 2, cells: 4)]),
+    basis: Cpdi1,
+    materials: { "rubber": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "block", material: "rubber", shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 2)],
+    supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
+    tools: [(name: "plate", parts: [Plane(through: (0, 1), normal: (0, -1))], motion: Move(by: (0, -DEPTH)),
+        interface: (stiffness: 1))],
+    schedule: (steps: 8, cuts: 1),
+)"#;
+
+#[test]
+fn a_tool_that_enters_a_body_is_told_of_or_ends_the_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let run = |depth: &str| {
+        let file = directory.path().join(format!("{depth}.ron"));
+        std::fs::write(&file, SOFT_TOOL.replace("DEPTH", depth)).unwrap();
+        mpm(directory.path(), &["run", "--quiet", &file.display().to_string(), "-o", &format!("{depth}.h5")])
+    };
+    let words = "warning: tool `plate` has entered a body by ";
+    let (gentle, deep, through) = (run("0.01"), run("0.3"), run("0.9"));
+    assert!(gentle.status.success() && gentle.stderr.is_empty(), "{}", String::from_utf8_lossy(&gentle.stderr));
+    let said = String::from_utf8(deep.stderr).unwrap();
+    assert!(deep.status.success() && said.lines().count() == 1 && said.starts_with(words), "{said}");
+    let said = String::from_utf8(through.stderr).unwrap();
+    assert!(said.contains("contribution `tool plate`: a body has entered it by 0.5"), "{said}");
+    assert_eq!(
+        Results::open(directory.path().join("0.9.h5")).unwrap().status().split(':').next(),
+        Some("failed")
+    );
+
+    let told = |file: &str| String::from_utf8(mpm(directory.path(), &["inspect", file]).stdout).unwrap();
+    assert!(told("0.3.h5").contains(&words["warning: ".len()..]) && !told("0.01.h5").contains("has entered"));
+}

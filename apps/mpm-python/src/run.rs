@@ -193,16 +193,19 @@ impl Run {
         self.cancellation.cancel();
         self.link.send(Request::Stop);
         let events = self.events.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let ended = py.detach(move || {
+        let (ended, warnings) = py.detach(move || {
+            let mut warnings = Vec::new();
             loop {
                 match events.recv() {
-                    Ok(Event::Ended(ended)) => return ended,
+                    Ok(Event::Ended(ended)) => return (ended, warnings),
+                    Ok(Event::Warning(message)) => warnings.push(message),
                     Ok(_) => {}
-                    Err(_) => return Ok(Ended::Stopped),
+                    Err(_) => return (Ok(Ended::Stopped), warnings),
                 }
             }
         });
-        // The exception is made for the status only.
+        // Exceptions are made for the status only, and warnings that are errors cannot be raised here.
+        let _ = warnings.iter().try_for_each(|message| warn(py, message));
         let _ = self.end(py, ended);
     }
 }

@@ -7,7 +7,7 @@ use mpm_scene::Compiled;
 use mpm_solver::observe::{
     Cancellation, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
-use mpm_solver::{Error, State};
+use mpm_solver::{Error, State, ToolDepths};
 use std::sync::mpsc::{Receiver, Sender};
 
 /// A run that is ready to begin.
@@ -27,8 +27,15 @@ impl Job {
     /// Carries the run out.
     pub(crate) fn run(self, events: Sender<Event>, requests: Receiver<Request>) {
         let Self { mut compiled, state, file, outputs, cancellation, threads } = self;
-        let mut watch =
-            Watch { events: events.clone(), requests, outputs, cancellation, has_started: false, steps: 0 };
+        let mut watch = Watch {
+            events: events.clone(),
+            requests,
+            outputs,
+            cancellation,
+            has_started: false,
+            steps: 0,
+            depths: ToolDepths::default(),
+        };
         let mut carry_out = || match &state {
             None => compiled.run(&mut watch),
             Some(state) => compiled.resume(state, &mut watch),
@@ -66,6 +73,7 @@ struct Watch {
     has_started: bool,
     /// Load steps taken, those of the run that this one goes on from too.
     steps: usize,
+    depths: ToolDepths,
 }
 
 impl Watch {
@@ -79,6 +87,7 @@ impl Observer for Watch {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         self.outputs.start(run)?;
         self.has_started = true;
+        self.depths = ToolDepths::of(&run.columns);
         self.tell(Event::Started(run.columns.clone()));
         Ok(())
     }
@@ -86,6 +95,7 @@ impl Observer for Watch {
     fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
         self.outputs.resume(run, so_far)?;
         self.has_started = true;
+        self.depths = ToolDepths::of(&run.columns);
         self.steps = so_far.rows.saturating_sub(1);
         self.tell(Event::Started(run.columns.clone()));
         Ok(())
@@ -105,6 +115,7 @@ impl Observer for Watch {
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
         self.outputs.load_step(step)?;
         self.steps = step.index;
+        self.depths.see(step.row);
         self.tell(Event::Step(Shown {
             index: step.index,
             fraction: step.fraction,
@@ -137,6 +148,7 @@ impl Observer for Watch {
     }
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
+        self.depths.notes().for_each(|note| self.tell(Event::Warning(note)));
         self.outputs.finish(outcome, timings)
     }
 }

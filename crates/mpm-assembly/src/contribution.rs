@@ -117,8 +117,12 @@ pub trait Contribution<const D: usize>: Send + Sync {
     }
 
     /// Works out its state at the end of a balanced step, apart from the present one.
-    fn prepare(&mut self, trial: &Trial<'_, D>) {
+    ///
+    /// # Errors
+    /// Why the run cannot go on from this balance; the solver reports the reason and cuts the step.
+    fn prepare(&mut self, trial: &Trial<'_, D>) -> Result<(), Inadmissible> {
         let _ = trial;
+        Ok(())
     }
 
     /// Makes the prepared state the present one.

@@ -19,7 +19,8 @@
 
 use crate::body::{OccupiedCell, PassInput, Sums};
 use crate::contribution::{
-    Begun, BodyAtStart, Contribution, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
+    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
+    SystemSums, Trial,
 };
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use mpm_basis::ActiveNodes;
@@ -242,6 +243,23 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
 
     fn stabilises(&self) -> bool {
         true
+    }
+
+    /// The faces forget each load step, so that what is worked against them is lost: `Δu K Δu`, because their force is
+    /// `K Δu` from one end of a step to the next. On prescribed components the work of a step counts from bodies
+    /// alone: there it is half of that.
+    fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
+        let increment = &trial.increment.nodes;
+        let mut force = vec![Vector::<D>::zeros(); increment.len()];
+        self.faces.assemble(&self.slots, trial.nodes(), Sums { internal: &mut force, tangent: None });
+        let mut dissipated = 0.0;
+        for (v, (force, u)) in force.iter().zip(increment).enumerate() {
+            for i in 0..D {
+                let part = if trial.constraints.is_prescribed(v, i) { 0.5 } else { 1.0 };
+                dissipated += part * force[i] * u[i];
+            }
+        }
+        ContributionEnergy { dissipated, ..ContributionEnergy::default() }
     }
 
     fn history(&self) -> Vec<Recorded> {

@@ -9,7 +9,7 @@
 //! `run.rs` calls [`load_step`] in a loop and commits what it prepared; a step that fails leaves the points as they were.
 
 use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods, position};
-use crate::equilibrium::problem::{Equilibrium, Problem};
+use crate::equilibrium::problem::{Equilibrium, Problem, refuse};
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
 use crate::error::StepFailure;
@@ -163,7 +163,10 @@ fn advance<const D: usize>(
         let loading = StepLoading { model, mesh, connected, start, pins: &[], carried: &[] };
         let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
         let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
-        model.contributions.iter_mut().for_each(|named| named.contribution.prepare(&trial));
+        for k in 0..model.contributions.len() {
+            let prepared = model.contributions[k].contribution.prepare(&trial);
+            prepared.map_err(|it| refuse(&model.bodies, &model.contributions, model.bodies.len() + k, it))?;
+        }
     }
     let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
     timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();

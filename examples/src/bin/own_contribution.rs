@@ -73,8 +73,9 @@ impl Contribution<2> for Springs {
         true
     }
 
-    fn prepare(&mut self, trial: &Trial<'_, 2>) {
+    fn prepare(&mut self, trial: &Trial<'_, 2>) -> Result<(), Inadmissible> {
         self.prepared = (0..self.nodes.len()).map(|k| self.under(k, trial)).collect();
+        Ok(())
     }
 
     fn commit(&mut self) {

@@ -4,6 +4,7 @@ mod bar;
 mod cantilever;
 mod collapse;
 mod column;
+mod contact;
 mod corner_stretch;
 mod determinism;
 mod domain_control;
@@ -73,6 +74,13 @@ pub const CASES: &[Case] = &[
     soil::COLUMN,
     soil::RING,
     soil::INFINITE,
+    contact::BLOCKS,
+    contact::CIRCLE,
+    contact::HERTZ,
+    contact::FRICTION,
+    contact::RATE,
+    contact::CYLINDER,
+    contact::EDGES,
     determinism::CASE,
     faults::CASE,
 ];

@@ -5,6 +5,7 @@ use crate::history::History;
 use crate::scenes::{from_rest, load, load_own, run};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_solver::observe::Field;
+use std::ops::Range;
 
 pub(super) const CASE: Case = Case {
     name: "Newton's rate",
@@ -37,16 +38,22 @@ fn rate(_: Extent) -> Result<Findings, Broken> {
     .into())
 }
 
-/// Slopes of `ln r_{k+1}` against `ln r_k` over the last residuals of every load step that has
-/// three between `near` and round-off. While yielding still spreads (above `near`) there is no rate.
-fn slope(name: &str, history: &History, near: f64, tolerance: f64) -> Check {
+/// Slopes of `ln r_{k+1}` against `ln r_k` over the last residuals of every load step that has three in a range:
+/// above it yielding still spreads, and below it is round-off, and there is no rate.
+pub(super) fn slopes(history: &History, range: Range<f64>) -> Vec<f64> {
     let mut slopes = Vec::new();
     for row in history.rows() {
-        let usable = row.residuals.iter().filter(|r| (ROUND_OFF..near).contains(*r));
+        let usable = row.residuals.iter().filter(|r| range.contains(*r));
         if let [.., a, b, c] = usable.map(|r| r.ln()).collect::<Vec<_>>()[..] {
             slopes.push((c - b) / (b - a));
         }
     }
+    slopes
+}
+
+/// The slope that is farthest from 2.
+fn slope(name: &str, history: &History, near: f64, tolerance: f64) -> Check {
+    let slopes = slopes(history, ROUND_OFF..near);
     let error =
         if slopes.is_empty() { f64::NAN } else { largest(slopes.iter().map(|slope| (slope - 2.0).abs())) };
     let mean = slopes.iter().sum::<f64>() / slopes.len() as f64;

@@ -16,7 +16,7 @@ use mpm_grid::{Mesh, Ramp, Vector, six_digits};
 use mpm_linear::Symmetry;
 
 /// Gap over the width of a domain at which augmentation ends.
-const CLOSED: f64 = 1e-10;
+const CLOSED: f64 = 1e-12;
 
 /// The longest edge of the cells that hold the corners and the middle of a box, 0 where they lie outside the mesh `[L]`.
 fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>) -> f64 {
@@ -154,29 +154,24 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         if thickness < edge { vec![sentence()] } else { Vec::new() }
     }
 
-    /// Stored in the springs of contact, dissipated by slip, and done by the tool, whose force is taken to change
-    /// linearly through the step.
+    /// Stored in the springs of contact, dissipated by slip, and done by the tool, whose force is taken to change linearly
+    /// from that at the end of the step before. Where corners of domains are then taken anew, they jump, and springs change
+    /// for which nothing has worked: this energy is left over in the balance, as that of the mesh that is replaced.
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
         let pose = self.pose(trial);
-        let still = vec![Vector::zeros(); trial.increment.nodes.len()];
-        let at = At {
-            tool: &self.rigid.tool,
-            start: &self.start,
-            pose: &self.start,
-            increment: &still,
-            is_first: false,
-        };
+        let (tool, start) = (&self.rigid.tool, &self.start);
+        let at = At { tool, start, pose: start, increment: &[], is_first: false };
         let mut energy = ContributionEnergy::default();
         for (corner, contacts) in self.corners.iter().zip(&self.contacts(trial, &pose)) {
             for contact in contacts {
                 let carried = contact.state.multiplier.powi(2) / (2.0 * contact.law.stiffness);
                 energy.stored +=
                     contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
-                energy.dissipated += contact.dissipated(&pose);
+                energy.dissipated += contact.dissipated(&corner.left, &self.start, &pose);
             }
             let sum = |contacts: &[Contact<D>]| contacts.iter().map(|it| it.response.force).sum::<Vector<D>>();
             let Some(first) = contacts.first() else { continue };
-            let (before, after) = (sum(&corner.contacts(&at)), sum(contacts));
+            let (before, after) = (sum(&corner.contacts_at(corner.left, &at)), sum(contacts));
             let moved = first.position - self.start.place(&pose.recall(&first.position));
             energy.work += 0.5 * (before + after).dot(&moved);
         }
@@ -209,7 +204,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         self.present.divide(body as u32, parts);
     }
 
-    fn prepare(&mut self, trial: &Trial<'_, D>) {
+    fn prepare(&mut self, trial: &Trial<'_, D>) -> Result<(), Inadmissible> {
         let pose = self.pose(trial);
         let contacts = self.contacts(trial, &pose);
         let angle = match self.driven(trial) {
@@ -231,9 +226,11 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
                 touches.truncate(from);
             }
         }
+        summary.check_depth()?;
         self.prepared = Memory { has_begun: true, touches };
         self.prepared_standing = Standing { pose, angle };
         self.prepared_summary = summary;
+        Ok(())
     }
 
     fn commit(&mut self) {

@@ -29,6 +29,8 @@ pub(super) struct NearCorner<const D: usize> {
     pub key: Key,
     /// `x_c` at the start of the step `[L]`.
     pub position: Vector<D>,
+    /// Where it was at the end of the step before, to which its states belong `[L]`.
+    pub left: Vector<D>,
     /// Active numbers of the nodes that carry it, and `W_cv`; the first `n_nodes` count.
     pub nodes: [u32; 8],
     pub weights: [f64; 8],
@@ -79,6 +81,11 @@ impl<const D: usize> NearCorner<D> {
         for (node, weight) in self.weights() {
             position += at.increment[node] * weight;
         }
+        self.contacts_at(position, at)
+    }
+
+    /// What happens at the places of its part that are near to `position` `[L]`, the nearest first.
+    pub fn contacts_at(&self, position: Vector<D>, at: &At<'_, D>) -> Vec<Contact<D>> {
         let mut near = Vec::new();
         at.tool.near(self.key.part as usize, at.pose, &position, self.reach, &mut near);
         let contacts = near.into_iter().enumerate().map(|(rank, near)| {
@@ -136,13 +143,18 @@ impl<const D: usize> Contact<D> {
         self.state.committed(&self.law, &trial, &self.response)
     }
 
-    /// Energy dissipated by the slip of the step, `|T| (|t| - |T|)/k` with the force t that would be without a slip
-    /// `[F L]`.
-    pub fn dissipated(&self, pose: &Pose<D>) -> f64 {
-        let d = self.position - pose.place(&self.state.anchor);
-        let across = d - self.near.normal * self.near.normal.dot(&d);
-        let tangential = self.response.tangential.norm();
-        tangential * (across.norm() - tangential / self.law.stiffness).max(0.0)
+    /// Energy dissipated by the slip of the step, `-½ (T₀ + T)·s` with `s = d + T/k`: d is what the corner is away from its
+    /// anchor along the surface, and T₀ the force at the end of the step before, where the corner was `left`; it turns with
+    /// the tool. The force is taken to change linearly, as in the work of the tool `[F L]`.
+    pub fn dissipated(&self, left: &Vector<D>, start: &Pose<D>, pose: &Pose<D>) -> f64 {
+        let k = self.law.stiffness;
+        let along = |x: Vector<D>| x - self.near.normal * self.near.normal.dot(&x);
+        let before = match self.remembered {
+            Some(_) => along(pose.rotation() * (start.recall(left) - self.state.anchor)) * -k,
+            None => Vector::zeros(),
+        };
+        let slip = along(self.position - pose.place(&self.state.anchor)) + self.response.tangential / k;
+        -0.5 * (before + self.response.tangential).dot(&slip)
     }
 }
 
@@ -218,6 +230,7 @@ impl<const D: usize> Search<'_, D> {
                 let mut made = NearCorner {
                     key,
                     position: corner.position,
+                    left: corner.position,
                     nodes: [0; 8],
                     weights: [0.0; 8],
                     n_nodes: 0,
@@ -257,7 +270,8 @@ impl<const D: usize> Search<'_, D> {
         let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < MEMBERS * (high - low);
         if self.memory.has_begun {
             let (key, position, distance) = (made.key, corner.position, nearest.distance);
-            made.states = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });
+            let recalled = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });
+            (made.states, made.left) = (recalled.states, recalled.left);
         } else if is_member && !self.interface.separates {
             made.states = vec![CornerState::held(&self.start, &corner.position, &nearest)];
         } else {

@@ -52,15 +52,24 @@ pub(super) struct Sought<'a, const D: usize> {
     pub pose: &'a Pose<D>,
 }
 
+/// What a corner remembers.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Recalled<const D: usize> {
+    /// One state for each place of the part's surface that it has touched.
+    pub states: Vec<CornerState<D>>,
+    /// Where it stood when they were made `[L]`.
+    pub left: Vector<D>,
+}
+
 /// Part of a domain's width by which a corner may have moved and still counts as the same: no more than that lies between
 /// a corner that is carried by the nodes and one of a domain that follows F. Domains that were shortened or split
 /// have other corners.
 const SAME: f64 = 0.25;
 
 impl<const D: usize> Memory<D> {
-    /// What the corner remembers: one state for each place of the part's surface that it has touched. Where its domain was
+    /// What the corner remembers. Where its domain was
     /// shortened, reshaped or split, the nearest corner of before hands on its elastic slip and its multiplier.
-    pub fn recall(&self, sought: &Sought<'_, D>) -> Vec<CornerState<D>> {
+    pub fn recall(&self, sought: &Sought<'_, D>) -> Recalled<D> {
         let Key { body, point, part, .. } = sought.key;
         let of_point = |touch: &Touch<D>| (touch.key.body, touch.key.point, touch.key.part);
         let start = self.touches.partition_point(|touch| of_point(touch) < (body, point, part));
@@ -68,14 +77,17 @@ impl<const D: usize> Memory<D> {
         let touches = &self.touches[start..end];
         let offset = |touch: &Touch<D>| (touch.position - sought.position).norm();
         let own = touches.iter().filter(|touch| touch.key.corner == sought.key.corner);
-        if own.clone().any(|touch| offset(touch) <= SAME * sought.width) {
-            return own.filter_map(|touch| touch.state).collect();
+        let same = own.clone().find(|touch| offset(touch) <= SAME * sought.width);
+        if let Some(&Touch { position: left, .. }) = same {
+            return Recalled { states: own.filter_map(|touch| touch.state).collect(), left };
         }
+        let left = sought.position;
         let Some(nearest) = touches.iter().min_by(|a, b| offset(a).total_cmp(&offset(b))) else {
-            return Vec::new();
+            return Recalled { states: Vec::new(), left };
         };
         let of_nearest = touches.iter().filter(|touch| touch.key.corner == nearest.key.corner);
-        of_nearest.filter_map(|touch| Some(handed_on(touch, &touch.state?, sought))).collect()
+        let states = of_nearest.filter_map(|touch| Some(handed_on(touch, &touch.state?, sought))).collect();
+        Recalled { states, left }
     }
 
     /// Hands what points remember to the parts that they were split into.
@@ -243,7 +255,7 @@ mod tests {
         let memory = Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), open] };
         let (key, position, pose) = (open.key, open.position, Pose::identity());
         let sought = Sought { key, position, width: 0.5, distance: 0.3, pose: &pose };
-        assert_eq!(memory.recall(&sought), []);
+        assert_eq!(memory.recall(&sought).states, []);
     }
 
     #[test]
@@ -262,11 +274,12 @@ mod tests {
             pose: &pose,
         };
         // The first half keeps its first corner; its second is new, deeper, and nearer to the second of before.
-        assert_eq!(memory.recall(&sought(1, 0, 0.0, -0.002)), [touch(1, 0, [0.0, 0.0]).state.unwrap()]);
-        let [middle] = memory.recall(&sought(1, 1, 0.6, -0.003))[..] else { panic!("one state") };
+        let own = memory.recall(&sought(1, 0, 0.0, -0.002));
+        assert_eq!((own.left, own.states), (Vector::zeros(), vec![touch(1, 0, [0.0, 0.0]).state.unwrap()]));
+        let [middle] = memory.recall(&sought(1, 1, 0.6, -0.003)).states[..] else { panic!("one state") };
         assert_eq!(middle.multiplier, 2.0);
         assert_eq!(middle.offset, -0.003);
         assert!((middle.anchor - Vector::<2>::new(0.59, 0.0)).norm() < 1e-15);
-        assert_eq!(memory.recall(&sought(0, 0, 0.0, 0.0)), []);
+        assert_eq!(memory.recall(&sought(0, 0, 0.0, 0.0)).states, []);
     }
 }

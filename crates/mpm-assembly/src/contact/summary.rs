@@ -1,10 +1,13 @@
 //! What a history tells of a tool.
 
 use super::corners::{Contact, NearCorner};
-use crate::contribution::Recorded;
+use crate::contribution::{Inadmissible, Recorded};
 use mpm_contact::{Mode, Pose, moment};
-use mpm_grid::Vector;
+use mpm_grid::{Vector, six_digits};
 use nalgebra::Vector3;
+
+/// Penetration over the width of a domain with which no step is accepted: a tool that gets farther passes through.
+const TOO_DEEP: f64 = 0.5;
 
 /// Sums over the corners that a tool touches.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +56,21 @@ impl<const D: usize> Summary<D> {
                 self.deepest = self.deepest.max(-response.gap / contact.law.width);
             }
         }
+    }
+
+    /// Refuses a state in which the tool is about to pass through a body.
+    ///
+    /// # Errors
+    /// How deep it is.
+    pub fn check_depth(&self) -> Result<(), Inadmissible> {
+        if self.deepest <= TOO_DEEP {
+            return Ok(());
+        }
+        Err(Inadmissible::Contribution(format!(
+            "a body has entered it by {} of a point's width, expected at most {TOO_DEEP}: the contact is too soft for the \
+             pressure; its interface can have a larger `stiffness`, or `augment`",
+            six_digits(self.deepest)
+        )))
     }
 
     /// Columns below `tool/<name>/`.

@@ -116,13 +116,14 @@ impl Contribution<2> for Field {
         self.points.iter().map(|point| point.volume * self.source(&point.position).abs()).sum()
     }
 
-    fn prepare(&mut self, trial: &Trial<'_, 2>) {
+    fn prepare(&mut self, trial: &Trial<'_, 2>) -> Result<(), Inadmissible> {
         let field = self.block.unwrap().of(&trial.increment.own);
         let error = |point: &FieldPoint| {
             let k: f64 = point.nodes.iter().zip(&point.values).map(|(&node, value)| value * field[node]).sum();
             point.volume * (k - (PI * point.position[0]).cos()).powi(2)
         };
         self.error = self.points.iter().map(error).sum::<f64>().sqrt();
+        Ok(())
     }
 
     fn history(&self) -> Vec<Recorded> {

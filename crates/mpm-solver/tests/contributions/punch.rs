@@ -152,7 +152,7 @@ impl Contribution<2> for Punch {
         ContributionEnergy { stored: (0..self.nodes.len()).map(stored).sum(), dissipated: 0.0, work }
     }
 
-    fn prepare(&mut self, trial: &Trial<'_, 2>) {
+    fn prepare(&mut self, trial: &Trial<'_, 2>) -> Result<(), Inadmissible> {
         let q = self.change(trial);
         let stretch: Vec<Vector<2>> = (0..self.nodes.len()).map(|k| self.stretch(k, &q, trial)).collect();
         let mut force = [0.0; 3];
@@ -163,6 +163,7 @@ impl Contribution<2> for Punch {
         }
         let pose = std::array::from_fn(|i| self.present.pose[i] + q[i]);
         self.prepared = State { pose, stretch, force };
+        Ok(())
     }
 
     fn commit(&mut self) {

@@ -8,6 +8,7 @@ pub(super) use at_rest::CASE as AT_REST;
 pub(super) use cavity::{INFINITE, RING};
 pub(super) use column::CASE as COLUMN;
 
+use super::newton_rate::slopes;
 use crate::history::History;
 use crate::scenes::text;
 use crate::{Broken, Check};
@@ -31,16 +32,9 @@ fn iterations(history: &History) -> f64 {
 const ROUND_OFF: f64 = 1e-13;
 const NEAR: f64 = 1e-2;
 
-/// Slope of `ln r_{k+1}` against `ln r_k` over the last three residuals between [`NEAR`] and round-off, in the median of
-/// all load steps that have three; `None` where none has.
+/// Slope of the residuals in the median of all load steps that have one; `None` where none has.
 fn newton(name: &str, history: &History) -> Option<Check> {
-    let mut slopes = Vec::new();
-    for row in history.rows() {
-        let usable = row.residuals.iter().filter(|r| (ROUND_OFF..NEAR).contains(*r));
-        if let [.., a, b, c] = usable.map(|r| r.ln()).collect::<Vec<_>>()[..] {
-            slopes.push((c - b) / (b - a));
-        }
-    }
+    let mut slopes = slopes(history, ROUND_OFF..NEAR);
     slopes.sort_by(f64::total_cmp);
     let median = *slopes.get(slopes.len() / 2)?;
     let fast = slopes.iter().filter(|slope| **slope >= 1.9).count();
