@@ -25,20 +25,26 @@ fi
 tools="$PWD/target/wheel-tools"
 if ! [ -x "$tools/bin/maturin" ] || ! [ -x "$tools/bin/cmake" ]; then
     python3 -m venv "$tools"
-    "$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.9,<2' 'cmake>=3.26'
+    "$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.9,<2' 'cmake>=3.26' 'wheel>=0.40'
 fi
 PATH="$tools/bin:$PATH"
 export PATH
 
-# shellcheck disable=SC2086
-cargo build --profile "$profile" --locked $hdf5 -p mpm-cli --bin mpm
-data=apps/mpm-python/implicit_mpm.data
-trap 'rm -rf "$data"' EXIT
-mkdir -p "$data/scripts"
-strip -o "$data/scripts/mpm" "target/$profile/mpm"
-rm -f target/wheels/implicit_mpm-*.whl
+rm -rf target/wheels/implicit_mpm* target/wheels/unpacked
 # shellcheck disable=SC2086
 maturin build --profile "$profile" --locked $hdf5 $audit -m apps/mpm-python/Cargo.toml --out target/wheels
+# shellcheck disable=SC2086
+cargo build --profile "$profile" --locked $hdf5 -p mpm-cli --bin mpm
+# The program joins the wheel as a script, which pip puts beside `python`.
+wheel unpack --dest target/wheels/unpacked target/wheels/implicit_mpm-*.whl
+for unpacked in target/wheels/unpacked/implicit_mpm-*; do
+    scripts="$unpacked/$(basename "$unpacked").data/scripts"
+    mkdir -p "$scripts"
+    strip -o "$scripts/mpm" "target/$profile/mpm"
+    rm target/wheels/implicit_mpm-*.whl
+    wheel pack --dest-dir target/wheels "$unpacked"
+done
+rm -rf target/wheels/unpacked
 ls -l target/wheels/implicit_mpm-*.whl
 
 if [ -n "$is_tested" ]; then
