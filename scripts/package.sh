@@ -2,4 +2,4 @@
 # Packages the crates that are published, without building them from their packages.
 set -eu
 cd "$(dirname "$0")/.."
-exec cargo package --workspace --no-verify --exclude mpm-examples --exclude mpm-validation --exclude mpm-benchmarks "$@"
+exec cargo package --workspace --no-verify --exclude mpm-examples --exclude mpm-validation --exclude mpm-benchmarks --exclude mpm-python "$@"

@@ -66,7 +66,7 @@ fn only(dependency: &str, allowed: &[&str]) {
     assert!(strangers.is_empty(), "{strangers:?} may not depend on {dependency}; only {allowed:?} may");
 }
 
-const APPLICATIONS: [&str; 4] = ["mpm-cli", "mpm-validation", "mpm-benchmarks", "mpm-examples"];
+const APPLICATIONS: [&str; 5] = ["mpm-cli", "mpm-python", "mpm-validation", "mpm-benchmarks", "mpm-examples"];
 
 #[test]
 fn the_manifests_are_read() {
@@ -148,13 +148,15 @@ fn foreign_crates_enter_at_one_place() {
     only("hdf5", &["mpm-io"]);
     only("csv", &["mpm-io"]);
     only("robust", &["mpm-geometry"]);
-    only("clap", &APPLICATIONS);
+    only("clap", &["mpm-cli", "mpm-validation", "mpm-benchmarks"]);
+    only("pyo3", &["mpm-python"]);
+    only("numpy", &["mpm-python"]);
     only("plotters", &["mpm-plot"]);
     only("serde", &["mpm-solver", "mpm-scene", "mpm-benchmarks"]);
     // Scenes, and how far a run has come: the one text of checkpoints, in which every number keeps its bits.
     only("ron", &["mpm-scene", "mpm-io"]);
     // Programs and tests print the schema of the language.
-    only("schemars", &["mpm-scene", "mpm-cli", "mpm-validation"]);
+    only("schemars", &["mpm-scene", "mpm-cli", "mpm-python", "mpm-validation"]);
     // Scenes only in their tests, which compare numbers of threads.
     only(
         "rayon",
@@ -164,6 +166,7 @@ fn foreign_crates_enter_at_one_place() {
             "mpm-assembly",
             "mpm-scene",
             "mpm-cli",
+            "mpm-python",
             "mpm-validation",
             "mpm-benchmarks",
         ],

@@ -2,14 +2,13 @@
 
 use crate::complaint::Complaint;
 use crate::input;
-use crate::report::{count, unwritten};
+use crate::report::count;
 use crate::say::say;
 use crate::terminal::Lines;
 use mpm_grid::six_digits;
 use mpm_io::FolderFiles;
-use mpm_scene::Scene;
+use mpm_scene::{Check, Scene, seconds_of_run, unwritten_fields};
 use mpm_solver::{Estimate, StageSteps};
-use serde_json::{Value, json};
 use std::path::Path;
 
 /// Says how large a scene with these settings is.
@@ -17,46 +16,10 @@ pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Comp
     let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
     if as_json {
-        return say(&format!("{:#}\n", json(&estimate, &input.scene, &input.notes)));
+        let json = serde_json::to_string_pretty(&Check::of(&estimate, &input.scene, &input.notes));
+        return say(&(json.expect("numbers, texts and lists") + "\n"));
     }
-    say(&sizes(&estimate, &input.scene, &unwritten(&input.scene), &input.notes))
-}
-
-/// Everything that a machine might ask for; memory in bytes.
-fn json(it: &Estimate, scene: &Scene, notes: &[String]) -> Value {
-    let memory = &it.memory;
-    json!({
-        "title": scene.title(), "dimensions": it.dimensions, "material_points": it.points,
-        "cells": it.cells, "cells_with_material": it.cells_with_material,
-        "nodes": it.nodes, "active_nodes": it.active_nodes,
-        "equations": it.equations, "prescribed": it.prescribed,
-        "tangent_entries": it.tangent_entries, "factor_entries": it.factor_entries,
-        "linear_solver": if it.is_iterative { "iterative" } else { "direct" }, "load_steps": it.steps,
-        "memory": {
-            "total": memory.total(), "points": memory.points, "connectivity": memory.connectivity,
-            "tangent": memory.tangent, "solver": memory.solver, "work": memory.work, "program": memory.program,
-        },
-        "seconds": {
-            "least": range(it, scene)[0], "most": range(it, scene)[1], "per_load_step": it.seconds.per_step(), "connect": it.seconds.connect,
-            "analyse": it.seconds.analyse, "pass": it.seconds.pass, "solve": it.seconds.solve,
-            "look": it.seconds.look, "solution_tried": it.seconds.is_tried,
-            "iterations_reckoned_with": it.seconds.iterations,
-        },
-        "bodies": it.volumes.iter().map(|body| json!({
-            "name": body.body, "volume": body.points, "volume_of_shape": body.shape, "mass": body.mass,
-        })).collect::<Vec<Value>>(),
-        "remarks": it.remarks,
-        "not_stored_per_point": it.columns_not_stored, "fields_not_written": unwritten(scene), "notes": notes,
-        "warnings": it.warnings,
-        "stages": it.stages.iter().filter(|stage| !stage.name.is_empty()).map(|stage| json!({
-            "name": stage.name, "load_steps": stage.steps, "supports_begun": stage.begun, "supports_ended": stage.ended,
-        })).collect::<Vec<Value>>(),
-    })
-}
-
-/// Seconds of the run, least and most: positions are recorded besides the fields.
-fn range(it: &Estimate, scene: &Scene) -> [f64; 2] {
-    it.seconds.range(1 + scene.output().fields.len(), scene.output().every.0)
+    say(&sizes(&estimate, &input.scene, &unwritten_fields(&input.scene), &input.notes))
 }
 
 fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -> String {
@@ -110,7 +73,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     line("load steps", count(it.steps));
     it.stages.iter().filter(|it| !it.name.is_empty()).for_each(|stage| line("stage", told_of(stage)));
     let told = if seconds.is_tried { "tried" } else { "counted" };
-    let [least, most] = range(it, scene);
+    let [least, most] = seconds_of_run(it, scene);
     line(
         "time",
         format!(

@@ -1,10 +1,11 @@
 //! Messages on standard error, each printed once, in colour only on a terminal.
 
-use crate::terminal::{error_width, rounded};
+use crate::terminal::error_width;
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents,
     Report, SourceCode, SourceSpan, SpanContents,
 };
+use mpm_grid::rounded;
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
 use std::path::Path;

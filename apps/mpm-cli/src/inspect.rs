@@ -1,13 +1,12 @@
 //! `mpm inspect`: what a results file holds, for people and for machines.
 
 use crate::complaint::Complaint;
-use crate::depth;
 use crate::report::{self, Row, Table, count};
-use crate::terminal::{Lines, rounded};
-use mpm_grid::six_digits;
-
+use crate::terminal::Lines;
+use mpm_grid::{rounded, six_digits};
 use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;
+use mpm_solver::ToolDepths;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -220,7 +219,7 @@ impl Inspection {
     fn notes(&self) -> Vec<String> {
         let deepest = |(name, ranges): &(String, Vec<Range>)| {
             let largest = ranges.first().map_or(0.0, |range| range.most);
-            depth::note(depth::tool_of(name)?, largest)
+            ToolDepths::note(name, largest)
         };
         self.history.iter().filter_map(deepest).collect()
     }

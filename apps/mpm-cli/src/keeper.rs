@@ -1,13 +1,10 @@
-//! Writes checkpoints during a run, and when it is interrupted.
+//! Arguments of checkpoints, and signals that stop a run.
 
 use crate::complaint::Complaint;
 use clap::Args;
-use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval};
-use mpm_scene::Scene;
-use mpm_solver::State;
-use mpm_solver::observe::{Cancellation, Moment};
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use mpm_io::{CheckpointHead, CheckpointInterval, Keeper};
+use mpm_solver::observe::Cancellation;
+use std::path::PathBuf;
 
 /// Replace what the scene, or the checkpoint, says of checkpoints.
 #[derive(Args)]
@@ -28,94 +25,25 @@ fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("expected seconds from 0.001 to 1e15, got {text}"))
 }
 
-/// When and where checkpoints are kept.
-pub struct Keeper {
-    path: PathBuf,
-    head: CheckpointHead,
-    /// Whether checkpoints were asked for. If not, one is written only when the run is interrupted.
-    asked: bool,
-    /// When the last one was written, or the run began.
-    last: Instant,
-    cancellation: Cancellation,
-    /// Load step of the last one.
-    kept: Option<usize>,
-}
-
-impl Keeper {
+impl CheckpointArguments {
     /// Keeps checkpoints at `path`, when the arguments or the head say.
     ///
     /// # Errors
     /// Checkpoints are asked for and cannot be written.
-    pub fn new(
-        path: PathBuf,
-        mut head: CheckpointHead,
-        arguments: &CheckpointArguments,
-    ) -> Result<Self, Complaint> {
-        let CheckpointArguments { checkpoint, checkpoint_every, checkpoint_seconds } = arguments;
-        if checkpoint_every.is_some() || checkpoint_seconds.is_some() {
-            head.interval = CheckpointInterval { steps: *checkpoint_every, seconds: *checkpoint_seconds };
+    pub fn keeper(&self, path: PathBuf, mut head: CheckpointHead) -> Result<Keeper, Complaint> {
+        if self.checkpoint_every.is_some() || self.checkpoint_seconds.is_some() {
+            head.interval =
+                CheckpointInterval { steps: self.checkpoint_every, seconds: self.checkpoint_seconds };
         }
-        let asked = checkpoint.is_some() || head.interval != CheckpointInterval::default();
-        if asked {
-            Checkpoint::check_writable(&path).map_err(|error| Complaint::input(error.to_string()))?;
-        }
-        let cancellation = Cancellation::default();
-        Ok(Self { path, head, asked, last: Instant::now(), cancellation, kept: None })
-    }
-
-    /// Records that the checkpoint of this load step exists already, as at the start of a resumed run.
-    pub fn has_kept(&mut self, step: usize) {
-        self.kept = Some(step);
-    }
-
-    /// The flag that stops the run.
-    pub fn cancellation(&self) -> Cancellation {
-        self.cancellation.clone()
-    }
-
-    /// Whether the state of the run is wanted now.
-    pub fn wants(&self, at: Moment) -> bool {
-        let CheckpointInterval { steps, seconds } = self.head.interval;
-        match at {
-            Moment::StageEnd(step) => self.asked && self.kept != Some(step),
-            Moment::End => self.asked || self.cancellation.is_cancelled(),
-            Moment::Step(step) => {
-                steps.is_some_and(|every| step.is_multiple_of(every as usize))
-                    || seconds.is_some_and(|least| self.last.elapsed().as_secs_f64() >= least)
-            }
-        }
-    }
-
-    /// Writes a checkpoint.
-    ///
-    /// # Errors
-    /// The one before is untouched.
-    pub fn write(&mut self, state: &State) -> Result<(), CheckpointError> {
-        self.last = Instant::now();
-        Checkpoint::write(&self.path, &self.head, state)?;
-        self.kept = Some(state.progress.rows().saturating_sub(1));
-        Ok(())
-    }
-
-    /// How to go on from the last checkpoint, if there is one.
-    pub fn advice(&self) -> String {
-        let command = format!("mpm resume {}", self.path.display());
-        self.kept.map_or(String::new(), |step| format!("\nGo on from load step {step} with: {command}"))
+        let keeper = Keeper::new(path, head, self.checkpoint.is_some());
+        keeper.map_err(|error| Complaint::input(error.to_string()))
     }
 }
 
-/// When the scene wants checkpoints.
-pub fn interval(scene: &Scene) -> CheckpointInterval {
-    let input = scene.output().checkpoint.as_ref();
-    CheckpointInterval {
-        steps: input.and_then(|it| it.every).map(|count| count.0),
-        seconds: input.and_then(|it| it.seconds).map(|seconds| seconds.0),
-    }
-}
-
-/// The checkpoint of the results at `path`, beside them.
-pub fn beside(path: &Path) -> PathBuf {
-    path.with_extension("checkpoint.h5")
+/// How to go on from the last checkpoint, if there is one.
+pub fn advice(keeper: &Keeper) -> String {
+    let command = format!("mpm resume {}", keeper.path().display());
+    keeper.kept().map_or(String::new(), |step| format!("\nGo on from load step {step} with: {command}"))
 }
 
 /// Lets SIGINT and SIGTERM stop the run at its next iteration; a second signal ends the program at once.

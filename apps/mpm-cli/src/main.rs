@@ -4,7 +4,6 @@
 
 mod check;
 mod complaint;
-mod depth;
 mod drive;
 mod export;
 mod input;

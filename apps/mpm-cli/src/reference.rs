@@ -19,12 +19,6 @@ pub fn json_of_drive() -> String {
     format!("{:#}\n", schema_for!(mpm_scene::language::DriveInput).as_value())
 }
 
-/// Names of all fields of the points, as a scene writes them.
-pub fn field_names() -> Vec<String> {
-    let schema = schema_for!(mpm_scene::language::FieldInput);
-    variants(schema.as_value()).into_iter().map(|variant| variant.name).collect()
-}
-
 /// The scene that the introduction explains.
 pub fn example() -> &'static str {
     let after = INTRODUCTION.split_once("```ron\n").map_or("", |(_, after)| after);

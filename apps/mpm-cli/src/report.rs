@@ -1,8 +1,7 @@
 //! The report at the end of a run: convergence and cost.
 
-use crate::reference::field_names;
 use crate::terminal::Lines;
-use mpm_scene::Scene;
+use mpm_scene::{Scene, unwritten_fields};
 use mpm_solver::Summary;
 use std::fmt::Write;
 use std::path::Path;
@@ -156,19 +155,13 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
         .filter(|(_, number)| *number > 0)
         .map(|(name, number)| format!("{} {}", count(*number), name.trim_start_matches("skipped: ")))
         .collect();
-    let fields = unwritten(scene);
+    let fields = unwritten_fields(scene);
     if !fields.is_empty() {
         skipped.push(format!("fields not asked for: {}", fields.join(", ")));
     }
     line("skipped", skipped.join("; "));
     line("results", format!("{} (and {})", results.display(), results.with_extension("xdmf").display()));
     format!("\n{}", lines.into_text())
-}
-
-/// Fields of the points that the scene does not ask for.
-pub fn unwritten(scene: &Scene) -> Vec<String> {
-    let wanted: Vec<String> = scene.output().fields.iter().map(|field| format!("{field:?}")).collect();
-    field_names().into_iter().filter(|name| !wanted.contains(name)).collect()
 }
 
 /// A number in groups of three digits.

@@ -2,13 +2,16 @@
 
 use crate::complaint::Complaint;
 use crate::input::{Input, Settings};
-use crate::keeper::{self, CheckpointArguments, Keeper};
+use crate::keeper::{self, CheckpointArguments};
 use crate::reading::{self, Kind};
 use crate::say::say;
 use crate::watch::{Show, Watch};
 use crate::{input, inspect, previous, report};
 use clap::Args;
-use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, FolderFiles, Options, ResultsWriter};
+use mpm_io::{
+    Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval, FolderFiles, Keeper, Options,
+    ResultsWriter, check_places, is_same,
+};
 use mpm_scene::{AddedStages, Scene};
 use mpm_solver::{Error, State};
 use std::io::{IsTerminal, Write};
@@ -86,16 +89,16 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
         folder: folder(&input.scene, &files),
         program: PROGRAM.into(),
         results: path.clone(),
-        interval: keeper::interval(&input.scene),
+        interval: CheckpointInterval::of(&input.scene),
     };
     let mut read = named(&input.scene, &files);
     read.push(("scene", arguments.scene.clone()));
-    let checkpoint = arguments.checkpoints.checkpoint.clone().unwrap_or_else(|| keeper::beside(&path));
-    check_places(&read, &path, &checkpoint)?;
+    let checkpoint = arguments.checkpoints.checkpoint.clone().unwrap_or_else(|| Keeper::beside(&path));
+    check_places(&read, Some(&path), Some(&checkpoint)).map_err(Complaint::input)?;
     if !arguments.force {
         previous::protect(&input.scene, &input.text, &path, &checkpoint)?;
     }
-    let keeper = Keeper::new(checkpoint, head, &arguments.checkpoints)?;
+    let keeper = arguments.checkpoints.keeper(checkpoint, head)?;
     let writer = ResultsWriter::create(&path, options(&input));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Paths { scene: &arguments.scene, results: &path };
@@ -148,9 +151,9 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
     let checkpoint = arguments.checkpoints.checkpoint.as_ref().unwrap_or(file);
     let mut read = named(&input.scene, &files);
     read.extend(arguments.scene.iter().map(|scene| ("scene", scene.clone())));
-    check_places(&read, &path, checkpoint)?;
+    check_places(&read, Some(&path), Some(checkpoint)).map_err(Complaint::input)?;
     (head.program, head.results) = (PROGRAM.into(), path.clone());
-    let mut keeper = Keeper::new(checkpoint.clone(), head, &arguments.checkpoints)?;
+    let mut keeper = arguments.checkpoints.keeper(checkpoint.clone(), head)?;
     if arguments.checkpoints.checkpoint.is_none() {
         keeper.has_kept(state.progress.rows().saturating_sub(1));
     }
@@ -275,31 +278,4 @@ fn folder(scene: &Scene, files: &FolderFiles) -> PathBuf {
 /// What is read, and where: the files that a scene names.
 fn named(scene: &Scene, files: &FolderFiles) -> Vec<(&'static str, PathBuf)> {
     scene.files().into_iter().map(|file| ("file that the scene names", files.path(file))).collect()
-}
-
-/// Refuses to write over what is read, or two files at one place.
-fn check_places(read: &[(&str, PathBuf)], results: &Path, checkpoint: &Path) -> Result<(), Complaint> {
-    let mut written = vec![("results file", results.to_path_buf()), ("checkpoint", checkpoint.to_path_buf())];
-    let xdmf = results.with_extension("xdmf");
-    // A results file that ends in .xdmf is refused elsewhere.
-    if xdmf != results {
-        written.insert(1, (".xdmf file of the results", xdmf));
-    }
-    for (k, (what, path)) in written.iter().enumerate() {
-        if let Some((other, _)) = read.iter().chain(&written[..k]).find(|other| is_same(path, &other.1)) {
-            return Err(Complaint::input(format!("the {what} {} is the {other} itself", path.display())));
-        }
-    }
-    Ok(())
-}
-
-/// Whether two paths lead to one file, there or not.
-fn is_same(a: &Path, b: &Path) -> bool {
-    let resolved = |path: &Path| {
-        path.canonicalize().or_else(|_| {
-            let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            folder.canonicalize().map(|folder| folder.join(path.file_name().unwrap_or_default()))
-        })
-    };
-    resolved(a).is_ok_and(|a| resolved(b).is_ok_and(|b| a == b))
 }

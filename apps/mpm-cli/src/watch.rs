@@ -2,15 +2,14 @@
 
 use std::io::Write;
 
-use crate::depth;
-use crate::keeper::Keeper;
+use crate::keeper;
 use crate::report::{self, Row};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use mpm_io::ResultsWriter;
-use mpm_solver::State;
+use mpm_io::{Keeper, ResultsWriter};
 use mpm_solver::observe::{
     Cancellation, Entry, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
+use mpm_solver::{State, ToolDepths};
 
 /// Parts of the load fraction that the progress bar tells apart.
 const PARTS: f64 = 10_000.0;
@@ -38,8 +37,8 @@ pub struct Watch {
     parts: f64,
     columns: Vec<String>,
     rows: Vec<Row>,
-    /// How deep each tool has entered bodies: place of the column, and the largest value.
-    depths: Vec<(usize, f64)>,
+    /// How deep each tool has entered bodies.
+    depths: ToolDepths,
 }
 
 impl Watch {
@@ -51,7 +50,7 @@ impl Watch {
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
         let (columns, rows) = (Vec::new(), Vec::new());
-        let depths = Vec::new();
+        let depths = ToolDepths::default();
         Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows, depths }
     }
 
@@ -65,9 +64,9 @@ impl Watch {
         self.before + self.rows.len()
     }
 
-    /// See [`Keeper::advice`].
+    /// See [`keeper::advice`].
     pub fn advice(&self) -> String {
-        self.keeper.advice()
+        keeper::advice(&self.keeper)
     }
 
     /// The converged load steps of this run.
@@ -91,8 +90,7 @@ impl Watch {
     /// Keeps the names of the columns, and which of them tell of tools.
     fn take_columns(&mut self, run: &RunStart) {
         self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
-        let of_tools = (0..self.columns.len()).filter(|&at| depth::tool_of(&self.columns[at]).is_some());
-        self.depths = of_tools.map(|at| (at, 0.0)).collect();
+        self.depths = ToolDepths::of(&run.columns);
     }
 
     fn count(&self, row: &[Entry], column: &str) -> u64 {
@@ -141,7 +139,7 @@ impl Observer for Watch {
         let kept = kept.and_then(|()| self.keeper.write(&state()).map_err(ObserverError::from));
         if let Err(error) = kept {
             // A failed checkpoint does not stop the run.
-            let note = format!("{error}; the run goes on without{}", self.keeper.advice());
+            let note = format!("{error}; the run goes on without{}", keeper::advice(&self.keeper));
             let note = if at == Moment::End { error.to_string() } else { note };
             self.warn(&note);
         }
@@ -166,11 +164,7 @@ impl Observer for Watch {
             shortened: self.count(step.row, "shortened_corrections"),
             residuals,
         };
-        for (at, deepest) in &mut self.depths {
-            if let Entry::Real(values) = &step.row[*at] {
-                *deepest = values[0].max(*deepest);
-            }
-        }
+        self.depths.see(step.row);
         self.tell(&report::step(&row));
         self.rows.push(row);
         Ok(())
@@ -182,10 +176,7 @@ impl Observer for Watch {
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
         self.bar.finish_and_clear();
-        for &(at, deepest) in &self.depths {
-            let tool = depth::tool_of(&self.columns[at]).unwrap_or_default();
-            depth::note(tool, deepest).iter().for_each(|note| self.warn(note));
-        }
+        self.depths.notes().for_each(|note| self.warn(&note));
         self.writer.finish(outcome, timings)
     }
 }

@@ -47,7 +47,7 @@ pub use location::{OutsideMesh, Place, Position};
 pub use mesh::Mesh;
 pub use motion::{AffineMotion, DrivenPlane, MeshMotion, MotionError, Reindexing};
 pub use node_space::{NodeKind, NodeSpace, NodeSpaceError};
-pub use numerals::six_digits;
+pub use numerals::{rounded, six_digits};
 pub use ramp::{LoadFraction, Ramp, RampError};
 pub use region::Region;
 

@@ -49,7 +49,8 @@ impl Table {
         &self.values
     }
 
-    pub(crate) fn into_values(self) -> Vec<f64> {
+    /// All rows, one after the other, without a copy.
+    pub fn into_values(self) -> Vec<f64> {
         self.values
     }
 }

@@ -55,6 +55,14 @@ impl Compiled {
         }
     }
 
+    /// All fields that the points have: those of any points, then what their laws remember, each once.
+    pub fn known_fields(&self) -> Vec<Field> {
+        match self {
+            Compiled::Plane(model) => known_fields(&model.bodies),
+            Compiled::Solid(model) => known_fields(&model.bodies),
+        }
+    }
+
     /// Connects the points at the start and counts, see [`mpm_solver::estimate`].
     ///
     /// # Errors
@@ -65,6 +73,16 @@ impl Compiled {
             Compiled::Solid(model) => estimate(model),
         }
     }
+}
+
+fn known_fields<const D: usize>(bodies: &[NamedBody<D>]) -> Vec<Field> {
+    let mut known = Field::OF_POINTS.to_vec();
+    for field in bodies.iter().flat_map(|named| named.body.history_fields()).map(Field::from) {
+        if !known.contains(&field) {
+            known.push(field);
+        }
+    }
+    known
 }
 
 /// The fields of bodies' points that are recorded; none of them twice.
@@ -92,7 +110,7 @@ pub(crate) fn fields<const D: usize>(
 }
 
 /// The name of a field as scenes write it: `plastic_strain` is `PlasticStrain`.
-fn as_written(name: &str) -> String {
+pub(crate) fn as_written(name: &str) -> String {
     let word = |word: &str| {
         let mut letters = word.chars();
         letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())

@@ -7,6 +7,7 @@
 //! the names that a scene holds into triangles and tables of points.
 
 mod added_stages;
+mod check;
 mod compile;
 mod compiled;
 mod error;
@@ -18,6 +19,9 @@ mod pieces;
 mod vortex;
 
 pub use added_stages::AddedStages;
+pub use check::{
+    Check, CheckedBody, CheckedMemory, CheckedSeconds, CheckedStage, seconds_of_run, unwritten_fields,
+};
 pub use compile::{
     DrivenPath, ToolOutline, compile, compile_with, compile_within, drive, in_plane, mesh_of, tool_outlines,
 };

@@ -32,6 +32,7 @@ mod skipped;
 mod state;
 mod steps;
 mod timing;
+mod tool_depth;
 
 pub use check::ModelError;
 pub use error::{Error, PathFailure, Remedy, StepFailure};
@@ -49,3 +50,4 @@ pub use progress::{Progress, StepsProgress};
 pub use record::summary::Summary;
 pub use run::{resume, run};
 pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};
+pub use tool_depth::ToolDepths;

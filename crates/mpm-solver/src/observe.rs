@@ -31,6 +31,29 @@ pub struct Column {
     pub width: usize,
 }
 
+impl Column {
+    /// Dimension of its numbers in length L, force F and the number D of dimensions, or what else they are counted in;
+    /// `-` for none, `?` where its name says nothing, as of a contribution that does not ship. In the plane forces are per
+    /// unit thickness.
+    pub fn unit(&self) -> &'static str {
+        let (group, rest) = self.name.split_once('/').unwrap_or((&self.name, ""));
+        let last = rest.rsplit('/').next().unwrap_or_default();
+        match (group, last) {
+            _ if self.kind == ColumnKind::Count => "-",
+            ("reaction", _) | ("tool", "force") => "F",
+            ("reaction_moment" | "energy", _) | ("tool", "moment") => "F L",
+            ("displacement", _) | ("tool" | "probe", "position") | ("probe", "displacement") => "L",
+            ("probe", "cauchy_stress") => "F/L²",
+            ("tool", "angle") => "°",
+            ("tool", "area") => "L^(D-1)",
+            ("driven_gap", _) => "cells",
+            ("wall_seconds", "") => "s",
+            ("stage", "fraction") | ("tool", "deepest") | (_, "") => "-",
+            _ => "?",
+        }
+    }
+}
+
 /// The values of one column in one row, `Column::width` of them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
@@ -304,7 +327,16 @@ impl Observer for () {
 
 #[cfg(test)]
 mod tests {
-    use super::Counted;
+    use super::{Column, ColumnKind, Counted};
+
+    #[test]
+    fn columns_have_units() {
+        let unit = |name: &str| Column { name: name.into(), kind: ColumnKind::Real, width: 1 }.unit();
+        let named = ["load_fraction", "reaction/a/b", "tool/a/b/area", "probe/p/cauchy_stress", "springs/a"];
+        assert_eq!(named.map(unit), ["-", "F", "L^(D-1)", "F/L²", "?"]);
+        let count = Column { name: "tool/a/closed".into(), kind: ColumnKind::Count, width: 1 };
+        assert_eq!(count.unit(), "-");
+    }
 
     #[test]
     fn halved_steps_are_not_counted() {

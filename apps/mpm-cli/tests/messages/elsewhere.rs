@@ -99,6 +99,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
     ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
+    ("solver/src/tool_depth.rs", "", "a warning at the end of a run, in `run.rs`"),
     ("solver/src/remedy.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
     (
         "mpm-solver/src/estimate/",

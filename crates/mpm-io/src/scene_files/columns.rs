@@ -57,17 +57,22 @@ pub(super) fn hdf5(path: &Path) -> Result<Columns, String> {
             _ => {}
         }
     }
-    check_names(&columns)?;
+    check_lists(&columns, "dataset").map(|()| columns)
+}
+
+/// Refuses lists of different lengths, names that stand twice, and numbers that are not finite; `kind` is what a list is called.
+pub(super) fn check_lists(columns: &[(String, Vec<f64>)], kind: &str) -> Result<(), String> {
+    check_names(columns)?;
     if let Some((name, values)) = columns.iter().find(|column| column.1.len() != columns[0].1.len()) {
         let (other, expected) = (&columns[0].0, columns[0].1.len());
-        return Err(format!("dataset `{name}` has {} rows, `{other}` {expected}", values.len()));
+        return Err(format!("{kind} `{name}` has {} rows, `{other}` {expected}", values.len()));
     }
-    for (name, values) in &columns {
+    for (name, values) in columns {
         if let Some(row) = values.iter().position(|value| !value.is_finite()) {
-            return Err(format!("row {row}, dataset `{name}`: expected a finite number, got {}", values[row]));
+            return Err(format!("row {row}, {kind} `{name}`: expected a finite number, got {}", values[row]));
         }
     }
-    Ok(columns)
+    Ok(())
 }
 
 fn check(number: f64) -> Result<(), String> {

@@ -1,10 +1,12 @@
 //! The files that a scene names: surfaces and tables of points.
 
+mod arrays;
 mod columns;
 mod points;
 mod stl;
 mod whole;
 
+pub use arrays::ArrayFiles;
 use mpm_geometry::Surface;
 use mpm_scene::{NamedColumns, PointTable, SceneFiles};
 use std::path::{Path, PathBuf};

@@ -29,7 +29,7 @@ pub(super) fn csv(path: &Path, dimensions: usize) -> Result<PointTable, String> 
     let text = if separator == Separator::Blank { single_blanks(text).into() } else { Cow::Borrowed(text) };
     let mut reader = reader.from_reader(&*text);
     let heads = reader.headers().map_err(|error| error.to_string())?.clone();
-    let Columns { position, volume, domain, notes } = Columns::of(&heads, dimensions, separator)?;
+    let Columns { position, volume, domain, notes } = Columns::of(&heads, dimensions, Some(separator))?;
 
     let mut table = PointTable { row_kind: "line", notes, ..PointTable::default() };
     for record in reader.records() {
@@ -116,17 +116,21 @@ pub(super) fn single_blanks(text: &[u8]) -> Vec<u8> {
 }
 
 /// Where the columns of a table stand.
-struct Columns {
-    position: Vec<usize>,
-    volume: usize,
+pub(super) struct Columns {
+    pub(super) position: Vec<usize>,
+    pub(super) volume: usize,
     /// Empty where the table has no domains.
-    domain: Vec<usize>,
-    notes: Vec<String>,
+    pub(super) domain: Vec<usize>,
+    pub(super) notes: Vec<String>,
 }
 
 impl Columns {
     /// Finds them by their names, in small or capital letters, with or without a unit in brackets.
-    fn of(heads: &csv::StringRecord, dimensions: usize, separator: Separator) -> Result<Self, String> {
+    pub(super) fn of(
+        heads: &csv::StringRecord,
+        dimensions: usize,
+        separator: Option<Separator>,
+    ) -> Result<Self, String> {
         let axes = &POSITION[..dimensions];
         let position: Vec<String> = axes.iter().map(|&it| it.into()).collect();
         let domain: Vec<String> =
@@ -150,10 +154,9 @@ impl Columns {
                 let which = if name.is_empty() { "without a name".into() } else { format!("`{head}`") };
                 notes.push(format!("the column {which} is not read"));
             } else {
-                let parted = separator.name();
-                return Err(format!(
-                    "unknown column `{head}` (columns parted by {parted}); expected {expected}"
-                ));
+                let parted =
+                    separator.map_or(String::new(), |it| format!(" (columns parted by {})", it.name()));
+                return Err(format!("unknown column `{head}`{parted}; expected {expected}"));
             }
         }
         let place = |name: &str| {
