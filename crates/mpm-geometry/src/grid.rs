@@ -180,9 +180,9 @@ impl Grid {
         let (first, last) = (cell(inner), cell((to - near(to)).max(inner)));
         let count = f64::from(last + 1 - first) * f64::from(n);
         if count > MOST_PIECES {
-            return Err(format!("{count:e} material points along one direction are too many"));
+            return Err(format!("{count:e} material points along {} are too many", ["x", "y", "z"][d]));
         }
-        let what = format_args!("{count:e} material points along one direction");
+        let what = format_args!("{count:e} material points along {}", ["x", "y", "z"][d]);
         memory.check(what, count, size_of::<f64>() + size_of::<u32>())?;
         self.lines[d] = vec![axis.node(first)];
         for cell in first..=last {
