@@ -358,7 +358,7 @@ fn pieces_that_there_is_no_room_for_are_refused_before_they_are_held() {
     let said = within(needed - 1, 1).unwrap_err();
     assert!(said.contains("2.160e2 pieces of the body would take"), "{said}");
     let said = within(1 << 20, 100_000).unwrap_err();
-    assert!(said.contains("6e5 material points along one direction would take"), "{said}");
+    assert!(said.contains("6e5 material points along"), "{said}");
     let said = within(1 << 24, 200).unwrap_err();
     assert!(said.contains("a layer of pieces around the body would take"), "{said}");
     let rest = |bytes| {
