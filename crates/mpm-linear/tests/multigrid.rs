@@ -269,18 +269,23 @@ fn flat_cells_graded_lines_and_rings_are_coarsened_where_lines_are_close() {
     assert!(found[1] < 80, "{found:?}");
 }
 
-#[test]
-fn threads_do_not_change_a_bit() {
-    let system = System::cube(12, 0.3);
+/// Solves on one thread and on several.
+fn same_bits_on_all_threads(solve: impl Fn() -> Vec<f64> + Sync) {
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| system.solve(1e-10).0)
+        pool.install(&solve)
     };
     let one = with(1);
     for threads in [2, 3, 8] {
         let same = with(threads).iter().zip(&one).all(|(x, y)| x.to_bits() == y.to_bits());
         assert!(same, "{threads} threads");
     }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let system = System::cube(12, 0.3);
+    same_bits_on_all_threads(|| system.solve(1e-10).0);
 }
 
 #[test]

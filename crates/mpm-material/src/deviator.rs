@@ -5,6 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 /// √(2/3): with q = √(3/2) |dev τ| and ε_s = √(2/3) |e|, dev τ = √(2/3) q n and e = √(3/2) ε_s n.
 const ROOT: f64 = 0.816_496_580_927_726;
 
+const THIRD: f64 = 1.0 / 3.0;
+
 /// Principal strains in two parts, ε = ⅓ ε_v 1 + |e| n.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deviator {
@@ -22,7 +24,7 @@ impl Deviator {
     #[inline]
     pub fn of(strain: &Vector3<f64>) -> Self {
         let (d01, d12, d20) = (strain[0] - strain[1], strain[1] - strain[2], strain[2] - strain[0]);
-        let e = Vector3::new(d01 - d20, d12 - d01, d20 - d12) / 3.0;
+        let e = Vector3::new(d01 - d20, d12 - d01, d20 - d12) * THIRD;
         Self { volumetric: strain.sum(), strain: e, norm: e.norm() }
     }
 

@@ -24,6 +24,13 @@ pub struct PrincipalTangent {
 }
 
 impl PrincipalTangent {
+    /// Whether the moduli ∂τ_a/∂ε_b are symmetric, to the last bit, and the spatial tangent with them.
+    #[inline]
+    pub fn is_symmetric(&self) -> bool {
+        let d = &self.tangent;
+        d[(0, 1)] == d[(1, 0)] && d[(1, 2)] == d[(2, 1)] && d[(2, 0)] == d[(0, 2)]
+    }
+
     /// Spatial tangent a_ikjl = C_ikjl + τ_kl δ_ij [F/L²] as blocks `a[k][l][(i, j)]`.
     ///
     /// It is the derivative of the nodal force V⁰ τ g_v, the geometric part included: a

@@ -98,19 +98,23 @@ pub(crate) struct Scratch<const D: usize> {
     pub force: Vec<Vector<D>>,
     pub gradient: Vec<Vector<D>>,
     pub tangent: Vec<Block<D>>,
+    /// Of unsymmetric patterns.
+    pub symmetric: Vec<Block<D>>,
 }
 
 impl<const D: usize> Scratch<D> {
     fn new(most_nodes: usize, symmetry: Symmetry) -> Self {
-        let n_blocks = match symmetry {
-            Symmetry::Symmetric => most_nodes * (most_nodes + 1) / 2,
-            Symmetry::Unsymmetric => most_nodes * most_nodes,
+        let lower = most_nodes * (most_nodes + 1) / 2;
+        let (n_blocks, n_symmetric) = match symmetry {
+            Symmetry::Symmetric => (lower, 0),
+            Symmetry::Unsymmetric => (most_nodes * most_nodes, lower),
         };
         Self {
             increment: vec![Vector::zeros(); most_nodes],
             force: vec![Vector::zeros(); most_nodes],
             gradient: vec![Vector::zeros(); most_nodes],
             tangent: vec![Block::zeros(); n_blocks],
+            symmetric: vec![Block::zeros(); n_symmetric],
         }
     }
 }

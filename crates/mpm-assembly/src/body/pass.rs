@@ -33,6 +33,8 @@ struct Dense<'a, const D: usize> {
     gradient: &'a mut [Vector<D>],
     /// As in [`DenseTangent`]; none where no tangent is wanted.
     tangent: &'a mut [Block<D>],
+    /// Of a pass for [`ALL`] blocks: the sum of the points whose tangent is symmetric, from the diagonal down.
+    symmetric: &'a mut [Block<D>],
 }
 
 /// Adds a body's internal force, and its tangent where `sums` has one.
@@ -156,13 +158,13 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
         let n = self.plan.connectivity().node_set(set).len();
-        let Scratch { increment, force, gradient, tangent } = scratch;
-        let pairs = n_blocks::<TANGENT>(n);
+        let Scratch { increment, force, gradient, tangent, symmetric } = scratch;
         let dense = Dense {
             increment: &mut increment[..n],
             force: &mut force[..n],
             gradient: &mut gradient[..n],
-            tangent: &mut tangent[..pairs],
+            tangent: &mut tangent[..n_blocks::<TANGENT>(n)],
+            symmetric: if TANGENT == ALL { &mut symmetric[..n_blocks::<LOWER>(n)] } else { &mut [] },
         };
         // The commonest node sets are compiled with their size known.
         match n {
@@ -189,14 +191,62 @@ impl<const D: usize, M: Material> Pass<'_, D, M> {
         }
         dense.force.fill(Vector::zeros());
         dense.tangent.fill(Block::zeros());
+        dense.symmetric.fill(Block::zeros());
         let mut smallest = f64::INFINITY;
         for &group in plan.connectivity().node_set_groups(set) {
             let group = plan.connectivity().group(group as usize);
             let least = sum_group::<D, M, TANGENT>(n, self.committed, group, &mut dense)?;
             smallest = smallest.min(least);
         }
+        if TANGENT == ALL {
+            add_symmetric(n, dense.symmetric, dense.tangent);
+        }
         self.scatter::<TANGENT>(nodes, set, dense.force, dense.tangent, part);
         Ok(smallest)
+    }
+}
+
+/// Adds the sum of symmetric tangents, which holds the rows from the diagonal down, to all blocks.
+#[inline(always)]
+fn add_symmetric<const D: usize>(n: usize, symmetric: &[Block<D>], all: &mut [Block<D>]) {
+    let mut blocks = symmetric.iter();
+    for w in 0..n {
+        for (v, block) in (w..n).zip(&mut blocks) {
+            all[w * n + v] += block;
+            if v > w {
+                all[v * n + w] += block.transpose();
+            }
+        }
+    }
+}
+
+/// Adds a point's tangent to the dense sums of a [`LOWER`] or an [`ALL`] pass.
+#[inline(always)]
+fn add_tangent_of_point<const D: usize, const TANGENT: u8>(
+    g: &[Vector<D>],
+    a: &[[Block<D>; D]; D],
+    volume: f64,
+    sums: &mut [Block<D>],
+) {
+    let n = g.len();
+    let mut at = 0;
+    for w in 0..n {
+        // half[k](i, j) = V⁰ a_ikjl g_w,l
+        let weighted = g[w] * volume;
+        let half: [Block<D>; D] = std::array::from_fn(|k| {
+            let mut sum = a[k][0] * weighted[0];
+            for l in 1..D {
+                sum += a[k][l] * weighted[l];
+            }
+            sum
+        });
+        let from = if TANGENT == LOWER { w } else { 0 };
+        for (sum, g) in sums[at..].iter_mut().zip(&g[from..]) {
+            for k in 0..D {
+                *sum += half[k] * g[k];
+            }
+        }
+        at += n - from;
     }
 }
 
@@ -212,6 +262,7 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
     let force = &mut dense.force[..n];
     let g = &mut dense.gradient[..n];
     let tangent = &mut dense.tangent[..n_blocks::<TANGENT>(n)];
+    let symmetric = &mut *dense.symmetric;
 
     let mut smallest = f64::INFINITY;
     for k in 0..group.points {
@@ -227,25 +278,15 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8>(
             *force += stress * *g;
         }
         if TANGENT != FORCE {
-            let a = trial.response.tangent.spatial_tangent::<D>();
-            let mut at = 0;
-            for w in 0..n {
-                // half[k](i, j) = V⁰ a_ikjl g_w,l
-                let weighted = g[w] * volume;
-                let half: [Block<D>; D] = std::array::from_fn(|k| {
-                    let mut sum = a[k][0] * weighted[0];
-                    for l in 1..D {
-                        sum += a[k][l] * weighted[l];
-                    }
-                    sum
-                });
-                let from = if TANGENT == LOWER { w } else { 0 };
-                for (sum, g) in tangent[at..].iter_mut().zip(&g[from..]) {
-                    for k in 0..D {
-                        *sum += half[k] * g[k];
-                    }
-                }
-                at += n - from;
+            let modes = &trial.response.tangent;
+            let a = modes.spatial_tangent::<D>();
+            // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
+            if TANGENT == LOWER {
+                add_tangent_of_point::<D, LOWER>(g, &a, volume, tangent);
+            } else if modes.is_symmetric() {
+                add_tangent_of_point::<D, LOWER>(g, &a, volume, symmetric);
+            } else {
+                add_tangent_of_point::<D, ALL>(g, &a, volume, tangent);
             }
         }
     }

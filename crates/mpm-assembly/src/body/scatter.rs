@@ -102,6 +102,7 @@ impl<'a, const D: usize> DenseTangent<'a, D> {
     }
 
     /// The block of row node v and column node w of n nodes.
+    #[inline(always)]
     fn block(&self, n: usize, v: usize, w: usize) -> Block<D> {
         let lower = |v: usize, w: usize| w * n - w * (w + 1) / 2 + v;
         match self {
@@ -173,17 +174,28 @@ fn add_all<const D: usize>(
     let n = nodes.len();
     let columns = input.pattern.column_start();
     let base = columns[node_equation::<D>(part.node, 0)];
-    let is_free = |k: usize, i: usize| !input.constraints.is_prescribed(nodes[k] as usize, i);
-    for w in 0..n {
-        for v in 0..n {
+    for (w, &column_node) in nodes.iter().enumerate() {
+        let column_node = column_node as usize;
+        let column_mask = input.constraints.mask(column_node);
+        let starts: [usize; D] = std::array::from_fn(|j| columns[node_equation::<D>(column_node, j)] - base);
+        for (v, &row_node) in nodes.iter().enumerate() {
             let block = tangent.block(n, v, w);
             let row = node_equation::<D>(slots[w * n + v] as usize, 0);
-            for j in 0..D {
-                let start = columns[node_equation::<D>(nodes[w] as usize, j)] - base + row;
+            let row_mask = input.constraints.mask(row_node as usize);
+            if row_mask | column_mask == 0 {
+                for (j, start) in starts.iter().enumerate() {
+                    let start = start + row;
+                    for (value, add) in part.values[start..start + D].iter_mut().zip(block.column(j).iter()) {
+                        *value += add;
+                    }
+                }
+                continue;
+            }
+            for (j, start) in starts.iter().enumerate() {
                 for i in 0..D {
                     // A prescribed component keeps its own stiffness, alone in its row and column.
-                    if (v == w && i == j) || (is_free(v, i) && is_free(w, j)) {
-                        part.values[start + i] += block[(i, j)];
+                    if (v == w && i == j) || (row_mask & (1 << i) == 0 && column_mask & (1 << j) == 0) {
+                        part.values[start + row + i] += block[(i, j)];
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! The same matrices made unsymmetric: GMRES, and the choice between it and LU.
 
-use super::{System, lines};
+use super::{System, lines, same_bits_on_all_threads};
 use mpm_linear::multigrid::{Failure, Multigrid};
 use mpm_linear::{
     Automatic, Cause, Choice, Hints, LatticePlaces, LinearSolver, Matrix, Method, Pattern, predict,
@@ -118,15 +118,7 @@ fn a_krylov_space_begun_anew_goes_on() {
 #[test]
 fn threads_do_not_change_a_bit() {
     let system = Unsymmetric::cube(12, 0.2);
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| system.solve(1e-10).0)
-    };
-    let one = with(1);
-    for threads in [2, 3, 8] {
-        let same = with(threads).iter().zip(&one).all(|(x, y)| x.to_bits() == y.to_bits());
-        assert!(same, "{threads} threads");
-    }
+    same_bits_on_all_threads(|| system.solve(1e-10).0);
 }
 
 #[test]

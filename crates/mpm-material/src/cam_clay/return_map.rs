@@ -4,10 +4,6 @@ use super::elastic::Skeleton;
 use super::parameters::CamClayParameters;
 use crate::NoReturn;
 
-/// Error that counts as solved: what rounding of strains of 3 leaves of a pressure that they decide, at κ = 0.005,
-/// is some 1e-12.
-const SOLVED: f64 = 1e-11;
-
 /// A return.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Returned {
@@ -36,48 +32,58 @@ pub(super) struct Equations {
     pub before: f64,
     /// ln(p_c,n/p_r).
     logarithm: f64,
+    /// G₀/p_r.
+    shear: f64,
+    /// M².
+    m2: f64,
     /// 1/M².
     per_m2: f64,
+    /// 1/κ.
+    per_swelling: f64,
     /// λ − κ.
     pub hardening: f64,
+    /// 1/(λ − κ).
+    per_hardening: f64,
 }
 
-/// The equations in P = ln(p/p_r) and ζ = p Δγ, which are of moderate size for pressures of any size:
+/// The equations in P = ln(p/p_r) and v = ε_s,tr/ε_s − 1 = 6 m p Δγ/M²:
 ///
 /// ```text
-/// R = ε_v − ε_v,tr − ζ (2 − p_c/p),   F = ln(1 + η²/M²) − ln(p_c/p),
-/// m = G₀/p + g,   ε_s = β ε_s,tr,   β = 1/(1 + 6mζ/M²),   η = q/p = 3mε_s,
+/// R = ε_v − ε_v,tr − v M² (1 − y)/(6m),   F = ln(1 + y) − ln(p_c/p),
+/// m = G₀/p + g,   ε_s = ε_s,tr/(1 + v),   y = η²/M²,   η = q/p = 3mε_s,
 /// ε_v = −κ P + (3/2) g ε_s²,   ln(p_c/p) = ln(p_c,n/p_r) + (ε_v − ε_v,tr)/(λ − κ) − P.
 /// ```
 ///
-/// On the isotropic axis F is linear, so that steps of any length need no iteration there.
+/// R is the flow rule ε_v − ε_v,tr = p Δγ (2 − p_c/p) on the yield surface, where p_c/p = 1 + y. On the isotropic axis
+/// F is linear, so that steps of any length need no iteration there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
-    /// P and ζ.
+    /// P and v.
     unknowns: [f64; 2],
-    /// ε_v and ε_s.
+    /// ε_v − ε_v,tr and ε_s.
     strains: (f64, f64),
     /// G₀/p and m.
     moduli: (f64, f64),
+    /// 1/(1 + v).
     beta: f64,
     /// η.
     ratio: f64,
-    /// p_c/p.
-    relative: f64,
-    /// R and F.
-    residual: [f64; 2],
-    /// Of R/κ and F, the larger.
-    error: f64,
+    /// y.
+    yielding: f64,
+    /// M²/(6m).
+    flow: f64,
 }
 
 /// Derivatives at a point.
 struct Slopes {
-    /// ∂(R, F)/∂(P, ζ).
+    /// ∂(R, F)/∂(P, v).
     jacobian: [[f64; 2]; 2],
-    /// ∂η/∂(P, ζ).
+    /// ∂η/∂(P, v).
     ratio: [f64; 2],
-    /// 2η/(M² + η²) = ∂ ln(1 + η²/M²)/∂η.
+    /// ∂y/∂η.
     yielding: f64,
+    /// 1/(1 + y).
+    per_relative: f64,
 }
 
 impl Equations {
@@ -85,14 +91,20 @@ impl Equations {
     #[inline]
     pub fn new(skeleton: Skeleton, parameters: &CamClayParameters, trial: (f64, f64), before: f64) -> Self {
         let CamClayParameters { critical_ratio, compression, swelling, .. } = *parameters;
+        let hardening = compression - swelling;
+        let m2 = critical_ratio * critical_ratio;
         Self {
             skeleton,
             critical_ratio,
             trial,
             before,
             logarithm: (before / skeleton.reference_pressure).ln(),
-            per_m2: 1.0 / (critical_ratio * critical_ratio),
-            hardening: compression - swelling,
+            shear: skeleton.shear / skeleton.reference_pressure,
+            m2,
+            per_m2: 1.0 / m2,
+            per_swelling: 1.0 / swelling,
+            hardening,
+            per_hardening: 1.0 / hardening,
         }
     }
 
@@ -105,86 +117,84 @@ impl Equations {
     pub fn solve(&self, p: f64) -> Result<Returned, NoReturn> {
         if p.is_finite() && p > 0.0 {
             let start = self.skeleton.exponent(self.trial.0, self.trial.1);
-            if let Some((returned, _)) = self.newton(self.unreturned(start, p)) {
+            // The trial's pressure is known: no power of e has to be taken.
+            if let Some((returned, _)) = self.newton(self.with_modulus([start, 0.0], self.skeleton.shear / p)) {
                 return Ok(returned);
             }
         }
         self.bracketed()
     }
 
-    /// The trial state, of which P and the pressure `p` are known: no power of e has to be taken.
-    #[inline]
-    fn unreturned(&self, logarithm: f64, p: f64) -> Point {
+    /// The state of ln(p/p_r) = `logarithm` [-] and Δγ = `multiplier` [L²/F], p being known too [F/L²].
+    pub(super) fn flowing(&self, logarithm: f64, p: f64, multiplier: f64) -> Point {
         let constant = self.skeleton.shear / p;
         let modulus = constant + self.skeleton.shear_ratio;
-        let relative = self.logarithm - logarithm;
-        let ratio = 3.0 * modulus * self.trial.1;
-        let residual = [0.0, (self.per_m2 * ratio * ratio).ln_1p() - relative];
-        Point {
-            unknowns: [logarithm, 0.0],
-            strains: self.trial,
-            moduli: (constant, modulus),
-            beta: 1.0,
-            ratio,
-            relative: self.before / p,
-            residual,
-            error: residual[1].abs(),
-        }
+        self.with_modulus([logarithm, 6.0 * self.per_m2 * modulus * p * multiplier], constant)
     }
 
     #[inline]
-    pub(super) fn at(&self, unknowns: [f64; 2]) -> Point {
-        let skeleton = &self.skeleton;
-        let [logarithm, zeta] = unknowns;
+    fn at(&self, unknowns: [f64; 2]) -> Point {
         // Without a constant part of the modulus no pressure is needed.
-        let constant = if skeleton.shear > 0.0 {
-            skeleton.shear / skeleton.reference_pressure * (-logarithm).exp()
-        } else {
-            0.0
-        };
+        let constant = if self.shear > 0.0 { self.shear * (-unknowns[0]).exp() } else { 0.0 };
+        self.with_modulus(unknowns, constant)
+    }
+
+    /// G₀/p being `constant`.
+    #[inline]
+    fn with_modulus(&self, unknowns: [f64; 2], constant: f64) -> Point {
+        let skeleton = &self.skeleton;
+        let [logarithm, excess] = unknowns;
         let modulus = constant + skeleton.shear_ratio;
-        let beta = 1.0 / (1.0 + 6.0 * self.per_m2 * modulus * zeta);
+        let beta = 1.0 / (1.0 + excess);
         let shear = beta * self.trial.1;
         let ratio = 3.0 * modulus * shear;
         let volumetric = 1.5 * skeleton.shear_ratio * shear * shear - skeleton.swelling * logarithm;
-        let change = volumetric - self.trial.0;
-        let relative = self.logarithm + change / self.hardening - logarithm;
-        let quotient = relative.exp();
-        let residual = [change - zeta * (2.0 - quotient), (self.per_m2 * ratio * ratio).ln_1p() - relative];
-        let error = (residual[0] / skeleton.swelling).abs().max(residual[1].abs());
         Point {
             unknowns,
-            strains: (volumetric, shear),
+            strains: (volumetric - self.trial.0, shear),
             moduli: (constant, modulus),
             beta,
             ratio,
-            relative: quotient,
-            residual,
-            error,
+            yielding: self.per_m2 * ratio * ratio,
+            flow: self.m2 / (6.0 * modulus),
         }
+    }
+
+    /// R and F, and the larger of R/κ and F.
+    #[inline]
+    fn residual(&self, point: &Point) -> ([f64; 2], f64) {
+        let [logarithm, excess] = point.unknowns;
+        let change = point.strains.0;
+        let relative = self.logarithm + change * self.per_hardening - logarithm;
+        // F is of the size of 1: ln(1 + y) to the last digit of a small y would be of no use.
+        let residual =
+            [change - excess * point.flow * (1.0 - point.yielding), (1.0 + point.yielding).ln() - relative];
+        (residual, (residual[0] * self.per_swelling).abs().max(residual[1].abs()))
     }
 
     #[inline]
     fn slopes(&self, point: &Point) -> Slopes {
         let skeleton = &self.skeleton;
-        let ((_, shear), (constant, modulus)) = (point.strains, point.moduli);
-        let zeta = point.unknowns[1];
-        let rate = 6.0 * self.per_m2 * point.beta * shear;
-        let shear_by = [rate * constant * zeta, -rate * modulus];
-        let ratio = [3.0 * (modulus * shear_by[0] - constant * shear), 3.0 * modulus * shear_by[1]];
-        let coupling = 3.0 * skeleton.shear_ratio * shear;
-        let volumetric_by = [coupling * shear_by[0] - skeleton.swelling, coupling * shear_by[1]];
-        let relative_by = [volumetric_by[0] / self.hardening - 1.0, volumetric_by[1] / self.hardening];
-        let yielding = 2.0 * self.per_m2 * point.ratio / (1.0 + self.per_m2 * point.ratio * point.ratio);
-        let hardened = zeta * point.relative;
+        let (shear, (constant, modulus)) = (point.strains.1, point.moduli);
+        let excess = point.unknowns[1];
+        let ratio = [-3.0 * constant * shear, -point.ratio * point.beta];
+        let yielding = 2.0 * self.per_m2 * point.ratio;
+        let per_relative = 1.0 / (1.0 + point.yielding);
+        let volumetric_by = [-skeleton.swelling, -3.0 * skeleton.shear_ratio * shear * shear * point.beta];
+        let against = excess * point.flow * yielding;
+        let below = point.flow * (1.0 - point.yielding);
+        // ∂(1/m)/∂P = (G₀/p)/m².
         let jacobian = [
             [
-                volumetric_by[0] + hardened * relative_by[0],
-                volumetric_by[1] + hardened * relative_by[1] - (2.0 - point.relative),
+                volumetric_by[0] + against * ratio[0] - excess * below * (constant / modulus),
+                volumetric_by[1] + against * ratio[1] - below,
             ],
-            [yielding * ratio[0] - relative_by[0], yielding * ratio[1] - relative_by[1]],
+            [
+                per_relative * yielding * ratio[0] - volumetric_by[0] * self.per_hardening + 1.0,
+                per_relative * yielding * ratio[1] - volumetric_by[1] * self.per_hardening,
+            ],
         ];
-        Slopes { jacobian, ratio, yielding }
+        Slopes { jacobian, ratio, yielding, per_relative }
     }
 
     /// Newton's method from a point; a step is halved until the error falls. Answers with Δγ too. `None` where
@@ -193,55 +203,56 @@ impl Equations {
     pub(super) fn newton(&self, start: Point) -> Option<(Returned, f64)> {
         const STEPS: usize = 30;
         const HALVINGS: usize = 10;
+        /// Convergence is quadratic: from here one step goes to round-off.
+        const LAST: f64 = 1e-7;
 
         let mut now = start;
+        let (mut residual, mut error) = self.residual(&now);
         for _ in 0..STEPS {
-            let slopes = self.slopes(&now);
-            let step = solve(&slopes.jacobian, &now.residual);
+            let step = solve(&self.slopes(&now).jacobian, &residual);
+            let moved =
+                |part: f64| self.at([now.unknowns[0] - part * step[0], now.unknowns[1] - part * step[1]]);
+            if error < LAST {
+                let last = moved(1.0);
+                return (last.unknowns[1] > 0.0).then(|| self.returned(&last));
+            }
             let mut part = 1.0;
             let mut next = None;
             for _ in 0..HALVINGS {
-                let tried = self.at([now.unknowns[0] - part * step[0], now.unknowns[1] - part * step[1]]);
-                if tried.error < now.error {
-                    next = Some(tried);
-                    break;
-                }
-                if now.error < SOLVED {
+                let tried = moved(part);
+                let (tried_residual, tried_error) = self.residual(&tried);
+                if tried_error < error {
+                    next = Some((tried, tried_residual, tried_error));
                     break;
                 }
                 part *= 0.5;
             }
-            // Convergence is quadratic: from 1e-8 one step goes to round-off.
-            let (best, is_last) = match next {
-                Some(better) => (better, now.error < 1e-8 && better.error < SOLVED),
-                None if now.error < SOLVED => (now, true),
-                None => return None,
-            };
-            now = best;
-            if is_last {
-                return (now.unknowns[1] > 0.0).then(|| self.returned(&now));
-            }
+            (now, residual, error) = next?;
         }
         None
     }
 
-    /// The answer, with the tangent of these equations: ∂(R, F)/∂(P, ζ) d(P, ζ) = −∂(R, F)/∂(ε_v, ε_s)_trial.
+    /// The answer, with the tangent of these equations: ∂(R, F)/∂(P, v) d(P, v) = −∂(R, F)/∂(ε_v, ε_s)_trial.
     #[inline]
     fn returned(&self, point: &Point) -> (Returned, f64) {
         let skeleton = &self.skeleton;
-        let ((volumetric, shear), (_, modulus)) = (point.strains, point.moduli);
-        let p = skeleton.reference_pressure * point.unknowns[0].exp();
-        let Slopes { jacobian, ratio, yielding } = self.slopes(point);
-        let hardened = point.unknowns[1] * point.relative;
+        let ((change, shear), (constant, modulus)) = (point.strains, point.moduli);
+        let p = if self.shear > 0.0 {
+            skeleton.shear / constant
+        } else {
+            skeleton.reference_pressure * point.unknowns[0].exp()
+        };
+        let Slopes { jacobian, ratio, yielding, per_relative } = self.slopes(point);
 
-        let by_volume = solve(&jacobian, &[1.0 + hardened / self.hardening, -1.0 / self.hardening]);
+        let by_volume = solve(&jacobian, &[1.0, -self.per_hardening]);
         let volumetric_by = 3.0 * skeleton.shear_ratio * shear * point.beta;
         let ratio_by = 3.0 * modulus * point.beta;
+        let excess = point.unknowns[1];
         let by_shear = solve(
             &jacobian,
             &[
-                -volumetric_by * (1.0 + hardened / self.hardening),
-                volumetric_by / self.hardening - yielding * ratio_by,
+                -volumetric_by - excess * point.flow * yielding * ratio_by,
+                volumetric_by * self.per_hardening - per_relative * yielding * ratio_by,
             ],
         );
         let q_by =
@@ -251,12 +262,12 @@ impl Equations {
         let returned = Returned {
             stress: (p, p * point.ratio),
             shear_modulus: p * modulus,
-            volumetric,
+            volumetric: self.trial.0 + change,
             beta: point.beta,
-            preconsolidation: p * point.relative,
+            preconsolidation: p * (1.0 + point.yielding),
             derivative,
         };
-        (returned, point.unknowns[1] / p)
+        (returned, excess * point.flow / p)
     }
 }
 
