@@ -5,6 +5,7 @@ use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
 };
 use mpm_basis::{Basis, Seed};
+use mpm_contact::Tool;
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
 use mpm_grid::{Block, LinearCell, Mesh, Position, Vector};
 use mpm_material::SymmetricTensor;
@@ -31,6 +32,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub memory: MemoryLimit,
     /// What the volume change of a cell is, where points take it.
     pub mean_dilatation: Option<MeanDilatation>,
+    /// Points inside these are left out.
+    pub tools: Vec<Tool<D>>,
 }
 
 /// A body, and for every face of the plan the points next to it with their areas of it.
@@ -195,11 +198,42 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         let filled: f64 = seeds.iter().map(|seed| seed.volume).sum();
         seeds.iter_mut().for_each(|seed| seed.volume *= volume / filled);
     }
+    leave_out(&plan.tools, &mut seeds, &mut faces)?;
     if let Some(seed) = seeds.iter().find(|seed| plan.space.is_axisymmetric() && seed.position[0] <= 0.0) {
         let at = Position(&seed.position);
         return Err(format!("a material point at {at} stands at r ≤ 0, expected beside the axis, r > 0"));
     }
     Ok(Seeded { seeds, faces, shape_volume: made.and_then(|parts| parts.volume) })
+}
+
+/// Leaves out the points that stand inside a tool.
+fn leave_out<const D: usize, Domain>(
+    tools: &[Tool<D>],
+    seeds: &mut Vec<Seed<D, Domain>>,
+    faces: &mut [Vec<FaceShare<D>>],
+) -> Result<(), String> {
+    if tools.is_empty() {
+        return Ok(());
+    }
+    let mut kept = 0;
+    let numbers: Vec<Option<usize>> = seeds
+        .iter()
+        .map(|seed| {
+            let is_kept = !tools.iter().any(|tool| tool.contains(&seed.position));
+            kept += usize::from(is_kept);
+            is_kept.then(|| kept - 1)
+        })
+        .collect();
+    if kept == 0 {
+        return Err("all of its points stand inside the tools that it is without".into());
+    }
+    let mut number = numbers.iter();
+    seeds.retain(|_| number.next().is_some_and(Option::is_some));
+    for shares in faces {
+        let renumbered = |share: &FaceShare<D>| Some(FaceShare { point: numbers[share.point]?, ..*share });
+        *shares = shares.iter().filter_map(renumbered).collect();
+    }
+    Ok(())
 }
 
 /// The parts of shapes that are not filled piece by piece.

@@ -194,3 +194,43 @@ fn steps_in_which_a_tool_could_be_passed_are_cut() {
     outcome.unwrap();
     assert!(seen.rows.len() > 3, "{} rows", seen.rows.len());
 }
+
+/// The points of the only body, and how much of it the points hold.
+fn points_of(text: &str) -> (Vec<[f64; 2]>, f64) {
+    let Compiled::Plane(model) = compile(&Scene::from_ron(text).unwrap()).unwrap() else { panic!() };
+    let body = &model.bodies[0].body;
+    let extents: Vec<_> = (0..body.n_points()).map(|point| body.extent(point)).collect();
+    let places = extents.iter().map(|it| [it.position[0], it.position[1]]).collect();
+    (places, extents.iter().map(|it| it.width * it.width).sum())
+}
+
+#[test]
+fn a_body_is_cut_by_the_tool_that_stands_in_it() {
+    let shape = "shape: Box(from: (0, 0), to: (2, 1.5), without: [\"foot\"])";
+    let whole =
+        PRESS.replace("shape: Box(from: (0, 0), to: (2, 1.1))", shape).replace("MOTION", "motion: Rest");
+    let polygon = "Polygon(vertices: [(0.6, 1.1), (1.3, 1.1), (1.3, 1.6), (0.6, 1.6)])";
+    // A disc is cut out exactly, as a body would be.
+    let (_, volume) = points_of(&whole.replace(polygon, "Disc(centre: (1, 1), radius: 0.3)"));
+    let disc = std::f64::consts::PI * 0.09;
+    assert!((volume - (3.0 - disc)).abs() < 1e-3 * disc, "{volume}");
+    // Of a polygon the points inside are left out.
+    let (places, volume) = points_of(&whole);
+    let is_inside = |x: &[f64; 2]| (0.6..1.3).contains(&x[0]) && x[1] > 1.1;
+    assert!(!places.is_empty() && !places.iter().any(is_inside));
+    assert!((volume - (3.0 - 0.7 * 0.4)).abs() < 0.1, "{volume}");
+    let (seen, outcome) = run(&whole);
+    outcome.unwrap();
+    assert!(seen.series("tool/foot/deepest", 0).iter().all(|deepest| *deepest == 0.0));
+    let refused = |text: String| compile(&Scene::from_ron(&text).unwrap()).map(drop).unwrap_err().to_string();
+    let error = refused(whole.replace("[\"foot\"]", "[\"hand\"]"));
+    assert!(
+        error.contains("no body named `hand` stands before this one, and no tool has this name"),
+        "{error}"
+    );
+    let error = refused(whole.replace(polygon, "Polygon(vertices: [(-1, -1), (3, -1), (3, 3), (-1, 3)])"));
+    assert!(error.contains("all of its points stand inside the tools that it is without"), "{error}");
+    let ring = "shape: Ring(inner: 0.2, outer: 0.5, centre: (1, 1), without: [\"hand\"])";
+    let error = refused(whole.replace(shape, ring));
+    assert!(error.contains("`without`: no tool is named `hand`"), "{error}");
+}

@@ -89,8 +89,8 @@ impl<const D: usize> NearCorner<D> {
     pub fn contacts_at(&self, position: Vector<D>, at: &At<'_, D>) -> Vec<Contact<D>> {
         let mut near = Vec::new();
         at.tool.near(self.key.part as usize, at.pose, &position, self.reach, &mut near);
-        let contacts = near.into_iter().enumerate().map(|(rank, near)| {
-            let remembered = self.remembered(&at.pose.turn_back(&near.normal));
+        let remembered = self.of_places(at.pose, &near);
+        let contacts = near.into_iter().zip(remembered).enumerate().map(|(rank, (near, remembered))| {
             let state = remembered.map_or_else(|| self.untouched(at.start, &near), |k| self.states[k]);
             // Adhesion acts on the nearest place: the corner has one share of the surface.
             let law = if rank == 0 { self.law } else { CornerLaw { adhesion: 0.0, ..self.law } };
@@ -117,12 +117,22 @@ impl<const D: usize> NearCorner<D> {
         }
     }
 
-    /// The state of the place whose normal in the tool's frame is nearest to `normal`.
-    fn remembered(&self, normal: &Vector<D>) -> Option<usize> {
-        let alike = |k: &usize| self.states[*k].normal.dot(normal);
-        let best = (0..self.states.len()).max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
-        // One place of a smooth surface may turn far in a step.
-        (self.states.len() == 1 || alike(&best) > SAME_PLACE).then_some(best)
+    /// For each place the state whose normal in the tool's frame is nearest; no state is that of two places.
+    fn of_places(&self, pose: &Pose<D>, near: &[Near<D>]) -> Vec<Option<usize>> {
+        let alike = |k: usize, place: usize| self.states[k].normal.dot(&pose.turn_back(&near[place].normal));
+        let best = |place: usize| {
+            let best = (0..self.states.len()).max_by(|&a, &b| alike(a, place).total_cmp(&alike(b, place)))?;
+            // One place of a smooth surface may turn far in a step.
+            (self.states.len() == 1 || alike(best, place) > SAME_PLACE).then_some(best)
+        };
+        let mut found: Vec<Option<usize>> = (0..near.len()).map(best).collect();
+        for place in 1..found.len() {
+            let Some(k) = found[place] else { continue };
+            let Some(other) = (0..place).find(|&other| found[other] == Some(k)) else { continue };
+            let farther = if alike(k, place) > alike(k, other) { other } else { place };
+            found[farther] = None;
+        }
+        found
     }
 
     /// The state at a place that was not touched before: the anchor is where the corner stood at the start of the step.

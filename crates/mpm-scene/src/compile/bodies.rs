@@ -5,8 +5,9 @@ use super::initial::{self, Beginning};
 use super::law::Refusal;
 use super::mesh::component;
 use super::overlap::overlap;
-use super::shapes::{WithSurface, cut_out, shape};
+use super::shapes::{WithSurface, cut_out, shape, solid_part};
 use super::symmetry::{Sides, cut_sides};
+use super::tools::{ToolParts, tool};
 use crate::error::SceneError;
 use crate::files::SceneFiles;
 use crate::fill::{FaceShare, Plan};
@@ -15,6 +16,7 @@ use crate::language::{
 };
 use crate::pieces::Shape;
 use mpm_assembly::{MeanDilatation, Space};
+use mpm_contact::Tool;
 use mpm_geometry::{Face, MemoryLimit};
 use mpm_grid::{Layout, Mesh};
 use mpm_solver::NamedBody;
@@ -23,7 +25,7 @@ use mpm_solver::NamedBody;
 type Faces<const D: usize> = Vec<Vec<Vec<FaceShare<D>>>>;
 
 /// The bodies, the points at their faces, and the sides on which they are cut by symmetry.
-pub(super) fn bodies<const D: usize, B: FillBody<D>>(
+pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
     (layout, start, space): (&Layout<D>, &Mesh<D>, Space),
     files: &dyn SceneFiles,
@@ -33,14 +35,9 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
     if scene.bodies.is_empty() {
         return Err(SceneError::new("bodies", "expected at least one body"));
     }
-    if let Some(k) =
-        scene.output.fields.iter().position(|field| *field == FieldInput::Outline).filter(|_| D != 2)
-    {
-        return Err(SceneError::new(
-            format!("output.fields[{k}]"),
-            format!("`Outline` is recorded in the plane only, and the scene has {D} dimensions"),
-        ));
-    }
+    check_outline(scene)?;
+    let of_tools: Vec<_> = scene.tools.iter().map(|tool| (&tool.name[..], solid_part(tool))).collect();
+    let of_tools = tool_shapes(&of_tools, files)?;
     let (mut bodies, mut all_faces, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
     let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
@@ -55,7 +52,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
         shapes.push(WithSurface::of(input, files).map_err(refuse)?);
         let Some((own, before)) = shapes.split_last() else { continue };
         let others = &scene.bodies[..b];
-        let cut = cut_out(input, others, before).map_err(refuse)?;
+        let cut = cut_out(input, others, before, &of_tools).map_err(refuse)?;
         let overlapped = others.iter().zip(before).find(|&other| overlap(other, (input, own)));
         if let Some((other, _)) = overlapped {
             let way_out = way_out(input, other);
@@ -79,6 +76,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
                 MeanDilatationInput::Points => MeanDilatation::Points,
                 MeanDilatationInput::Cell => MeanDilatation::Cell,
             }),
+            tools: tools_inside(scene, input, layout, files)?,
         };
         if let Some(initial) = &input.initial {
             initial::check(initial, law, D, &path)?;
@@ -98,6 +96,42 @@ pub(super) fn bodies<const D: usize, B: FillBody<D>>(
         all_faces.push(filled.faces);
     }
     Ok((bodies, all_faces, cuts))
+}
+
+/// Refuses outlines of points in space.
+fn check_outline<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(), SceneError> {
+    if let Some(k) =
+        scene.output.fields.iter().position(|field| *field == FieldInput::Outline).filter(|_| D != 2)
+    {
+        return Err(SceneError::new(
+            format!("output.fields[{k}]"),
+            format!("`Outline` is recorded in the plane only, and the scene has {D} dimensions"),
+        ));
+    }
+    Ok(())
+}
+
+/// What of tools can be cut out of boxes, with the surfaces that it names.
+fn tool_shapes<'a, const D: usize>(
+    tools: &'a [(&'a str, Option<ShapeInput<D>>)],
+    files: &dyn SceneFiles,
+) -> Result<Vec<(&'a str, Option<WithSurface<'a, D>>)>, SceneError> {
+    let placed = |(k, (name, shape)): (usize, &'a (&'a str, Option<ShapeInput<D>>))| {
+        let shape = shape.as_ref().map(|shape| WithSurface::placed(shape, [false; D], files)).transpose();
+        Ok((*name, shape.map_err(|it| SceneError::new(format!("tools[{k}].parts"), it))?))
+    };
+    tools.iter().enumerate().map(placed).collect()
+}
+
+/// The tools that a body is without.
+fn tools_inside<const D: usize, B: ToolParts<D>>(
+    scene: &SceneIn<D, B>,
+    input: &BodyInput<D>,
+    layout: &Layout<D>,
+    files: &dyn SceneFiles,
+) -> Result<Vec<Tool<D>>, SceneError> {
+    let named = scene.tools.iter().enumerate().filter(|(_, it)| input.shape.without().contains(&it.name));
+    named.map(|(k, it)| tool::<D, B>(it, &format!("tools[{k}]"), layout, files)).collect()
 }
 
 /// The law of a body, and whether a body force acts, so that its points need masses.

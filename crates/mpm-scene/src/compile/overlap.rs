@@ -78,11 +78,13 @@ impl<'a, const D: usize> Cover<'a, D> {
             ShapeInput::Box { from: Coordinates(from), to: Coordinates(to), .. } => {
                 Some(Self::Box { from, to })
             }
-            ShapeInput::Ring { centre, inner, outer } => round(Direction::Z, centre, [inner.0, outer.0], None),
+            ShapeInput::Ring { centre, inner, outer, .. } => {
+                round(Direction::Z, centre, [inner.0, outer.0], None)
+            }
             ShapeInput::Cylinder { axis, centre, radius, extent } => {
                 round(*axis, centre, [0.0, radius.0], *extent)
             }
-            ShapeInput::Tube { axis, centre, inner, outer, extent } => {
+            ShapeInput::Tube { axis, centre, inner, outer, extent, .. } => {
                 round(*axis, centre, [inner.0, outer.0], *extent)
             }
             ShapeInput::Sphere { centre: Coordinates(centre), radius } => {

@@ -2,7 +2,7 @@
 
 use super::mesh::{check_ring, plane_point};
 use crate::files::SceneFiles;
-use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput};
+use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput, ToolInput, ToolPartInput};
 use crate::pieces::Shape;
 use mpm_geometry::{Ball, MemoryLimit, Round, Solid, Surface};
 use mpm_grid::{Axis, Layout, Mesh, Span};
@@ -21,8 +21,16 @@ pub(super) struct WithSurface<'a, const D: usize> {
 
 impl<'a, const D: usize> WithSurface<'a, D> {
     pub(super) fn of(body: &'a BodyInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
-        let shape = &body.shape;
         let open = std::array::from_fn(|d| body.symmetry.iter().any(|it| it.index() == d));
+        Self::placed(&body.shape, open, files)
+    }
+
+    /// A shape with its surface.
+    pub(super) fn placed(
+        shape: &'a ShapeInput<D>,
+        open: [bool; D],
+        files: &dyn SceneFiles,
+    ) -> Result<Self, String> {
         let ShapeInput::Surface { file, scale, shift } = shape else {
             return Ok(Self { shape, surface: None, open });
         };
@@ -39,7 +47,7 @@ impl<'a, const D: usize> WithSurface<'a, D> {
             (ShapeInput::Cylinder { axis, centre, radius, extent }, _) => {
                 round(layout, *axis, centre, (0.0, radius.0), *extent).map(Solid::Round)
             }
-            (ShapeInput::Tube { axis, centre, inner, outer, extent }, _) => {
+            (ShapeInput::Tube { axis, centre, inner, outer, extent, .. }, _) => {
                 round(layout, *axis, centre, (inner.0, outer.0), *extent).map(Solid::Round)
             }
             (ShapeInput::Sphere { centre, radius }, _) => {
@@ -79,23 +87,54 @@ impl<'a, const D: usize> WithSurface<'a, D> {
     }
 }
 
-/// The shapes that are cut out of a body.
+/// The first part of a tool that can be cut out of a box exactly, as a shape of bodies.
+pub(super) fn solid_part<const D: usize>(tool: &ToolInput<D>) -> Option<ShapeInput<D>> {
+    tool.parts.iter().find_map(|part| match part {
+        ToolPartInput::Cylinder { axis, centre, radius, extent } => {
+            let (axis, centre, radius) = (*axis, *centre, *radius);
+            Some(ShapeInput::Cylinder { axis, centre, radius, extent: Some(*extent) })
+        }
+        ToolPartInput::Disc { centre, radius } => Some(match &centre.0[..] {
+            &[x, y] => {
+                let centre = PlanePoint((Finite(x), Finite(y)));
+                ShapeInput::Cylinder { axis: Direction::Z, centre, radius: *radius, extent: None }
+            }
+            _ => ShapeInput::Sphere { centre: *centre, radius: *radius },
+        }),
+        ToolPartInput::Surface { file, scale, shift } => {
+            Some(ShapeInput::Surface { file: file.clone(), scale: *scale, shift: *shift })
+        }
+        _ => None,
+    })
+}
+
+/// The shapes that are cut out of a body: those of bodies before it, and those of tools.
 pub(super) fn cut_out<'a, const D: usize>(
     body: &BodyInput<D>,
     before: &[BodyInput<D>],
     shapes: &'a [WithSurface<'a, D>],
+    tools: &'a [(&str, Option<WithSurface<'a, D>>)],
 ) -> Result<Vec<&'a WithSurface<'a, D>>, String> {
-    let ShapeInput::Box { without, .. } = &body.shape else { return Ok(Vec::new()) };
-    let of = |name: &String| {
-        let other = before.iter().zip(shapes).find(|other| other.0.name == *name);
-        let (other, shape) =
-            other.ok_or_else(|| format!("`without`: no body named `{name}` stands before this one"))?;
-        if other.points_per_cell != body.points_per_cell {
-            return Err(format!("`without`: body `{name}` has another number of points per cell"));
+    let mut cut = Vec::new();
+    for name in body.shape.without() {
+        let of_tool = tools.iter().find(|tool| tool.0 == *name);
+        let is_box = matches!(body.shape, ShapeInput::Box { .. });
+        let other = before.iter().zip(shapes).find(|other| other.0.name == *name).filter(|_| is_box);
+        match (other, of_tool) {
+            (Some((other, _)), _) if other.points_per_cell != body.points_per_cell => {
+                return Err(format!("`without`: body `{name}` has another number of points per cell"));
+            }
+            (Some((_, shape)), _) => cut.push(shape),
+            (None, Some((_, shape))) => cut.extend(shape.iter().filter(|_| is_box)),
+            (None, None) if is_box => {
+                return Err(format!(
+                    "`without`: no body named `{name}` stands before this one, and no tool has this name"
+                ));
+            }
+            (None, None) => return Err(format!("`without`: no tool is named `{name}`")),
         }
-        Ok(shape)
-    };
-    without.iter().map(of).collect()
+    }
+    Ok(cut)
 }
 
 /// What is to be filled, and the mesh whose cells it is filled by.
@@ -132,11 +171,11 @@ pub(super) fn shape<'a, const D: usize>(
         ShapeInput::Tube { inner, outer, .. } if inner.0 >= outer.0 => {
             Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
         }
-        ShapeInput::Ring { inner, outer, centre } => match layout {
+        ShapeInput::Ring { inner, outer, centre, .. } => match layout {
             Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
             Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), memory),
         },
-        ShapeInput::Tube { axis, centre, inner, outer, extent } => match layout {
+        ShapeInput::Tube { axis, centre, inner, outer, extent, .. } => match layout {
             Layout::Box { .. } => in_box(solid()?),
             Layout::Ring { .. } if *axis != Direction::Z => {
                 Err("a tube in a ring mesh has its axis along `Z`".into())

@@ -156,12 +156,13 @@ fn refuse_along_a_path<const D: usize>(
     Ok(())
 }
 
-fn rigid<const D: usize, B: ToolParts<D>>(
+/// The parts of a tool in its own frame.
+pub(super) fn tool<const D: usize, B: ToolParts<D>>(
     input: &ToolInput<D>,
     path: &str,
     layout: &Layout<D>,
-    (stages, files): (Stages<'_>, &dyn SceneFiles),
-) -> Result<RigidTool<D>, SceneError> {
+    files: &dyn SceneFiles,
+) -> Result<Tool<D>, SceneError> {
     if let Some(rounding) = input.rounding.filter(|rounding| rounding.0 < 0.0) {
         let reason = format!("is {}, expected at least 0", rounding.0);
         return Err(SceneError::new(format!("{path}.rounding"), reason));
@@ -171,8 +172,16 @@ fn rigid<const D: usize, B: ToolParts<D>>(
         B::part(part, rounding, files).map_err(|it| SceneError::new(format!("{path}.parts[{k}]"), it))
     };
     let parts = input.parts.iter().enumerate().map(part).collect::<Result<_, _>>()?;
-    let tool =
-        Tool::new(parts).map_err(|_| SceneError::new(format!("{path}.parts"), "expected at least one part"))?;
+    Tool::new(parts).map_err(|_| SceneError::new(format!("{path}.parts"), "expected at least one part"))
+}
+
+fn rigid<const D: usize, B: ToolParts<D>>(
+    input: &ToolInput<D>,
+    path: &str,
+    layout: &Layout<D>,
+    (stages, files): (Stages<'_>, &dyn SceneFiles),
+) -> Result<RigidTool<D>, SceneError> {
+    let tool = tool::<D, B>(input, path, layout, files)?;
     let from = &input.interface;
     let interface = Interface {
         friction: from.friction.0,

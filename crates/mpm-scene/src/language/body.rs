@@ -104,7 +104,8 @@ pub enum ShapeInput<const D: usize> {
         to: Coordinates<D>,
         /// Names of bodies before this one, of the shapes `Cylinder`, `Tube`, `Sphere` or `Surface`, that are cut out of the
         /// box, as far as they reach into it. The box then has its ends on mesh lines, and all have equally many
-        /// points per cell.
+        /// points per cell. Also names of tools: the first of a tool's parts that is a `Cylinder`, a `Disc` or a `Surface` is
+        /// cut out like a body, and points that stand inside any of its parts are left out.
         #[serde(default)]
         without: Vec<String>,
     },
@@ -118,6 +119,9 @@ pub enum ShapeInput<const D: usize> {
         inner: Finite,
         /// Outer radius `[L]`.
         outer: Finite,
+        /// Names of tools; points that stand inside them are left out.
+        #[serde(default)]
+        without: Vec<String>,
     },
     /// A cylinder along an axis; in plane strain, a disc; as a body of revolution a `Box`. Box meshes only. Cells that are filled in part have points
     /// whose volume, centre and extent are those of what fills them.
@@ -152,6 +156,9 @@ pub enum ShapeInput<const D: usize> {
         /// out `[L]`.
         #[serde(default)]
         extent: Option<(Finite, Finite)>,
+        /// Names of tools; points that stand inside them are left out.
+        #[serde(default)]
+        without: Vec<String>,
     },
     /// A sphere; box meshes only, in three dimensions or, with its centre on the axis, as a body of revolution (in plane
     /// strain a disc is a `Cylinder`). Filled as a `Cylinder` is.
@@ -185,4 +192,14 @@ pub enum ShapeInput<const D: usize> {
         /// The file, beside the scene: HDF5 if it ends in `.h5` or `.hdf5`, else CSV.
         file: String,
     },
+}
+
+impl<const D: usize> ShapeInput<D> {
+    /// Names of the bodies and tools that are cut out of it.
+    pub fn without(&self) -> &[String] {
+        match self {
+            Self::Box { without, .. } | Self::Ring { without, .. } | Self::Tube { without, .. } => without,
+            _ => &[],
+        }
+    }
 }
