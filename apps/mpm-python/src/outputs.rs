@@ -73,8 +73,9 @@ impl Outputs {
         (file, mut head, step): (&Path, CheckpointHead, usize),
         asked: &Asked,
     ) -> Result<Self, Failure> {
-        let results =
-            asked.output.clone().or_else(|| Some(head.results).filter(|path| path.file_name().is_some()));
+        // A run without results has left the folder of its checkpoint in their place.
+        let before = Some(head.results).filter(|path| path.file_name().is_some() && !path.is_dir());
+        let results = asked.output.clone().or(before);
         if let Some(results) = results.as_ref().filter(|path| asked.output.is_none() && !path.exists()) {
             return Err(Failure::input(format!(
                 "the results file {} is not there: name it by output=, or a new file for the rest of the history",

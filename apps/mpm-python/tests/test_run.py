@@ -139,6 +139,11 @@ def test_checkpoints_without_results(scenes, in_tmp):
     *_, expected = mpm.run(scene)
     assert np.array_equal(last.history["reaction/pulled"], expected.history["reaction/pulled"])
     assert sorted(os.listdir()) == ["a.checkpoint.h5", "b.checkpoint.h5"]
+    last = [step.index for step in mpm.resume(in_tmp / "a.checkpoint.h5")]
+    assert last == [6]
+    for step in mpm.run(scene, checkpoint="a.checkpoint.h5", force=True):
+        if step.index == 5:
+            break
     for step in mpm.resume("a.checkpoint.h5", output="rest.h5"):
         pass
     assert list(mpm.open("rest.h5").history.index) == [6]
@@ -245,12 +250,13 @@ def test_many_runs_go_on_beside_one_another(scenes):
 def test_a_run_is_not_used_by_two_threads_at_once(scenes):
     run = mpm.run(long(scenes), threads=1)
     next(run)
-    told = []
+    told, is_over = [], threading.Event()
 
     def use():
         try:
             for _ in run:
-                pass
+                if is_over.is_set():
+                    break
         except RuntimeError as error:
             told.append(str(error))
 
@@ -260,13 +266,9 @@ def test_a_run_is_not_used_by_two_threads_at_once(scenes):
     deadline = time.monotonic() + 60
     while not told and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert told and "lready" in told[0]
-    is_over = False
-    while not is_over:
-        try:
-            run.close()
-            is_over = True
-        except RuntimeError:
-            time.sleep(0.001)
+    is_over.set()
     for thread in threads:
         thread.join()
+    assert told and "lready" in told[0]
+    run.close()
+    assert run.status == "stopped"
