@@ -37,7 +37,12 @@ impl Outputs {
     /// Those of a run from the beginning.
     pub(crate) fn begin(scene: &Scene, compiled: &Compiled, asked: &Asked) -> Result<Self, Failure> {
         let checkpoint = asked.checkpoint.clone().or_else(|| asked.output.as_deref().map(Keeper::beside));
-        check_places(&read(scene), asked.output.as_deref(), checkpoint.as_deref()).map_err(Failure::input)?;
+        let mut read = named(scene);
+        let own = PathBuf::from(scene.file());
+        if own.is_file() {
+            read.push(("scene", own));
+        }
+        check_places(&read, asked.output.as_deref(), checkpoint.as_deref()).map_err(Failure::input)?;
         if !asked.force {
             protect(scene, asked.output.as_deref(), checkpoint.as_deref())?;
         }
@@ -68,8 +73,9 @@ impl Outputs {
         (file, mut head, step): (&Path, CheckpointHead, usize),
         asked: &Asked,
     ) -> Result<Self, Failure> {
-        let results =
-            asked.output.clone().or_else(|| Some(head.results).filter(|path| path.file_name().is_some()));
+        // A run without results has left the folder of its checkpoint in their place.
+        let before = Some(head.results).filter(|path| path.file_name().is_some() && !path.is_dir());
+        let results = asked.output.clone().or(before);
         if let Some(results) = results.as_ref().filter(|path| asked.output.is_none() && !path.exists()) {
             return Err(Failure::input(format!(
                 "the results file {} is not there: name it by output=, or a new file for the rest of the history",
@@ -81,7 +87,7 @@ impl Outputs {
             let reason = format!("the results file {} is the checkpoint itself", results.display());
             return Err(Failure::input(reason));
         }
-        check_places(&read(scene), results.as_deref(), Some(checkpoint)).map_err(Failure::input)?;
+        check_places(&named(scene), results.as_deref(), Some(checkpoint)).map_err(Failure::input)?;
         if asked.interval != CheckpointInterval::default() {
             head.interval = asked.interval;
         }
@@ -184,16 +190,11 @@ fn protect(scene: &Scene, results: Option<&Path>, checkpoint: Option<&Path>) -> 
     )))
 }
 
-/// What is read, and where.
-fn read(scene: &Scene) -> Vec<(&'static str, PathBuf)> {
+/// What is read, and where: the files that the scene names.
+fn named(scene: &Scene) -> Vec<(&'static str, PathBuf)> {
     let files = scene.files();
     let named = scene.language().files().into_iter().filter(|file| !files.holds(file));
-    let mut read: Vec<_> = named.map(|file| ("file that the scene names", files.folder().path(file))).collect();
-    let own = PathBuf::from(scene.file());
-    if own.is_file() {
-        read.push(("scene", own));
-    }
-    read
+    named.map(|file| ("file that the scene names", files.folder().path(file))).collect()
 }
 
 /// Where the files lie that the scene names, if it names any.

@@ -126,12 +126,13 @@ impl Scene {
 
     /// The scene with one value set.
     fn with_value(&self, py: Python<'_>, path: &str, value: &str) -> PyResult<Self> {
+        let wrong = |reason: String| Failure::input(format!("{path}={value}: {reason}")).raise(py);
         let edited = set_value(&self.text, path, value).map_err(|error| {
             let (EditError::Path(reason) | EditError::Value(reason)) = error;
-            Failure::input(format!("{path}={value}: {reason}")).raise(py)
+            wrong(reason)
         })?;
-        let (name, files) = (self.name.clone(), self.files.clone());
-        Self::read(edited.text, name, files).map_err(|failure| failure.raise(py))
+        let scene = Language::from_ron(&edited.text).map_err(|error| wrong(error.reason))?;
+        Ok(Self { text: edited.text, scene, ..self.clone() })
     }
 
     /// What `mpm check --json` prints.

@@ -34,9 +34,10 @@ def run(
     >>> import implicit_mpm as mpm
     >>> with mpm.run("scenes/simple_stretch.ron") as run:
     ...     for step in run:
-    ...         if step.history["load_fraction"] >= 0.1:
+    ...         stress = step.field("cauchy_stress")
+    ...         if step.load_fraction >= 0.1:
     ...             break
-    >>> run.status, step.field("cauchy_stress").shape
+    >>> run.status, stress.shape
     ('stopped', (16, 3, 3))
     """
     scene = scene if isinstance(scene, Scene) else Scene(scene)

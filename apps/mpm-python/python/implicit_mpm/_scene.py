@@ -39,7 +39,7 @@ class Scene:
     >>> mpm.Scene("PlaneStrain(mesh: Box(axis: []))")
     Traceback (most recent call last):
     ...
-    implicit_mpm._errors.InputError: scene:1:27: unknown field `axis` of `Box`; expected `axes`
+    implicit_mpm._errors.InputError: scene:1:23: unknown field `axis` of `Box`; expected `axes`
     """
 
     def __init__(
@@ -86,7 +86,12 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a dict, with the values that its text leaves out; ``Scene(scene.to_dict()) == scene``."""
-        return json.loads(self._native.json())
+        scene = json.loads(self._native.json())
+        for space in scene.values():
+            fields = space["output"]["fields"]
+            # What a law remembers is asked for by its bare name.
+            fields[:] = [field["Remembered"] if isinstance(field, dict) else field for field in fields]
+        return scene
 
     def with_values(self, values: Mapping[str, Any]) -> Scene:
         """The scene with other values, by their paths: ``scene.with_values({"schedule.steps": 20})``.
