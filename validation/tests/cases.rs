@@ -194,6 +194,11 @@ fn ground_at_rest() {
 }
 
 #[test]
+fn circular_footing_in_space() {
+    passes("circular footing in space");
+}
+
+#[test]
 fn columns_of_soil() {
     passes("columns of soil");
 }

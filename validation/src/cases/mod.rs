@@ -81,6 +81,7 @@ pub const CASES: &[Case] = &[
     soil::CLAY,
     soil::SAND,
     soil::HEAVY,
+    soil::CIRCLE,
     soil::WALL,
     soil::CUT,
     soil::SLOPE,

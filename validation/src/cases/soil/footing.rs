@@ -33,7 +33,7 @@ pub(in crate::cases) const HEAVY: Case = Case {
 };
 
 /// Nodes from 0 to `length`: so many cells that grow by a common factor from the first, of `size`.
-fn graded(size: f64, length: f64, cells: u32) -> Vec<f64> {
+pub(super) fn graded(size: f64, length: f64, cells: u32) -> Vec<f64> {
     let reach = |growth: f64, n: u32| size * (0..n).map(|k| growth.powf(f64::from(k))).sum::<f64>();
     let (mut low, mut high) = (0.5, 4.0);
     for _ in 0..80 {

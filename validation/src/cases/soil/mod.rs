@@ -2,12 +2,14 @@
 
 mod at_rest;
 mod cavity;
+mod circle;
 mod column;
 mod footing;
 mod limits;
 
 pub(super) use at_rest::CASE as AT_REST;
 pub(super) use cavity::{INFINITE, RING};
+pub(super) use circle::CASE as CIRCLE;
 pub(super) use column::CASE as COLUMN;
 pub(super) use footing::{CLAY, HEAVY, SAND};
 pub(super) use limits::{CUT, SLOPE, WALL};
