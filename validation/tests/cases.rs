@@ -274,6 +274,11 @@ fn cylinder_in_clay() {
 }
 
 #[test]
+fn cylinder_pile_and_vane_in_clay() {
+    passes("cylinder, pile and vane in clay");
+}
+
+#[test]
 fn footing_and_blade() {
     passes("footing and blade");
 }

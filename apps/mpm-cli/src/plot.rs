@@ -7,6 +7,7 @@ mod histories;
 mod tools;
 
 use crate::complaint::Complaint;
+use crate::run::named_after;
 use arguments::BodyArguments;
 use clap::{Args, ValueEnum};
 use drawn::Drawn;
@@ -112,7 +113,7 @@ fn frames(arguments: &PlotArguments, file: &Drawn) -> Result<Vec<PathBuf>, Compl
     let steps = body.steps(None)?;
     let steps = 0..steps.end;
     let scales = body.scales(steps.clone())?;
-    let gif = folder.with_extension("gif");
+    let gif = named_after(folder.as_os_str(), "gif");
     let mut animation: Option<Animation> = None;
     for step in steps {
         let panel = body.panel(step, &scales)?;

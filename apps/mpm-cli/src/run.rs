@@ -14,6 +14,7 @@ use mpm_io::{
 };
 use mpm_scene::{AddedStages, Scene};
 use mpm_solver::{Error, State};
+use std::ffi::OsStr;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -72,6 +73,14 @@ pub struct ResumeArguments {
 /// The program that writes the files.
 const PROGRAM: &str = concat!("mpm ", env!("CARGO_PKG_VERSION"));
 
+/// A file with this extension beside what has the name; a dot in the name is part of it, as in `factor_0.5`.
+pub fn named_after(name: &OsStr, extension: &str) -> PathBuf {
+    let mut file = name.to_os_string();
+    file.push(".");
+    file.push(extension);
+    file.into()
+}
+
 /// Runs a scene from file to file.
 pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     start_threads(arguments.threads)?;
@@ -83,7 +92,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     let path = arguments
         .output
         .clone()
-        .unwrap_or_else(|| Path::new(arguments.scene.file_stem().unwrap_or_default()).with_extension("h5"));
+        .unwrap_or_else(|| named_after(arguments.scene.file_stem().unwrap_or_default(), "h5"));
     let head = CheckpointHead {
         scene: input.text.clone(),
         folder: folder(&input.scene, &files),

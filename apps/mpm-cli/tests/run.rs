@@ -25,6 +25,18 @@ fn a_quiet_run_says_nothing_and_leaves_its_results() {
     assert!(directory.path().join("simple_stretch.xdmf").exists());
 }
 
+/// Names that differ behind a dot are names of different results.
+#[test]
+fn results_have_the_whole_name_of_their_scene() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::copy(shipped("simple_stretch.ron"), directory.path().join("stretch_0.5.ron")).unwrap();
+    let output = mpm(directory.path(), &["run", "--quiet", "stretch_0.5.ron"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    for file in ["stretch_0.5.h5", "stretch_0.5.xdmf"] {
+        assert!(directory.path().join(file).exists(), "{file}");
+    }
+}
+
 #[test]
 fn a_run_reports_every_step_and_its_totals() {
     let directory = tempfile::tempdir().unwrap();

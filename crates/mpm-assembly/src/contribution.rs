@@ -33,6 +33,13 @@ pub trait Contribution<const D: usize>: Send + Sync {
         Ok(Begun::AsBefore)
     }
 
+    /// What the `k`-th of the unknowns is that it has pushed in this step, as a message says it; `axes` are the names of the
+    /// directions.
+    fn describe_unknown(&self, k: usize, axes: [&'static str; 3]) -> String {
+        let _ = axes;
+        format!("unknown {k}")
+    }
+
     /// The places that it couples in this step; they make the pattern of the tangent.
     fn couplings(&self) -> &dyn Couplings;
 

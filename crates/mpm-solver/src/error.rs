@@ -257,8 +257,12 @@ pub enum StepFailure {
         motion: String,
     },
     /// The tangent is singular in an unknown that belongs to no node's displacement.
-    #[error("the tangent is singular in an unknown of contribution `{contribution}` ({cause})")]
+    #[error(
+        "nothing resists {unknown} of contribution `{contribution}`: the tangent is singular in it ({cause})"
+    )]
     SingularContribution {
+        /// What the unknown is.
+        unknown: String,
         /// Name of the contribution.
         contribution: String,
         /// How it showed.

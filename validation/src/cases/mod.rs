@@ -91,6 +91,7 @@ pub const CASES: &[Case] = &[
     contact::FRICTION,
     contact::RATE,
     contact::CYLINDER,
+    contact::TURNED,
     contact::EDGES,
     determinism::CASE,
     faults::CASE,

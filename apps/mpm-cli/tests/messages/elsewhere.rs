@@ -114,7 +114,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "remarks and warnings of `mpm check`, in the validation's faults and `kinds.rs`",
     ),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
-    ("error.rs", "the tangent is singular in an unknown", "of contributions that programs make"),
+    ("assembly/src/contribution.rs", "unknown {k}", "of contributions that programs make"),
+    ("solver/src/error.rs", "nothing resists {unknown}", "of loaded tools, in `tools.rs` of `mpm-scene`"),
     // No scene is known that ends so.
     ("body/start.rs", "material point", "the compiler says it with position and depth"),
     ("body/trial.rs", "has no stress", "the solver says it with body, position and reason"),

@@ -12,7 +12,7 @@ use crate::contribution::{
 };
 use crate::unknowns::{Couplings, UnknownId, Unknowns};
 use mpm_basis::parallel::each_point;
-use mpm_contact::Bounds;
+use mpm_contact::{Bounds, Increment};
 use mpm_grid::{Mesh, Ramp, Vector, six_digits};
 use mpm_linear::Symmetry;
 
@@ -57,6 +57,14 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         self.corners = search.corners(step, &|index| names[index], &mut samples)?;
         self.block = self.rigid.load.as_ref().map(|load| unknowns.push(1, load.free.len()));
         Ok(self.block.map_or(Begun::AsBefore, |block| self.couple(block)))
+    }
+
+    fn describe_unknown(&self, k: usize, axes: [&'static str; 3]) -> String {
+        let component = self.rigid.load.as_ref().map_or(k, |load| load.free[k]);
+        match Increment::<D>::turn_axis(component) {
+            None => format!("the shift along {}", axes[component]),
+            Some(axis) => format!("the turn about {}", axes[axis]),
+        }
     }
 
     fn couplings(&self) -> &dyn Couplings {

@@ -312,18 +312,21 @@ pub(crate) fn singular<const D: usize>(
     cause: String,
 ) -> StepFailure {
     let unknowns = problem.unknowns();
+    let axes = problem.bodies.first().map_or(Space::default(), |named| named.body.space()).axes();
     let Some((node, component)) = unknowns.node_of(equation) else {
         let own = equation - unknowns.displacement(unknowns.n_nodes(), 0).equation();
         let owner = problem.connected.own.iter().position(|range| range.contains(&own));
-        let contribution = owner.map_or(String::new(), |owner| problem.named[owner].name.clone());
-        return StepFailure::SingularContribution { contribution, cause };
+        let Some(owner) = owner else { return StepFailure::Linear(cause) };
+        let named = &problem.named[owner];
+        let unknown = named.contribution.describe_unknown(own - problem.connected.own[owner].start, axes);
+        return StepFailure::SingularContribution { unknown, contribution: named.name.clone(), cause };
     };
     let node = problem.connected.active.nodes()[node];
     StepFailure::Singular {
         node: node.index(),
         position: problem.connected.active.space().position(problem.mesh, node).iter().copied().collect(),
         component,
-        axis: problem.bodies.first().map_or(Space::default(), |named| named.body.space()).axes()[component],
+        axis: axes[component],
         cause,
         can_be_stabilised: problem.connected.active.space().kind() == NodeKind::Vertices
             && !problem.contributions.iter().any(|it| it.stabilises()),

@@ -7,6 +7,7 @@ mod edges;
 mod friction;
 mod hertz;
 mod rate;
+mod turned;
 
 pub(super) use blocks::CASE as BLOCKS;
 pub(super) use circle::CASE as CIRCLE;
@@ -15,6 +16,7 @@ pub(super) use edges::CASE as EDGES;
 pub(super) use friction::CASE as FRICTION;
 pub(super) use hertz::CASE as HERTZ;
 pub(super) use rate::CASE as RATE;
+pub(super) use turned::CASE as TURNED;
 
 use crate::history::History;
 use crate::variants::{Method, PlaneScene};
