@@ -78,11 +78,6 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("basis/src/fallback.rs", "a domain is of kind", "of checkpoints"),
     ("basis/src/gimp.rs", "a half length is", "of checkpoints"),
     ("completeness.rs", "relative errors of", "of tests of a basis"),
-    (
-        "compile/supports.rs",
-        "{missed}: the nearest node",
-        "as the message beside it, of a region that is a point",
-    ),
     ("contact/src/revolution.rs", "a distance from the axis", "cylinders and cones have such profiles"),
     ("contact/src/surface.rs", "", "the reader of STL files says so before"),
     ("assembly/src/contact/", "", "cut steps and damaged checkpoints, in tests beside and of mpm-scene"),

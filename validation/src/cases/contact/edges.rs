@@ -6,7 +6,7 @@ use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::scenes::{load, load_own, run};
 use crate::variants::{plane, refined};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_scene::language::{Coordinates, Count, Finite, Scene, ToolMotionInput};
+use mpm_scene::language::{Coordinates, Count, Finite, Positive, Scene, StabilisationInput, ToolMotionInput};
 use std::f64::consts::PI;
 
 pub(in crate::cases) const CASE: Case = Case {
@@ -36,6 +36,7 @@ fn edges(extent: Extent) -> Result<Findings, Broken> {
     let mut table = Table::new("Force on the blade over s_u H, smooth:", &["cell", "force", "of the limit"]);
     for (factor, tolerance) in extent.pick(&[(1, 0.12)][..], &[(1, 0.12), (2, 0.06)]) {
         let mut scene = refined(plane(load("plough")?)?, *factor);
+        scene.stabilisation = Some(StabilisationInput::Ghost { factor: Positive(0.003) });
         scene.tools[0].interface.adhesion = Finite(0.0);
         if let ToolMotionInput::Move { by, .. } = &mut scene.tools[0].motion {
             *by = Coordinates([0.03, 0.0]);
