@@ -109,7 +109,6 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "remarks and warnings of `mpm check`, in the validation's faults and `kinds.rs`",
     ),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
-    ("assembly/src/contribution.rs", "unknown {k}", "of contributions that programs make"),
     ("solver/src/error.rs", "nothing resists {unknown}", "of loaded tools, in `tools.rs` of `mpm-scene`"),
     // No scene is known that ends so.
     ("body/start.rs", "material point", "the compiler says it with position and depth"),
