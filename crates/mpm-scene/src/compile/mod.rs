@@ -3,6 +3,7 @@
 mod axisymmetric;
 mod basis;
 mod bodies;
+mod drawn;
 mod drive;
 mod initial;
 mod law;
@@ -27,6 +28,7 @@ use crate::language::{
 };
 use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
+pub use drawn::{ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
 pub use tools::{ToolOutline, tool_outlines};
 
