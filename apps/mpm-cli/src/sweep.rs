@@ -76,7 +76,9 @@ pub fn sweep(arguments: &SweepArguments) -> Result<(), Complaint> {
     keeper::listen(cancellation.clone())?;
     run_all(&combinations, jobs, (cores / jobs).max(1), &cancellation)?;
 
-    let rows: Vec<Row> = combinations.iter().map(Row::of).collect();
+    let ended: Vec<(Standing, Row)> = combinations.iter().map(Combination::ended).collect();
+    let unfinished = ended.iter().filter(|(standing, _)| *standing != Standing::Completed).count();
+    let rows: Vec<Row> = ended.into_iter().map(|(_, row)| row).collect();
     let path = folder.join("results.csv");
     std::fs::write(&path, csv(&rows)).map_err(|error| cannot_write(&path, &error))?;
     if arguments.json {
@@ -85,7 +87,6 @@ pub fn sweep(arguments: &SweepArguments) -> Result<(), Complaint> {
     } else {
         say(&format!("{}\n{}\n", table(&rows, &arguments.show)?, path.display()))?;
     }
-    let unfinished = rows.iter().filter(|row| row.standing != Standing::Completed).count();
     if unfinished > 0 {
         let n = rows.len();
         return Err(Complaint::unfinished(format!(
@@ -150,7 +151,7 @@ fn together(set: &str) -> Result<Vec<Vec<(String, String)>>, Complaint> {
         if settings.len() != values.len() {
             let (n, expected) = (values.len(), settings.len());
             return Err(Complaint::input(format!(
-                "--set: {path} has {n} values, expected {expected} as many as the field that it goes with has"
+                "--set: {path} has {n} values, expected {expected}, as many as the field that it goes with"
             )));
         }
         if settings[0].iter().any(|(other, _)| other == path) {
@@ -221,6 +222,15 @@ impl Combination {
                 },
             },
         }
+    }
+
+    /// How its run stands, and its row of the table.
+    fn ended(&self) -> (Standing, Row) {
+        let standing = self.standing();
+        let is_ours = matches!(standing, Standing::Completed | Standing::Failed(_));
+        let results = Results::open(self.results()).ok().filter(|_| is_ours);
+        let row = Row::of(&self.settings, standing.to_string(), results.as_ref());
+        (standing, row)
     }
 
     /// Runs it in a child process, or resumes it from its checkpoint if there is one.

@@ -70,12 +70,14 @@ pub enum Symbol {
         /// From which side along each axis it is held: -1 from below, 1 from above.
         from: [f64; 2],
     },
-    /// An arrow whose tip is at a place.
+    /// An arrow at a place.
     Arrow {
         /// The place.
         at: (f64, f64),
         /// Its direction.
         along: (f64, f64),
+        /// Whether it begins at the place and pulls; else its tip is there and pushes.
+        pulls: bool,
     },
 }
 
@@ -232,7 +234,7 @@ impl Symbol {
                 held.flat_map(|d| [&wedge[..], &ground].map(|it| (place(at, directions[d], it), HOLDS)))
                     .collect()
             }
-            Symbol::Arrow { at, along } => {
+            Symbol::Arrow { at, along, pulls } => {
                 let size = along.0.hypot(along.1);
                 if !(size > 0.0 && size.is_finite()) {
                     return Vec::new();
@@ -240,6 +242,8 @@ impl Symbol {
                 let head = [(0.0, 0.0), (-11.0, 5.0), (-11.0, -5.0)];
                 let shaft = [(-10.0, 1.2), (-ARROW, 1.2), (-ARROW, -1.2), (-10.0, -1.2)];
                 let along = (along.0 / size, along.1 / size);
+                let ahead = if pulls { scale * ARROW } else { 0.0 };
+                let at = (at.0 + ahead * along.0, at.1 + ahead * along.1);
                 [&head[..], &shaft].map(|it| (place(at, along, it), PULLS)).into()
             }
         }

@@ -68,7 +68,7 @@ impl Acting {
                 _ => 0.0,
             });
             if driven != [0.0; 2] {
-                symbols.extend(thinned(&places).map(|at| Symbol::Arrow { at, along: (driven[0], driven[1]) }));
+                symbols.extend(thinned(&places).map(|at| arrow(at, (driven[0], driven[1]), middle)));
             }
         }
         for load in &self.loads {
@@ -77,9 +77,7 @@ impl Acting {
                 continue;
             }
             let along = (part * load.along[0], part * load.along[1]);
-            for at in thinned(&self.places(&load.on, around)?) {
-                symbols.push(Symbol::Arrow { at, along });
-            }
+            symbols.extend(thinned(&self.places(&load.on, around)?).map(|at| arrow(at, along, middle)));
         }
         Ok(symbols)
     }
@@ -112,6 +110,12 @@ impl Acting {
             }
         }
     }
+}
+
+/// An arrow that pulls at what is on its way out of the picture, and pushes what is on its way in.
+fn arrow(at: (f64, f64), along: (f64, f64), middle: [f64; 2]) -> Symbol {
+    let pulls = (at.0 - middle[0]) * along.0 + (at.1 - middle[1]) * along.1 > 0.0;
+    Symbol::Arrow { at, along, pulls }
 }
 
 /// So many places that symbols do not cover each other.

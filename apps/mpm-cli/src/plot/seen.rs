@@ -87,16 +87,14 @@ impl<'a> Points<'a> {
         Ok(Self { file, view, slice: arguments.slice, bodies, only: arguments.body.clone(), solid })
     }
 
-    /// Directions of space as they are seen, by name; none in the plane.
+    /// Directions of space as they are seen, by name; none where axes are drawn.
     pub fn triad(&self) -> Vec<(&'static str, (f64, f64))> {
-        if !self.solid {
+        if self.axes().is_some() {
             return Vec::new();
         }
         let names = ["x", "y", "z"];
-        let seen = (0..3).map(|d| {
-            (names[d], self.place(&std::array::from_fn::<f64, 3, _>(|k| f64::from(u8::from(k == d)))).0)
-        });
-        seen.filter(|(_, (x, y))| x.hypot(*y) > 1e-9).collect()
+        let unit = |d: usize| std::array::from_fn::<f64, 3, _>(|k| f64::from(u8::from(k == d)));
+        (0..3).map(|d| (names[d], self.place(&unit(d)).0)).collect()
     }
 
     /// What names of axes say of the picture; nothing where it is seen from a corner.
@@ -230,8 +228,9 @@ impl<'a> Points<'a> {
             let normal = normal(&corners);
             let norm = normal.norm();
             let along = |way: [f64; 3]| (0..3).map(|d| normal[d] * way[d]).sum::<f64>() / norm;
-            // A face without an area is not seen, either.
-            if !along(towards).is_normal() || along(towards) < 0.0 {
+            // What is seen from its edge, or has no area, is not drawn.
+            let is_seen = along(towards) > 1e-9;
+            if !is_seen {
                 continue;
             }
             let light = SHADOW + (1.0 - SHADOW) * (along(lamp) / size).max(0.0);

@@ -1,6 +1,5 @@
 //! The table of a sweep: a row for every combination of values.
 
-use super::{Combination, Standing};
 use crate::complaint::Complaint;
 use mpm_grid::six_digits;
 use mpm_io::{Results, component_name, shortest};
@@ -10,25 +9,22 @@ use std::fmt::Write as _;
 /// A line of the table.
 pub(super) struct Row {
     settings: Vec<(String, String)>,
-    pub standing: Standing,
+    status: String,
     /// Name and value, in the order of the history.
     numbers: Vec<(String, f64)>,
 }
 
 impl Row {
-    pub fn of(combination: &Combination) -> Self {
-        let standing = combination.standing();
-        let is_ours = matches!(standing, Standing::Completed | Standing::Failed(_));
-        let results = Results::open(combination.results()).ok().filter(|_| is_ours);
-        let numbers = results.as_ref().map_or(Vec::new(), numbers);
-        Self { settings: combination.settings.clone(), standing, numbers }
+    /// Of a combination: its settings, how its run stands, and its results, if they are those of the combination.
+    pub fn of(settings: &[(String, String)], status: String, results: Option<&Results>) -> Self {
+        Self { settings: settings.to_vec(), status, numbers: results.map_or(Vec::new(), numbers) }
     }
 
     pub fn json(&self) -> Value {
         let settings = self.settings.iter().map(|(path, value)| (path.clone(), json!(value)));
         let numbers = self.numbers.iter().map(|(name, value)| (name.clone(), json!(value)));
         json!({
-            "settings": settings.collect::<Map<_, _>>(), "status": self.standing.to_string(),
+            "settings": settings.collect::<Map<_, _>>(), "status": self.status,
             "results": numbers.collect::<Map<_, _>>(),
         })
     }
@@ -76,7 +72,7 @@ pub(super) fn csv(rows: &[Row]) -> String {
     let mut text = heads.map(quoted).collect::<Vec<_>>().join(",") + "\n";
     for row in rows {
         let mut cells: Vec<String> = row.settings.iter().map(|(_, value)| quoted(value)).collect();
-        cells.push(quoted(&row.standing.to_string()));
+        cells.push(quoted(&row.status));
         cells.extend(names.iter().map(|name| {
             let found = row.numbers.iter().find(|(other, _)| other == *name);
             found.map_or(String::new(), |(_, value)| shortest(*value))
@@ -129,7 +125,7 @@ pub(super) fn table(rows: &[Row], wanted: &[String]) -> Result<String, Complaint
             let found = row.numbers.iter().find(|(other, _)| other == *name);
             found.map_or(String::new(), |(_, value)| six_digits(*value))
         }));
-        line.push(row.standing.to_string());
+        line.push(row.status.clone());
         cells.push(line);
     }
     let columns = cells[0].len();
