@@ -111,7 +111,8 @@ pub(super) const SMALL: &[&str] = &[
     bodies: [
         (name: "pile", material: "a", shape: Cylinder(axis: Z, centre: (2, 2), radius: 0.8, extent: (0, 1)), points_per_cell: 1),
         (name: "ball", material: "a", shape: Sphere(centre: (0, 2, 1), radius: 0.9), symmetry: [X], points_per_cell: 1),
-        (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"]), points_per_cell: 1),
+        (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"], cutouts: [Box(from: (1, 1, 0), to: (1.2, 1.2, 1))]), points_per_cell: 1),
+        (name: "prism", material: "a", shape: Polygon(vertices: [(0, 3), (1, 3), (1, 4), (0, 4)], holes: [[(0.2, 3.2), (0.8, 3.2), (0.8, 3.8)]], axis: Z, extent: (1, 2)), points_per_cell: 1),
     ],
     supports: [
         (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),
