@@ -11,6 +11,7 @@ use crate::run::named_after;
 use arguments::BodyArguments;
 use clap::{Args, ValueEnum};
 use drawn::Drawn;
+pub use drawn::scene_of;
 use mpm_plot::{Animation, Figure, Panel, PlotError};
 use std::path::PathBuf;
 

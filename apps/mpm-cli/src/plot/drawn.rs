@@ -17,11 +17,16 @@ impl Drawn {
         if results.fractions().is_empty() {
             return Err(Complaint::input(format!("results file {} holds no recorded step", path.display())));
         }
-        let scene = Scene::from_ron(results.scene()).map_err(|error| {
-            Complaint::input(format!("results file {}: its scene cannot be read: {error}", path.display()))
-        })?;
+        let scene = scene_of(&results, path)?;
         Ok(Self { results, scene })
     }
+}
+
+/// The scene of the results in the file at `path`.
+pub fn scene_of(results: &Results, path: &Path) -> Result<Scene, Complaint> {
+    Scene::from_ron(results.scene()).map_err(|error| {
+        Complaint::input(format!("results file {}: its scene cannot be read: {error}", path.display()))
+    })
 }
 
 /// What is wrong with a results file, told to the user.
