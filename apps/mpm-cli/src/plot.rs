@@ -16,6 +16,7 @@ use arguments::BodyArguments;
 use clap::{Args, ValueEnum};
 use columns::Wanted;
 use drawn::Drawn;
+pub use drawn::scene_of;
 use mpm_plot::{Animation, Figure, Panel, PlotError};
 use std::path::{Path, PathBuf};
 

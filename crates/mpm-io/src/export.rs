@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use mpm_scene::ToolSurface;
 use mpm_solver::observe::Field;
 
 use crate::{Results, ResultsError, Table};
@@ -92,19 +93,59 @@ impl Results {
                 domains.push(path);
             }
         }
-        let mut written = Vec::new();
-        for (ending, files) in [("", points), ("_domains", domains)] {
-            if files.is_empty() {
-                continue;
-            }
-            let mut name = folder.file_name().unwrap_or_default().to_os_string();
-            name.push(format!("{ending}.pvd"));
-            let path = folder.with_file_name(name);
-            write(&path, &self.series(folder, &files))?;
-            written.push(path);
-            written.extend(files);
-        }
+        let mut written = self.write_series(folder, "", points)?;
+        written.extend(self.write_series(folder, "_domains", domains)?);
         Ok(written)
+    }
+
+    /// Writes `tools_0000.vtu` and so on into a folder that is there, the surfaces of all tools at every recorded step, and
+    /// beside the folder their series, `<folder>_tools.pvd`, with the same times as that of the points. Cells have the number
+    /// of their tool as `tool`.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`], or what [`Results::column`] returns.
+    pub fn write_tools_vtu(&self, folder: &Path, tools: &[ToolSurface]) -> Result<Vec<PathBuf>, ResultsError> {
+        let fractions = self.column("load_fraction")?;
+        let mut placed = Vec::new();
+        for tool in tools {
+            let name = |column: &str| format!("tool/{}/{column}", tool.name);
+            let is_in_space = self.columns().iter().any(|column| column.name == name("rotation"));
+            let rotation = if is_in_space { "rotation" } else { "angle" };
+            placed.push((tool, self.column(&name("position"))?, self.column(&name(rotation))?));
+        }
+        let mut files = Vec::new();
+        for (step, fraction) in self.fractions().iter().enumerate() {
+            // The history of a resumed run may begin later than its points.
+            let row = fractions.values().iter().position(|at| at == fraction);
+            let mut cells = Cells::surface();
+            let mut numbers = Vec::new();
+            for (number, (tool, position, rotation)) in placed.iter().enumerate() {
+                let Some(row) = row else { continue };
+                cells.add(&tool.placed(position.row(row), rotation.row(row)), &tool.facets);
+                numbers.resize(cells.sizes.len(), number as f64);
+            }
+            let path = folder.join(format!("tools_{step:04}.vtu"));
+            write(&path, &vtu(&cells, &[("tool", Table::scalars(numbers))]))?;
+            files.push(path);
+        }
+        self.write_series(folder, "_tools", files)
+    }
+
+    /// Writes a series of files beside their folder; returns its path and theirs.
+    fn write_series(
+        &self,
+        folder: &Path,
+        ending: &str,
+        files: Vec<PathBuf>,
+    ) -> Result<Vec<PathBuf>, ResultsError> {
+        if files.is_empty() {
+            return Ok(files);
+        }
+        let mut name = folder.file_name().unwrap_or_default().to_os_string();
+        name.push(format!("{ending}.pvd"));
+        let path = folder.with_file_name(name);
+        write(&path, &self.series(folder, &files))?;
+        Ok([path].into_iter().chain(files).collect())
     }
 
     fn series(&self, folder: &Path, files: &[PathBuf]) -> String {
@@ -150,27 +191,30 @@ fn csv(heads: &[String], columns: &[Vec<&[f64]>]) -> String {
     text
 }
 
-/// Cells of an unstructured grid, each with points of its own.
+/// Cells of an unstructured grid.
 struct Cells {
     /// Three coordinates per point `[L]`.
     points: Vec<f64>,
-    /// Points of each cell.
+    /// Numbers of the points of all cells, one cell after the other.
+    corners: Vec<u32>,
+    /// How many each cell has.
     sizes: Vec<usize>,
-    /// VTK's number of the kind of every cell.
-    kind: u8,
     /// Whether values belong to cells instead of points.
     by_cell: bool,
 }
 
 impl Cells {
     fn vertices(positions: &Table) -> Self {
-        const VERTEX: u8 = 1;
-        let points = (0..positions.len()).flat_map(|point| positions.row(point).iter().copied()).collect();
-        Self { points, sizes: vec![1; positions.len()], kind: VERTEX, by_cell: false }
+        let n = positions.len();
+        Self {
+            points: positions.values().to_vec(),
+            corners: (0..n as u32).collect(),
+            sizes: vec![1; n],
+            by_cell: false,
+        }
     }
 
     fn polygons(outlines: &Table) -> Self {
-        const POLYGON: u8 = 7;
         let (mut points, mut sizes) = (Vec::new(), Vec::new());
         for point in 0..outlines.len() {
             let mut corners: Vec<&[f64]> = outlines.row(point).chunks_exact(2).collect();
@@ -178,7 +222,31 @@ impl Cells {
             points.extend(corners.iter().flat_map(|corner| [corner[0], corner[1], 0.0]));
             sizes.push(corners.len());
         }
-        Self { points, sizes, kind: POLYGON, by_cell: true }
+        let corners = (0..points.len() as u32 / 3).collect();
+        Self { points, corners, sizes, by_cell: true }
+    }
+
+    /// None yet; segments and triangles are to be [added](Self::add).
+    fn surface() -> Self {
+        Self { points: Vec::new(), corners: Vec::new(), sizes: Vec::new(), by_cell: true }
+    }
+
+    /// Adds cells with points of their own.
+    fn add(&mut self, vertices: &[[f64; 3]], facets: &[Vec<u32>]) {
+        let first = self.points.len() as u32 / 3;
+        self.points.extend(vertices.iter().flatten());
+        self.corners.extend(facets.iter().flatten().map(|vertex| first + vertex));
+        self.sizes.extend(facets.iter().map(Vec::len));
+    }
+
+    /// VTK's number of the kind of every cell: vertices, segments, triangles, and other polygons.
+    fn kinds(&self) -> impl Iterator<Item = u8> + '_ {
+        self.sizes.iter().map(|size| match size {
+            1 => 1,
+            2 => 3,
+            3 => 5,
+            _ => 7,
+        })
     }
 }
 
@@ -201,9 +269,14 @@ fn vtu(cells: &Cells, fields: &[(&str, Table)]) -> String {
     text += &format!("</{section}>\n<Points>\n");
     text += &array("Float64", "Points", 3, cells.points.iter().flat_map(|x| x.to_le_bytes()));
     text += "</Points>\n<Cells>\n";
-    text += &array("Int64", "connectivity", 1, (0..n_points as i64).flat_map(i64::to_le_bytes));
+    text += &array(
+        "Int64",
+        "connectivity",
+        1,
+        cells.corners.iter().flat_map(|&corner| i64::from(corner).to_le_bytes()),
+    );
     text += &array("Int64", "offsets", 1, offsets.flat_map(i64::to_le_bytes));
-    text += &array("UInt8", "types", 1, std::iter::repeat_n(cells.kind, n_cells));
+    text += &array("UInt8", "types", 1, cells.kinds());
     text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
 }
 

@@ -21,6 +21,11 @@ pub struct Table {
 }
 
 impl Table {
+    /// A number per row.
+    pub(crate) fn scalars(values: Vec<f64>) -> Self {
+        Self { width: 1, values }
+    }
+
     /// Numbers per row.
     pub fn width(&self) -> usize {
         self.width

@@ -18,11 +18,16 @@ impl Drawn {
         if results.fractions().is_empty() {
             return Err(unread(path));
         }
-        let scene = Scene::from_ron(results.scene()).map_err(|error| {
-            Complaint::input(format!("results file {}: its scene cannot be read: {error}", path.display()))
-        })?;
+        let scene = scene_of(&results, path)?;
         Ok(Self { path: path.into(), results, scene })
     }
+}
+
+/// The scene of the results in the file at `path`.
+pub fn scene_of(results: &Results, path: &Path) -> Result<Scene, Complaint> {
+    Scene::from_ron(results.scene()).map_err(|error| {
+        Complaint::input(format!("results file {}: its scene cannot be read: {error}", path.display()))
+    })
 }
 
 /// A results file without anything to draw.

@@ -4,7 +4,7 @@ use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
 use mpm_io::Table;
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
-use mpm_scene::{Scene, ToolOutline, in_plane, tool_outlines};
+use mpm_scene::{NoFiles, Scene, ToolSurface, tool_surfaces};
 
 /// Components of a force by name.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -12,25 +12,24 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Tools in the plane and where they stand at every row of the history.
 pub struct Tools {
     fractions: Table,
-    tools: Vec<(ToolOutline, Table, Table)>,
+    tools: Vec<(ToolSurface, Table, Table)>,
 }
 
 impl Tools {
     /// The tools of a results file; none in space.
     pub fn of(file: &Drawn) -> Result<Self, Complaint> {
-        let outlines = match &file.scene {
-            Scene::PlaneStrain(scene) => tool_outlines(scene),
-            Scene::Axisymmetric(scene) => in_plane(scene).and_then(|scene| tool_outlines(&scene)),
+        let surfaces = match &file.scene {
             Scene::Solid(_) => Ok(Vec::new()),
+            scene => tool_surfaces(scene, &NoFiles),
         };
-        let outlines = outlines
+        let surfaces = surfaces
             .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
-        let placed = |outline: ToolOutline| {
-            let column = |what: &str| column(file, &format!("tool/{}/{what}", outline.name));
+        let placed = |surface: ToolSurface| {
+            let column = |what: &str| column(file, &format!("tool/{}/{what}", surface.name));
             let (position, angle) = (column("position")?, column("angle")?);
-            Ok((outline, position, angle))
+            Ok((surface, position, angle))
         };
-        let tools = outlines.into_iter().map(placed).collect::<Result<_, Complaint>>()?;
+        let tools = surfaces.into_iter().map(placed).collect::<Result<_, Complaint>>()?;
         Ok(Self { fractions: column(file, "load_fraction")?, tools })
     }
 
@@ -39,14 +38,10 @@ impl Tools {
         let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
             return Vec::new();
         };
-        let of_tool = |(outline, position, angle): &(ToolOutline, Table, Table)| {
-            let (to, about) = (position.row(row).to_vec(), outline.moment_about);
-            let (sine, cosine) = angle.row(row)[0].to_radians().sin_cos();
-            let place = move |x: [f64; 2]| {
-                let arm = [x[0] - about[0], x[1] - about[1]];
-                (to[0] + cosine * arm[0] - sine * arm[1], to[1] + sine * arm[0] + cosine * arm[1])
-            };
-            outline.segments.iter().map(move |segment| segment.map(&place)).collect::<Vec<_>>()
+        let of_tool = |(surface, position, angle): &(ToolSurface, Table, Table)| {
+            let vertices = surface.placed(position.row(row), angle.row(row));
+            let place = |vertex: u32| (vertices[vertex as usize][0], vertices[vertex as usize][1]);
+            surface.facets.iter().map(|facet| [place(facet[0]), place(facet[1])]).collect::<Vec<_>>()
         };
         self.tools.iter().flat_map(of_tool).collect()
     }

@@ -18,6 +18,7 @@ mod stages;
 mod supports;
 mod symmetry;
 mod tool_motion;
+mod tool_surfaces;
 mod tools;
 
 use crate::compiled::{Compiled, fields};
@@ -30,7 +31,7 @@ use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
 pub use drawn::{ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
-pub use tools::{ToolOutline, tool_outlines};
+pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
@@ -114,7 +115,6 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     }
 
     let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
-    fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
@@ -131,6 +131,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
     add_tools(scene, &mut model, files)?;
+    fields(&model, &scene.output)?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;
