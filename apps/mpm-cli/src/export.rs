@@ -2,7 +2,7 @@
 
 use crate::complaint::Complaint;
 use clap::{ArgGroup, Args};
-use mpm_io::Results;
+use mpm_io::{Results, Revolution};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -16,7 +16,14 @@ pub struct ExportArguments {
     /// Points, and domains where their outlines are recorded, as VTU files, and a PVD series for ParaView.
     #[arg(long, group = "format")]
     vtu: bool,
-    /// Folder of the files; it need not be there yet [default: the results' name with `_csv` or `_vtu`].
+    /// Domains of a body of revolution as VTU files of so many wedges round the axis each, and a PVD series for ParaView;
+    /// vectors and tensors along x, y and z.
+    #[arg(long, group = "format", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3600))]
+    revolve: Option<u32>,
+    /// Angle of all wedges together, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 360.0, requires = "revolve")]
+    angle: f64,
+    /// Folder of the files; it need not be there yet [default: the results' name with `_csv`, `_vtu` or `_revolved`].
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
 }
@@ -26,12 +33,19 @@ pub fn export(arguments: &ExportArguments) -> Result<String, Complaint> {
     let complain = |error: mpm_io::ResultsError| Complaint::input(error.to_string());
     let results = Results::open(&arguments.results).map_err(complain)?;
     let name = arguments.results.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = if arguments.csv { "csv" } else { "vtu" };
+    let revolution = arguments.revolve.map(|sectors| Revolution::new(sectors, arguments.angle)).transpose();
+    let revolution = revolution.map_err(|reason| Complaint::input(format!("--revolve: {reason}")))?;
+    let ending = match revolution {
+        Some(_) => "revolved",
+        None if arguments.csv => "csv",
+        None => "vtu",
+    };
     let beside = || arguments.results.with_file_name(format!("{name}_{ending}"));
     let folder = arguments.output.clone().unwrap_or_else(beside);
-    let written = match arguments.csv {
-        true => results.write_csv(&folder),
-        false => results.write_vtu(&folder),
+    let written = match revolution {
+        Some(revolution) => results.write_revolved(&folder, revolution),
+        None if arguments.csv => results.write_csv(&folder),
+        None => results.write_vtu(&folder),
     };
     let written = written.map_err(complain)?;
     if arguments.csv {

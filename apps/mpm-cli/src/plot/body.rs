@@ -9,7 +9,7 @@ use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_io::{Table, component_name};
 use mpm_plot::{ColourBar, Shapes};
 use mpm_scene::{Scene, in_plane, mesh_of};
-use mpm_solver::observe::Field;
+use mpm_solver::observe::{Field, Space};
 use std::ops::Range;
 
 /// Margin round the body, relative to its size.
@@ -333,8 +333,8 @@ impl Component {
     }
 
     /// Components of a field of so many numbers, by name; the first is that of the field's bare name.
-    fn all(width: usize, is_gradient: bool) -> Vec<(String, Self)> {
-        let numbers = (0..width).map(|c| (component_name(width, c), Component::Number(c)));
+    fn all(space: Space, width: usize, is_gradient: bool) -> Vec<(String, Self)> {
+        let numbers = (0..width).map(|c| (component_name(space, width, c), Component::Number(c)));
         let named = |name: &str, it| (format!(".{name}"), it);
         let first = match width {
             1 => Vec::new(),
@@ -367,7 +367,8 @@ impl Colour {
             return Err(Complaint::input(message));
         }
         let width = file.results.field(field, 0).map_err(complain)?.width();
-        let components = Component::all(width, field == Field::DEFORMATION_GRADIENT.name());
+        let is_gradient = field == Field::DEFORMATION_GRADIENT.name();
+        let components = Component::all(file.results.space(), width, is_gradient);
         let found = if of.is_empty() { components.first() } else { components.iter().find(|it| it.0 == of) };
         let Some((name, component)) = found else {
             let names: Vec<&str> = components.iter().map(|it| it.0.as_str()).collect();

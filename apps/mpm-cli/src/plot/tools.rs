@@ -6,9 +6,6 @@ use mpm_io::Table;
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
 use mpm_scene::{Scene, ToolOutline, in_plane, tool_outlines};
 
-/// Components of a force by name.
-const AXES: [&str; 3] = ["x", "y", "z"];
-
 /// Tools in the plane and where they stand at every row of the history.
 pub struct Tools {
     fractions: Table,
@@ -71,7 +68,7 @@ pub fn forces(file: &Drawn) -> Result<Option<Panel>, Complaint> {
     let mut curves = Vec::new();
     for (name, force, way) in &tools {
         let along = if moves { &way[..] } else { fractions.values() };
-        for (c, axis) in AXES.iter().enumerate().take(force.width()) {
+        for (c, axis) in file.results.space().letters().iter().enumerate().take(force.width()) {
             let points: Vec<(f64, f64)> =
                 along.iter().enumerate().map(|(row, x)| (*x, force.row(row)[c])).collect();
             if points.iter().any(|(_, force)| *force != 0.0) {
