@@ -45,7 +45,7 @@ pub struct Shapes {
 pub struct Patch {
     /// Its corners.
     pub corners: Vec<(f64, f64)>,
-    /// A number from 0 to 1 that colours it.
+    /// A number from 0 to 1 that colours it; grey and without an outline where it is none.
     pub value: f64,
     /// How much light falls on it, from 0 to 1.
     pub light: f64,
@@ -166,7 +166,8 @@ impl Shapes {
             let colour = lit(shade(*value), *light);
             chart.draw_series([Polygon::new(corners, colour.filled())]).map_err(PlotError::draw)?;
             // Without an outline of its own colour a seam would show between parts that meet.
-            let edge = if outlined { BLACK.mix(0.35) } else { colour.to_rgba() };
+            let is_told = outlined && !value.is_nan();
+            let edge = if is_told { BLACK.mix(0.35) } else { colour.to_rgba() };
             chart.draw_series([PathElement::new(outline, edge)]).map_err(PlotError::draw)?;
         }
         let inside = |at: (f64, f64)| clipped(&[at], self.range).len() == 1;

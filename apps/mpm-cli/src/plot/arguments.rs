@@ -29,6 +29,9 @@ pub struct BodyArguments {
     /// Three dimensions: only the points next to a plane across an axis, as in `z=0.5`.
     #[arg(long, value_name = "AXIS=AT", value_parser = slice)]
     pub slice: Option<(usize, f64)>,
+    /// Three dimensions: without what stands before a plane across an axis, as in `y=0`; tools are drawn whole.
+    #[arg(long, value_name = "AXIS=AT", value_parser = slice, conflicts_with = "slice")]
+    pub cut: Option<(usize, f64)>,
 }
 
 /// Where one looks from.

@@ -16,6 +16,9 @@ use std::ops::Range;
 /// Margin round the body, relative to its size.
 const ROOM: f64 = 0.06;
 
+/// How far a picture goes along tools beyond the body, relative to its size.
+const TOOLS: f64 = 0.25;
+
 /// Shade of a body that no field colours [part of the colour bar].
 const PLAIN: f64 = 0.3;
 
@@ -44,6 +47,11 @@ impl<'a> Bodies<'a> {
         if !solid && arguments.slice.is_some() {
             return Err(Complaint::input(
                 "--slice is for results in three dimensions; these are in the plane".into(),
+            ));
+        }
+        if !solid && arguments.cut.is_some() {
+            return Err(Complaint::input(
+                "--cut is for results in three dimensions; these are in the plane".into(),
             ));
         }
         if arguments.mirror && !matches!(file.scene, Scene::Axisymmetric(_)) {
@@ -83,9 +91,11 @@ impl<'a> Bodies<'a> {
     pub fn scales(&self, steps: Range<usize>) -> Result<Scales, Complaint> {
         let mut room = [(f64::INFINITY, f64::NEG_INFINITY); 2];
         let mut colours = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut rigid: Vec<(f64, f64)> = Vec::new();
         let include = |ends: &mut (f64, f64), x: f64| *ends = (ends.0.min(x), ends.1.max(x));
         for step in steps {
-            let seen = self.points.seen(step)?;
+            let tools = self.tools.at(self.file.results.fractions()[step]);
+            let seen = self.points.seen(step, Vec::new())?;
             let values = self.values(step)?;
             let mut colour = |point: usize| {
                 if let Some(value) = values.as_ref().map(|values| values[point]).filter(|it| it.is_finite()) {
@@ -93,7 +103,7 @@ impl<'a> Bodies<'a> {
                 }
             };
             for Piece { point, corners, .. } in &seen.pieces {
-                colour(*point);
+                point.iter().for_each(|point| colour(*point));
                 for corner in corners {
                     include(&mut room[0], corner.0);
                     include(&mut room[1], corner.1);
@@ -106,9 +116,19 @@ impl<'a> Bodies<'a> {
                     include(&mut room[1], at.1 + reach);
                 }
             }
+            let placed = tools.iter().flatten().map(|x| self.points.place(x).0);
+            rigid.extend(placed);
         }
         if !room.iter().all(|ends| ends.0 <= ends.1) {
             return Err(Complaint::input("no material point to draw: none is in the slice or the file".into()));
+        }
+        // Of tools that reach beyond the body a part is enough.
+        let most = TOOLS * (room[0].1 - room[0].0).max(room[1].1 - room[1].0);
+        let ends = room;
+        for at in rigid {
+            for (d, x) in [at.0, at.1].into_iter().enumerate() {
+                include(&mut room[d], x.clamp(ends[d].0 - most, ends[d].1 + most));
+            }
         }
         if self.arguments.mirror {
             room[0].1 = room[0].1.max(-room[0].0);
@@ -137,7 +157,10 @@ impl<'a> Bodies<'a> {
 
     /// The picture of a recorded step.
     pub fn panel(&self, step: usize, scales: &Scales) -> Result<Shapes, Complaint> {
-        let seen = self.points.seen(step)?;
+        let tools = self.tools.at(self.file.results.fractions()[step]);
+        let segment = |facet: &Vec<[f64; 3]>| [0, 1].map(|k| (facet[k][0], facet[k][1]));
+        let outlines = tools.iter().filter(|facet| facet.len() == 2).map(segment).collect();
+        let seen = self.points.seen(step, tools)?;
         let values = self.values(step)?;
         let (from, to) = scales.colours;
         let shade = |point: usize| values.as_ref().map_or(PLAIN, |values| (values[point] - from) / (to - from));
@@ -146,8 +169,11 @@ impl<'a> Bodies<'a> {
             "" => format!("load fraction {}", six_digits(fraction)),
             title => format!("{title}, load fraction {}", six_digits(fraction)),
         };
-        let patch =
-            |piece: Piece| Patch { corners: piece.corners, value: shade(piece.point), light: piece.light };
+        let patch = |piece: Piece| {
+            // Tools are grey.
+            let value = piece.point.map_or(f64::NAN, shade);
+            Patch { corners: piece.corners, value, light: piece.light }
+        };
         let patches = seen.pieces.into_iter().map(patch).collect();
         let mut shapes = Shapes {
             title,
@@ -158,7 +184,7 @@ impl<'a> Bodies<'a> {
             discs: seen.discs.iter().map(|&(point, at)| (at, shade(point))).collect(),
             radius: seen.radius,
             lines: self.mesh(fraction)?,
-            outlines: self.tools.at(fraction),
+            outlines,
             symbols: self.symbols(step, fraction, scales)?,
             bar: self.colour.as_ref().map(|it| ColourBar { label: it.label.clone(), range: scales.colours }),
             ..Shapes::default()

@@ -3,7 +3,7 @@
 use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
 use mpm_io::component_name;
-use mpm_solver::observe::Field;
+use mpm_solver::observe::{Field, Space};
 
 /// What colours the body.
 pub struct Colour {
@@ -43,8 +43,8 @@ impl Component {
     }
 
     /// Components of a field of so many numbers, by name; the first is that of the field's bare name.
-    fn all(width: usize, is_gradient: bool) -> Vec<(String, Self)> {
-        let numbers = (0..width).map(|c| (component_name(width, c), Component::Number(c)));
+    fn all(space: Space, width: usize, is_gradient: bool) -> Vec<(String, Self)> {
+        let numbers = (0..width).map(|c| (component_name(space, width, c), Component::Number(c)));
         let named = |name: &str, it| (format!(".{name}"), it);
         let first = match width {
             1 => Vec::new(),
@@ -77,7 +77,8 @@ impl Colour {
             return Err(Complaint::input(message));
         }
         let width = file.results.field(field, 0).map_err(complain)?.width();
-        let components = Component::all(width, field == Field::DEFORMATION_GRADIENT.name());
+        let is_gradient = field == Field::DEFORMATION_GRADIENT.name();
+        let components = Component::all(file.results.space(), width, is_gradient);
         let found = if of.is_empty() { components.first() } else { components.iter().find(|it| it.0 == of) };
         let Some((name, component)) = found else {
             let names: Vec<&str> = components.iter().map(|it| it.0.as_str()).collect();

@@ -85,14 +85,14 @@ fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Resul
     };
     let table = results.column(&known.name).map_err(complain)?;
     let width = table.width();
-    let number = (0..width).find(|&c| component_name(width, c) == component);
+    let number = (0..width).find(|&c| component_name(results.space(), width, c) == component);
     let rows = (0..table.len()).map(|row| table.row(row));
     let norm = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut values: Vec<f64> = match (number, component) {
         (Some(c), _) => rows.map(|row| row[c]).collect(),
         (None, "") => rows.map(norm).collect(),
         (None, _) => {
-            let names: Vec<String> = (0..width).map(|c| component_name(width, c)).collect();
+            let names: Vec<String> = (0..width).map(|c| component_name(results.space(), width, c)).collect();
             let names = names.join(", ");
             return Err(Complaint::input(format!(
                 "column `{}` has no component `{component}`; there are {names}",
@@ -108,5 +108,5 @@ fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Resul
     if absolute {
         values.iter_mut().for_each(|x| *x = x.abs());
     }
-    Ok(Column { label: format!("{wanted} [{}]", known.unit()), values })
+    Ok(Column { label: format!("{wanted} [{}]", known.unit(results.space())), values })
 }

@@ -48,7 +48,8 @@ pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
             let at = |row: usize| (moved.row(row)[c], reaction.row(row)[c]);
             // A free component has no reaction.
             if along(&reaction, c) > 0.0 {
-                driven.push((format!("{name}, {}", ["x", "y", "z"][c.min(2)]), rows.clone().map(at).collect()));
+                let axis = file.results.space().letters()[c.min(2)];
+                driven.push((format!("{name}, {axis}"), rows.clone().map(at).collect()));
             }
         }
         let size = |row: usize| reaction.row(row).iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -11,7 +11,7 @@ use mpm_solver::observe::Field;
 /// What is seen of the points of a recorded step; the nearest are last.
 #[derive(Default)]
 pub struct Seen {
-    /// What points stand for.
+    /// What points stand for, and in space the facets of tools.
     pub pieces: Vec<Piece>,
     /// Points of which no more is known than where they are.
     pub discs: Vec<(usize, (f64, f64))>,
@@ -19,10 +19,10 @@ pub struct Seen {
     pub radius: f64,
 }
 
-/// What is seen of what a point stands for.
+/// What is seen of what a point stands for, or of a tool.
 pub struct Piece {
-    /// Number of the point.
-    pub point: usize,
+    /// Number of the point; none of a tool.
+    pub point: Option<usize>,
     pub corners: Vec<(f64, f64)>,
     /// How much light falls on it, from 0 to 1.
     pub light: f64,
@@ -33,6 +33,7 @@ pub struct Points<'a> {
     file: &'a Drawn,
     view: View,
     slice: Option<(usize, f64)>,
+    cut: Option<(usize, f64)>,
     /// What the points of every body stand for, and the number of its first point; none where the scene cannot be filled
     /// again.
     bodies: Vec<Part>,
@@ -84,7 +85,8 @@ impl<'a> Points<'a> {
                 if known.is_empty() { "none that can be filled again".into() } else { known.join(", ") };
             return Err(Complaint::input(format!("--body: no body `{name}`; the scene has {known}")));
         }
-        Ok(Self { file, view, slice: arguments.slice, bodies, only: arguments.body.clone(), solid })
+        let (slice, cut) = (arguments.slice, arguments.cut);
+        Ok(Self { file, view, slice, cut, bodies, only: arguments.body.clone(), solid })
     }
 
     /// Directions of space as they are seen, by name; none where axes are drawn.
@@ -109,15 +111,21 @@ impl<'a> Points<'a> {
         Some(names.map(|name| format!("{name} [L]")))
     }
 
-    /// The points of a step.
-    pub fn seen(&self, step: usize) -> Result<Seen, Complaint> {
+    /// The points of a step, in space with the facets of tools.
+    pub fn seen(&self, step: usize, tools: Vec<Vec<[f64; 3]>>) -> Result<Seen, Complaint> {
         let results = &self.file.results;
         let positions = results.points(step).map_err(complain)?;
         let all = || (0..positions.len()).map(|point| positions.row(point));
         let spacing = spacing(all(), if self.solid { 3 } else { 2 });
         // More than half: a plane of the mesh lies halfway between points.
         let is_near = |x: &[f64]| self.slice.is_none_or(|(axis, at)| (x[axis] - at).abs() <= 0.75 * spacing);
-        let shown = |point: usize| is_near(positions.row(point)) && self.is_of_body(point);
+        let towards = self.towards();
+        let is_behind =
+            |x: &[f64]| self.cut.is_none_or(|(axis, at)| (x[axis] - at) * towards[axis].signum() <= 0.0);
+        let shown = |point: usize| {
+            let x = positions.row(point);
+            is_near(x) && is_behind(x) && self.is_of_body(point)
+        };
         if let Some(outlines) = self.outlines(step)? {
             return Ok(outlined(&positions, &outlines, shown, 0.5 * spacing));
         }
@@ -136,12 +144,16 @@ impl<'a> Points<'a> {
             let moved = self.moved(body, &positions);
             if self.solid {
                 let outside = body.shares.outside(&moved, |share| shown(body.first + share));
-                faces.extend(outside.into_iter().map(|face| (body.first + face.share, face.corners)));
+                faces.extend(outside.into_iter().map(|face| (Some(body.first + face.share), face.corners)));
             } else {
                 let shares = moved.into_iter().enumerate();
-                let shares = shares.map(|(share, corners)| (body.first + share, corners));
-                faces.extend(shares.filter(|(point, _)| shown(*point)));
+                let shares = shares.filter(|(share, _)| shown(body.first + share));
+                faces.extend(shares.map(|(share, corners)| (Some(body.first + share), corners)));
             }
+        }
+        if self.solid && self.slice.is_none() {
+            let tools = tools.iter().flat_map(|facet| pieces(facet, 0.8 * spacing));
+            faces.extend(tools.map(|corners| (None, corners)));
         }
         Ok(Seen { pieces: if self.solid { self.lit(faces) } else { flat(faces) }, ..Seen::default() })
     }
@@ -212,14 +224,19 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Faces in space as they are seen: those that look this way, the nearest last, under a lamp.
-    fn lit(&self, faces: Vec<(usize, Vec<[f64; 3]>)>) -> Vec<Piece> {
-        let towards = match self.view {
+    /// Direction towards who looks.
+    fn towards(&self) -> [f64; 3] {
+        match self.view {
             View::X => [1.0, 0.0, 0.0],
             View::Y => [0.0, -1.0, 0.0],
             View::Z => [0.0, 0.0, 1.0],
             View::Corner => [1.0, -1.0, 1.0].map(|x| x / f64::sqrt(3.0)),
-        };
+        }
+    }
+
+    /// Faces in space as they are seen: those that look this way, the nearest last, under a lamp.
+    fn lit(&self, faces: Vec<(Option<usize>, Vec<[f64; 3]>)>) -> Vec<Piece> {
+        let towards = self.towards();
         // Above the left shoulder of who looks.
         let lamp = [towards[0] - 0.35, towards[1] - 0.15, towards[2] + 0.6];
         let size = lamp.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -244,7 +261,7 @@ impl<'a> Points<'a> {
     }
 
     /// Where a point appears, and how near it is.
-    fn place(&self, x: &[f64]) -> ((f64, f64), f64) {
+    pub fn place(&self, x: &[f64]) -> ((f64, f64), f64) {
         if !self.solid {
             return ((x[0], x[1]), 0.0);
         }
@@ -295,15 +312,37 @@ fn outlined(positions: &Table, outlines: &Table, shown: impl Fn(usize) -> bool, 
         // Points without a domain record their position as all of its corners.
         match corners.iter().all(|corner| *corner == at) {
             true => seen.discs.push((point, at)),
-            false => seen.pieces.push(Piece { point, corners, light: 1.0 }),
+            false => seen.pieces.push(Piece { point: Some(point), corners, light: 1.0 }),
         }
     }
     seen
 }
 
+/// A triangle in pieces whose sides are no longer than `longest`: what is sorted by depth has to be small.
+fn pieces(triangle: &[[f64; 3]], longest: f64) -> Vec<Vec<[f64; 3]>> {
+    const MOST: usize = 1 << 14;
+    let mut open = vec![triangle.to_vec()];
+    let mut done = Vec::new();
+    while let Some(corners) = open.pop() {
+        let length = |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+            (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
+        };
+        let side = (0..corners.len()).max_by(|&a, &b| length(a).total_cmp(&length(b))).unwrap_or(0);
+        if length(side) <= longest || done.len() + open.len() >= MOST || corners.len() != 3 {
+            done.push(corners);
+            continue;
+        }
+        let [a, b, c] = [0, 1, 2].map(|k| corners[(side + k) % 3]);
+        let middle = std::array::from_fn(|d| 0.5 * (a[d] + b[d]));
+        open.extend([vec![a, middle, c], vec![middle, b, c]]);
+    }
+    done
+}
+
 /// Shares in the plane.
-fn flat(shares: Vec<(usize, Vec<[f64; 3]>)>) -> Vec<Piece> {
-    let seen = |(point, corners): (usize, Vec<[f64; 3]>)| {
+fn flat(shares: Vec<(Option<usize>, Vec<[f64; 3]>)>) -> Vec<Piece> {
+    let seen = |(point, corners): (Option<usize>, Vec<[f64; 3]>)| {
         let corners = corners.into_iter().map(|x| (x[0], x[1])).collect();
         Piece { point, corners, light: 1.0 }
     };

@@ -2,48 +2,52 @@
 
 use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
-use mpm_io::Table;
+use mpm_io::{FolderFiles, Table};
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
-use mpm_scene::{NoFiles, Scene, ToolSurface, tool_surfaces};
+use mpm_scene::{Scene, ToolSurface, tool_surfaces};
 
-/// Components of a force by name.
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Tools in the plane and where they stand at every row of the history.
+/// Tools and where they stand at every row of the history.
 pub struct Tools {
     fractions: Table,
+    /// Surface, position of its reference point, and angle, in space rotation.
     tools: Vec<(ToolSurface, Table, Table)>,
 }
 
 impl Tools {
-    /// The tools of a results file; none in space.
+    /// The tools of a results file; in space none where a file that one of them names is not there, or an older program has not
+    /// recorded how they turn.
     pub fn of(file: &Drawn) -> Result<Self, Complaint> {
-        let surfaces = match &file.scene {
-            Scene::Solid(_) => Ok(Vec::new()),
-            scene => tool_surfaces(scene, &NoFiles),
-        };
-        let surfaces = surfaces
+        let fractions = column(file, "load_fraction")?;
+        let in_space = matches!(file.scene, Scene::Solid(_));
+        match Self::placed(file, if in_space { "rotation" } else { "angle" }) {
+            Err(_) if in_space => Ok(Self { fractions, tools: Vec::new() }),
+            tools => Ok(Self { fractions, tools: tools? }),
+        }
+    }
+
+    fn placed(file: &Drawn, turned: &str) -> Result<Vec<(ToolSurface, Table, Table)>, Complaint> {
+        let surfaces = tool_surfaces(&file.scene, &FolderFiles::beside(&file.path))
             .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
         let placed = |surface: ToolSurface| {
             let column = |what: &str| column(file, &format!("tool/{}/{what}", surface.name));
-            let (position, angle) = (column("position")?, column("angle")?);
-            Ok((surface, position, angle))
+            let (position, turned) = (column("position")?, column(turned)?);
+            Ok((surface, position, turned))
         };
-        let tools = surfaces.into_iter().map(placed).collect::<Result<_, Complaint>>()?;
-        Ok(Self { fractions: column(file, "load_fraction")?, tools })
+        surfaces.into_iter().map(placed).collect()
     }
 
-    /// Segments of all tools at a load fraction.
-    pub fn at(&self, fraction: f64) -> Vec<[(f64, f64); 2]> {
+    /// Facets of all tools at a load fraction: segments in the plane, triangles in space.
+    pub fn at(&self, fraction: f64) -> Vec<Vec<[f64; 3]>> {
         let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
             return Vec::new();
         };
-        let of_tool = |(surface, position, angle): &(ToolSurface, Table, Table)| {
-            let vertices = surface.placed(position.row(row), angle.row(row));
-            let place = |vertex: u32| (vertices[vertex as usize][0], vertices[vertex as usize][1]);
-            surface.facets.iter().map(|facet| [place(facet[0]), place(facet[1])]).collect::<Vec<_>>()
-        };
-        self.tools.iter().flat_map(of_tool).collect()
+        let mut facets = Vec::new();
+        for (surface, position, turned) in &self.tools {
+            let vertices = surface.placed(position.row(row), turned.row(row));
+            let corners = |facet: &Vec<u32>| facet.iter().map(|&vertex| vertices[vertex as usize]).collect();
+            facets.extend(surface.facets.iter().map(corners));
+        }
+        facets
     }
 }
 
@@ -66,7 +70,7 @@ pub fn forces(file: &Drawn) -> Result<Option<Panel>, Complaint> {
     let mut curves = Vec::new();
     for (name, force, way) in &tools {
         let along = if moves { &way[..] } else { fractions.values() };
-        for (c, axis) in AXES.iter().enumerate().take(force.width()) {
+        for (c, axis) in file.results.space().letters().iter().enumerate().take(force.width()) {
             let points: Vec<(f64, f64)> =
                 along.iter().enumerate().map(|(row, x)| (*x, force.row(row)[c])).collect();
             if points.iter().any(|(_, force)| *force != 0.0) {

@@ -45,7 +45,7 @@ fn numbers(results: &Results) -> Vec<(String, f64)> {
         let Ok(table) = results.column(&column.name) else { continue };
         for c in 0..table.width() {
             let values = || (0..table.len()).map(|row| table.row(row)[c]);
-            let name = format!("{}{}", column.name, component_name(table.width(), c));
+            let name = format!("{}{}", column.name, component_name(results.space(), table.width(), c));
             let peak = values().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
             numbers.push((format!("{name} last"), values().next_back().unwrap_or(0.0)));
             numbers.push((format!("{name} peak"), peak));

@@ -59,7 +59,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             let way_out = way_out(input, other);
             return Err(refuse(format!("body `{}` overlaps body `{}`{way_out}", input.name, other.name)));
         }
-        cuts.push(cut_sides(input, own, layout, &path)?);
+        cuts.push(cut_sides(input, own, (layout, space), &path)?);
         let (law, needs_mass) = law(scene, input, &path)?;
         let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
         let plan = Plan {

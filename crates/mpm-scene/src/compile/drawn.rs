@@ -126,7 +126,7 @@ fn acting_in(
 ) -> Result<(Vec<Support<2>>, Vec<DrawnLoad>), SceneError> {
     let layout = layout(&scene.mesh, memory_left())?;
     let nodes = NodeSpace::vertices(layout.lattice());
-    let supports = supports(scene, (&layout, &nodes), space.axes())?;
+    let supports = supports(scene, (&layout, &nodes), space)?;
     let stages = Stages::of(&scene.schedule);
     let mut loads = Vec::new();
     for (k, load) in scene.loads.iter().enumerate() {

@@ -81,7 +81,7 @@ pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Resu
 pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, MeshMotion<D>), SceneError> {
     let memory = memory_left();
     let layout = layout(&scene.mesh, memory)?;
-    let motion = motion(&scene.motion, Stages::of(&scene.schedule), &layout, memory)?;
+    let motion = motion(&scene.motion, Stages::of(&scene.schedule), (&layout, Space::default()), memory)?;
     Ok((layout, motion))
 }
 
@@ -108,7 +108,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     let made = stages(&scene.schedule)?;
     let stages = Stages::of(&scene.schedule);
     let layout = layout(&scene.mesh, memory)?;
-    let motion = motion(&scene.motion, stages, &layout, memory)?;
+    let motion = motion(&scene.motion, stages, (&layout, space), memory)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     for end in stages.ends() {
         motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
@@ -120,7 +120,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
-    model.supports = supports(scene, (&model.layout, &model.nodes), space.axes())?;
+    model.supports = supports(scene, (&model.layout, &model.nodes), space)?;
     model.loads = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
