@@ -13,6 +13,7 @@ mod overlap;
 mod parameters;
 mod quantity;
 mod shapes;
+mod splines;
 mod stages;
 mod supports;
 mod symmetry;
@@ -37,7 +38,7 @@ use mesh::{layout, motion};
 use mpm_assembly::{GhostStabilisation, Space};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
-use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
+use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
@@ -111,10 +112,11 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
     }
 
+    splines::check(scene, &mesh)?;
     let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
     fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
-    let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
+    let kind = bodies.first().map_or(mesh.functions(), |named| named.body.node_kind(&mesh));
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
@@ -126,7 +128,11 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     refuse_jumps_along_a_path(&model)?;
     refuse_resets(&model, matches!(scene.domains.control, Some(ControlInput::Split { .. })))?;
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
-        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
+        let factor = factor.map_or_else(|| GhostStabilisation::<D>::usual_factor(mesh.functions()), |it| it.0);
+        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
+    }
+    if !scene.tools.is_empty() {
+        splines::check_tools(&model.bodies, &mesh)?;
     }
     add_tools(scene, &mut model, files)?;
     model.domain_history = scene.output.domain_history;
