@@ -346,3 +346,8 @@ fn ring_of_splines() {
 fn patch_test_on_splines() {
     passes("patch test on splines");
 }
+
+#[test]
+fn vortex_on_splines() {
+    passes("generalised vortex on splines");
+}

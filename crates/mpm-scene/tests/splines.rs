@@ -11,6 +11,8 @@ struct Seen {
     stress: Vec<f64>,
     /// Along the first direction, of the support `inner`.
     reaction: f64,
+    /// Of the tool `disc`.
+    tool: Vec<f64>,
     newton: u64,
     linear: u64,
 }
@@ -33,6 +35,10 @@ impl Observer for Seen {
         let inner = self.columns.iter().position(|it| it == "reaction/inner");
         if let Some(Entry::Real(force)) = inner.map(|column| &step.row[column]) {
             self.reaction = force[0];
+        }
+        let tool = self.columns.iter().position(|it| it == "tool/disc/force");
+        if let Some(Entry::Real(force)) = tool.map(|column| &step.row[column]) {
+            self.tool = force.clone();
         }
         self.newton = count("newton_iterations").unwrap_or(0);
         self.linear = count("linear_iterations").unwrap_or(0);
@@ -131,6 +137,36 @@ fn the_pressure_in_a_thick_cylinder_is_of_second_order() {
     let (coarse, fine) = (error(4), error(8));
     let order = (coarse / fine).log2();
     assert!(coarse.abs() < 3e-4 && (1.9..2.3).contains(&order), "{coarse:e} {fine:e}");
+}
+
+/// Tools touch the corners at which the functions are sampled: the force on the tool is that of the base, and converges
+/// to 193.
+#[test]
+fn a_tool_touches_corners_on_splines() {
+    for (degree, within) in [(2, 0.01), (3, 0.01)] {
+        let seen = run(&format!(
+            r#"PlaneStrain(
+                mesh: Box(
+                    axes: [Uniform(from: 0, to: 4, cells: 16), Uniform(from: 0, to: 5, cells: 20)],
+                    functions: Splines(degree: {degree}),
+                ),
+                basis: Cpdi1, stabilisation: Ghost(), materials: {{ "g": Hencky(young: 1e3, poisson: 0.3) }},
+                bodies: [(name: "b", material: "g", shape: Box(from: (0, 0), to: (4, 4)), points_per_cell: 2)],
+                supports: [
+                    (name: "inner", region: Plane(axis: Y, at: 0), fix: [X, Y]),
+                    (name: "left", region: Plane(axis: X, at: 0), fix: [X]),
+                    (name: "right", region: Plane(axis: X, at: 4), fix: [X]),
+                ],
+                tools: [(name: "disc", parts: [Disc(centre: (2, 5.01), radius: 1)], motion: Move(by: (0, -0.3)))],
+                schedule: (steps: 10), output: (fields: [CauchyStress]),
+            )"#
+        ));
+        let [across, along] = seen.tool[..] else { panic!("a force in the plane") };
+        assert!(
+            across.abs() < 1e-9 && (along / 193.0 - 1.0).abs() < within,
+            "degree {degree}: {across} {along}"
+        );
+    }
 }
 
 /// Conjugate gradients with multigrid between lines of control points take as many iterations on every mesh.

@@ -60,6 +60,7 @@ pub const CASES: &[Case] = &[
     splines::COLUMN,
     splines::RING,
     splines::PATCH,
+    splines::VORTEX,
     cantilever::CASE,
     collapse::CASE,
     space::CANTILEVER,

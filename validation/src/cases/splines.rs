@@ -6,6 +6,8 @@ use crate::history::History;
 use crate::probe::{Probe, plane as model_of};
 use crate::problems::column::{HEIGHT, Load, column, stress_error};
 use crate::problems::doughnut::torque;
+use crate::problems::held_circles::HeldCircles;
+use crate::problems::vortex::{Errors, errors, exact, vortex};
 use crate::reference::Reference;
 use crate::scenes::{compiled, load_own, run};
 use crate::variants::{CPDI1, CPDI2Q, Method, plane, refined};
@@ -14,7 +16,7 @@ use mpm_grid::{Block, LoadFraction, Vector};
 use mpm_scene::Compiled;
 use mpm_scene::language::{
     Count, Finite, FunctionsInput, MaterialInput, MeshInput, Positive, RegionInput, Scene, SceneIn, ShapeInput,
-    SolidBasis,
+    SolidBasis, StabilisationInput, TilingInput,
 };
 use mpm_solver::BodyForce;
 use mpm_solver::observe::Field;
@@ -43,6 +45,14 @@ pub(super) const PATCH: Case = Case {
     setup: "A block of graded cells in a mesh whose corners move by a linear field with stretch, shear and rotation in three load steps; its faces follow. Elastic and von Mises; CPDI1 and CPDI2q; degrees 2 and 3.",
     reference: "The deformation gradient of the linear field at every point; the same stress at every point.",
     run: patches,
+};
+
+pub(super) const VORTEX: Case = Case {
+    name: "generalised vortex on splines",
+    goal: "Large shear and rotation on splines in a mesh that stays: stress is of second order.",
+    setup: "The generalised vortex, a quarter of a radian in 20 load steps, on splines of degree 2 on [-1.5, 1.5]², 24² and 48² cells (96² in the full run); domains are polar tiles half a cell wide. Corners on the edges of the ring are held by springs of 10 E/h per length: nothing moves there in the exact solution, and no traction acts. CPDI2q, and CPDI1 with ghost faces.",
+    reference: "The exact motion and its stress; relative mean-square errors of an independent implementation, whose tiles are turned by a part of a tile and have the volumes of sectors.",
+    run: vortices,
 };
 
 /// The scene with splines and so many points a cell and direction.
@@ -336,4 +346,54 @@ fn patches(_: Extent) -> Result<Findings, Broken> {
         }
     }
     Ok(checks.into())
+}
+
+/// Basis, and errors of displacement and stress of an independent implementation on 24², 48² and 96² cells.
+const VORTICES: [(Method, &[[f64; 2]]); 2] = [
+    (CPDI2Q, &[[9.1461e-2, 1.1748e-1], [2.1419e-2, 3.3514e-2], [5.2094e-3, 8.4728e-3]]),
+    (CPDI1, &[[9.3209e-2, 1.1767e-1], [1.9371e-2, 3.4822e-2]]),
+];
+
+fn vortices(extent: Extent) -> Result<Findings, Broken> {
+    let factors: &[u32] = extent.pick(&[1, 2], &[1, 2, 4]);
+    let mut checks = Vec::new();
+    for (method, expected) in VORTICES {
+        let factors: Vec<u32> = factors.iter().copied().take(expected.len()).collect();
+        let found = sweep(&factors, |&factor| held_vortex(&method, factor))?;
+        for ((factor, found), expected) in factors.iter().zip(&found).zip(expected) {
+            let name = format!("{}, {} cells", method.name, 24 * factor);
+            for (what, found, expected) in
+                [("displacement", found.displacement, expected[0]), ("stress", found.stress, expected[1])]
+            {
+                let what = format!("{name}: error of the {what} against the reference's (relative)");
+                checks
+                    .push(Check::new(what, (found / expected - 1.0).abs(), 0.02).remark(scientific(found, 4)));
+            }
+        }
+        let order = (found[0].stress / found[found.len() - 1].stress).log2() / (found.len() - 1) as f64;
+        let what = format!("{}: order of the stress, lack below 1.7", method.name);
+        checks.push(Check::new(what, (1.7 - order).max(0.0), 0.0).remark(format!("order {order:.2}")));
+    }
+    Ok(checks.into())
+}
+
+fn held_vortex(method: &Method, factor: u32) -> Result<Errors, Broken> {
+    let mut scene = vortex(method, factor)?;
+    if let MeshInput::Box { functions, .. } = &mut scene.mesh {
+        *functions = FunctionsInput::Splines { degree: Count(2) };
+    }
+    scene.supports.clear();
+    scene.bodies.iter_mut().for_each(|body| body.tiling = TilingInput::Shape);
+    if *method == CPDI1 {
+        scene.stabilisation = Some(StabilisationInput::Ghost { factor: None });
+    }
+    let field = exact(&scene)?;
+    let Compiled::Plane(mut model) = compiled(&Scene::PlaneStrain(scene))? else {
+        return Err("expected a scene in plane strain".into());
+    };
+    let cell = 3.0 / f64::from(24 * factor);
+    model.add_contribution("edges", Box::new(HeldCircles::new(&[0.75, 1.25], 10.0 * 1e3 / cell)));
+    let mut history = History::of(&[Field::CAUCHY_STRESS, Field::DISPLACEMENT]);
+    mpm_solver::run(&mut model, &mut history)?;
+    errors(&history, &field)
 }
