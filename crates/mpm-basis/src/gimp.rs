@@ -263,9 +263,8 @@ impl<const D: usize> Basis<D> for Gimp {
     fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
         if mesh.functions() != NodeKind::Vertices {
             return Err(
-                "GIMP averages linear functions over boxes, and means of splines over a domain lose their second \
-                        order: expected linear functions of the mesh, or a basis that samples corners (`Cpdi1`, `Cpdi2q`, \
-                        `Cpdi2Hexahedron`)",
+                "GIMP averages linear functions over boxes: expected linear functions of the mesh, or a \
+                        basis that samples splines at corners (`Cpdi1`, `Cpdi2q`, `Cpdi2Hexahedron`)",
             );
         }
         match mesh.rectilinear() {

@@ -24,7 +24,7 @@ pub enum NodeSpaceError {
     #[error("control points need a degree of at least 1")]
     Degree,
     /// Control points that the functions of a ring do not have.
-    #[error("{kind} need a box, or a ring whose functions live on them: this ring has {functions}", functions = functions)]
+    #[error("{kind} need a box, or a ring whose functions live on them: this ring has {functions}")]
     Ring {
         /// The kind asked for.
         kind: NodeKind,

@@ -117,23 +117,21 @@ impl<const D: usize> Region<D> {
     /// Control points of splines count as if they stood on the circles of their radii: those of the innermost and the
     /// outermost circle hold these circles.
     fn nodes_of_ring(&self, space: &NodeSpace<D>, layout: &Layout<D>) -> Vec<NodeId> {
-        let Layout::Ring { radii, sectors, span, height, .. } = layout else {
+        let Layout::Ring { centre, radii, sectors, span, height, .. } = layout else {
             return Vec::new();
         };
         let (mesh, lattice) = (Mesh::at_rest(layout), space.lattice());
-        let [radii, height] = [Some(radii), height.as_ref()].map(|axis| axis.map(|it| space.line_on(it)));
-        let Some(radii) = radii else { return Vec::new() };
+        let (radii, height) = (space.line_on(radii), height.as_ref().map(|it| space.line_on(it)));
         let half = 0.5 * span.step(*sectors);
         let chord = 2.0 * half.sin();
-        let from_control = if space.kind() == NodeKind::Vertices { None } else { Some(half.cos()) };
         let all = (0..lattice.n_nodes()).filter_map(NodeId::from_index);
         all.filter(|&node| {
             let index = lattice.node_index(node);
             let edge = radii.finest_at(index[1]).min(radii.at(index[1]) * chord);
             let layer = height.map_or(edge, |z| z.finest_at(index[D - 1]));
             let mut x = space.position(&mesh, node);
-            if let (Some(factor), Layout::Ring { centre, .. }) = (from_control, layout) {
-                (0..2).for_each(|d| x[d] = centre[d] + (x[d] - centre[d]) * factor);
+            if space.kind() != NodeKind::Vertices {
+                (0..2).for_each(|d| x[d] = centre[d] + (x[d] - centre[d]) * half.cos());
             }
             self.contains(&x, TOLERANCE * edge.min(layer))
         })

@@ -37,7 +37,7 @@ pub(super) const SMALL: &[&str] = &[
     mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)], functions: Splines(degree: 2)),
     motion: Stretch([(axis: Y, anchor: 0, driven: 2, displacement: 0.1)]),
     basis: Cpdi2q, stabilisation: Ghost(), materials: { "a": Hencky(young: 1e3, poisson: 0.3, density: 1) },
-    bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 2, tiling: Cells)],
+    bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2, tiling: Cells)],
     supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
     loads: [BodyForce(acceleration: (0, -1)), Traction(body: "b", axis: Y, at: 1, value: (0, -1))],
     schedule: (steps: 2),

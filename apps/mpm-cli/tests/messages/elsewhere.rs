@@ -12,6 +12,11 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("motion.rs", "rotations need two or three", "scenes have two or three dimensions"),
     ("motion.rs", "an affine motion", "scenes have none"),
     ("node_space.rs", "", "every basis of a scene is on the functions of its mesh"),
+    (
+        "grid/src/splines.rs",
+        "control points of degree",
+        "every basis of a scene is on the functions of its mesh",
+    ),
     ("nodes.rs", "", "every basis of a scene is on the functions of its mesh"),
     ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on the functions of its mesh"),
     ("motion.rs", "twists and expansions need a ring layout", "the compiler says so before"),

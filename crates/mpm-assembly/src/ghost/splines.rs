@@ -52,9 +52,9 @@ impl SplineFace {
 /// # Panics
 /// The functions of the mesh are not splines.
 pub(super) fn face<const D: usize>(mesh: &Mesh<D>, cells: [[u32; D]; 2], direction: usize) -> SplineFace {
-    let expected = "the functions of the mesh are splines";
-    let [lower, upper] = [(0, true), (1, false)]
-        .map(|(k, end)| mesh.highest_derivatives(cells[k], direction, end).expect(expected));
+    let [lower, upper] = [(0, true), (1, false)].map(|(k, end)| {
+        mesh.highest_derivatives(cells[k], direction, end).expect("the functions of the mesh are splines")
+    });
     let scale = (0.5 * (lower.extent + upper.extent)).powi(lower.order as i32);
     // The functions of the upper cell are those of the lower one but its first, and one more.
     let mut across = vec![0.0; lower.count + 1];
@@ -63,7 +63,9 @@ pub(super) fn face<const D: usize>(mesh: &Mesh<D>, cells: [[u32; D]; 2], directi
         across[k + 1] += scale * upper.values[k];
     }
 
-    let first = mesh.spline_product(&Place { cell: cells[0], local: Vector::zeros() }).expect(expected);
+    let first = mesh
+        .spline_product(&Place { cell: cells[0], local: Vector::zeros() })
+        .expect("the functions of the mesh are splines");
     let count: [usize; D] = from_fn(|d| if d == direction { across.len() } else { first.count[d] });
     let total: usize = count.iter().product();
     let along = |mut number: usize| -> [usize; D] {
@@ -75,14 +77,18 @@ pub(super) fn face<const D: usize>(mesh: &Mesh<D>, cells: [[u32; D]; 2], directi
     };
     let node = |number| {
         let k = along(number);
-        mesh.control_point(from_fn(|d| first.first[d] + k[d] as u32)).expect(expected)
+        mesh.control_point(from_fn(|d| first.first[d] + k[d] as u32))
+            .expect("the functions of the mesh are splines")
     };
     let mut made =
         SplineFace { nodes: (0..total).map(node).collect(), area: 0.0, patch: Vec::new(), jump: Vec::new() };
     let linear = mesh.linear_cell(cells[0]);
     let rule: &[(f64, f64)] = if first.count.contains(&4) { &FOUR } else { &THREE };
     for_points(rule, direction, |local: Vector<D>, weight| {
-        let values = mesh.spline_product(&Place { cell: cells[0], local }).expect(expected).values;
+        let values = mesh
+            .spline_product(&Place { cell: cells[0], local })
+            .expect("the functions of the mesh are splines")
+            .values;
         made.jump.extend((0..total).map(|number| {
             let k = along(number);
             (0..D).map(|d| if d == direction { across[k[d]] } else { values[d][k[d]] }).product::<f64>()

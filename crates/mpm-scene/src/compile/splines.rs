@@ -42,7 +42,8 @@ pub(super) fn check_tools<const D: usize>(bodies: &[NamedBody<D>], mesh: &Mesh<D
     Ok(())
 }
 
-/// Refuses bodies with fewer columns of corners than splines along a direction: some of these would have no stiffness.
+/// Refuses bodies with fewer columns of corners than splines along a direction, or as many along two: some of these would
+/// have no stiffness. Strains of domains are means, which do not feel corners that move like the fields of a checkerboard.
 ///
 /// # Errors
 /// How many points there are, and have to be.
@@ -68,6 +69,7 @@ pub(super) fn check_rank<const D: usize>(
         }
         _ => return Ok(()),
     };
+    let mut even = Vec::new();
     for d in (0..D).filter(|&d| !closed[d]) {
         let splines = cells[d] + f64::from(degree);
         if pieces[d] + 1.0 < splines {
@@ -81,8 +83,17 @@ pub(super) fn check_rank<const D: usize>(
                 splines - 1.0
             ));
         }
+        if pieces[d] + 1.0 == splines {
+            even.push(d + 1);
+        }
     }
-    Ok(())
+    match even[..] {
+        [first, second, ..] => Err(format!(
+            "along directions {first} and {second} of the mesh the body has as many columns of corners as splines, so \
+             that displacements like the fields of a checkerboard would have no stiffness: expected more points"
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses nodes of splines that are no places of a body.
