@@ -45,7 +45,7 @@ pub fn solid(basis: SolidBasis, cells: u32, steps: u32) -> Result<Scene, Failure
 }
 
 fn resize<const D: usize, B>(scene: &mut SceneIn<D, B>, cells: u32, steps: u32) -> Result<(), Failure> {
-    let MeshInput::Box { axes } = &mut scene.mesh else { return Err("expected a box mesh".into()) };
+    let MeshInput::Box { axes, .. } = &mut scene.mesh else { return Err("expected a box mesh".into()) };
     for axis in axes {
         let AxisInput::Uniform { to, cells: n, .. } = axis else { return Err("expected even axes".into()) };
         (*to, n.0) = (Finite(f64::from(cells)), cells);

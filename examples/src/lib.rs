@@ -25,7 +25,7 @@ pub fn model<B: Basis<2> + 'static, M: Material + 'static>(
     let mesh = Mesh::at_rest(&layout);
     basis.suits(&mesh)?;
     let points = seed_cells(&basis, &mesh, mesh.cells(), 2);
-    let nodes = NodeSpace::of(basis.node_kind(), &mesh)?;
+    let nodes = NodeSpace::of(basis.node_kind(&mesh), &mesh)?;
     let mut model = Model::on(layout, nodes);
     model.add_body("square", Box::new(MaterialBody::new(basis, law, points)));
     (model.motion, model.supports) = (motion, supports);

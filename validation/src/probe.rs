@@ -66,7 +66,7 @@ impl<const D: usize> Probe<D> {
 
     /// A nodal field from a function of position.
     pub fn field(&self, of: impl Fn(Vector<D>) -> Vector<D>) -> Vec<Vector<D>> {
-        self.active.nodes().iter().map(|&node| of(self.mesh.position(node))).collect()
+        self.active.nodes().iter().map(|&node| of(self.active.space().position(&self.mesh, node))).collect()
     }
 
     /// Every material point.
@@ -135,7 +135,7 @@ fn connect<const D: usize>(
 ) -> Result<Connected<D>, Broken> {
     let body = &*named.body;
     let stencils = body.stencils(mesh)?;
-    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
+    let active = ActiveNodes::of(&NodeSpace::of(body.node_kind(mesh), mesh)?, std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);
     let dilatation = body.dilatation(&connectivity, mesh, &active)?;
     let linked = BodyConnectivity { connectivity, dilatation };

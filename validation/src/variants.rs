@@ -87,7 +87,7 @@ pub fn refined(mut scene: PlaneScene, factor: u32) -> PlaneScene {
         }
     };
     match &mut scene.mesh {
-        MeshInput::Box { axes } => axes.iter_mut().for_each(refine),
+        MeshInput::Box { axes, .. } => axes.iter_mut().for_each(refine),
         MeshInput::Ring { radii, sectors, .. } => {
             refine(radii);
             sectors.0 *= factor;

@@ -331,3 +331,23 @@ fn snap_back() {
 fn inputs_easily_answered_wrongly() {
     passes("inputs that are easily answered wrongly");
 }
+
+#[test]
+fn column_on_splines() {
+    passes("self-weight column on splines");
+}
+
+#[test]
+fn ring_of_splines() {
+    passes("ring of splines");
+}
+
+#[test]
+fn patch_test_on_splines() {
+    passes("patch test on splines");
+}
+
+#[test]
+fn vortex_on_splines() {
+    passes("generalised vortex on splines");
+}

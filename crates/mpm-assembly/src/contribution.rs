@@ -103,8 +103,8 @@ pub trait Contribution<const D: usize>: Send + Sync {
         None
     }
 
-    /// Whether it takes nodes for the corners of cells, so that it exists on the vertices of a mesh only.
-    fn needs_vertices(&self) -> bool {
+    /// Whether it exists only on the nodes on which the functions of the mesh live.
+    fn needs_functions_of_mesh(&self) -> bool {
         false
     }
 

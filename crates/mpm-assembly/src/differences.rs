@@ -57,7 +57,7 @@ pub fn body_stiffness_error<const D: usize>(
     mesh: &Mesh<D>,
     displacement: impl Fn(&Vector<D>) -> Vector<D>,
 ) -> Result<f64, NotCompared<D>> {
-    let space = NodeSpace::of(body.node_kind(), mesh)?;
+    let space = NodeSpace::of(body.node_kind(mesh), mesh)?;
     let stencils = body.stencils(mesh)?;
     let active = ActiveNodes::of(&space, std::slice::from_ref(&stencils));
     let connectivity = Connectivity::of(stencils, &active);

@@ -253,7 +253,7 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
             ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
         let connectivity = Connectivity::of(stencils, &active);
         let mut cells = Vec::new();
-        body.occupied_cells(&connectivity, mesh.lattice(), &active, &mut cells);
+        body.occupied_cells(&connectivity, &mesh, &active, &mut cells).unwrap();
         let faces = GhostFaces::of(&mesh, &active, cells, (1.0 / 30.0, body.space()));
         let dilatation = body.dilatation(&connectivity, &mesh, &active).unwrap();
         let linked = BodyConnectivity { connectivity, dilatation };

@@ -14,9 +14,26 @@ pub trait Basis<const D: usize>: Send + Sync {
     /// Its name in one word, as people write it.
     fn name(&self) -> &'static str;
 
-    /// The nodes that it influences. All bodies of a model share one kind.
-    fn node_kind(&self) -> NodeKind {
-        NodeKind::Vertices
+    /// The nodes that it influences: by default those on which the functions of the mesh live. All bodies of a model
+    /// share one kind.
+    fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind {
+        mesh.functions()
+    }
+
+    /// Hands out the cells whose functions a point samples, some of them more than once; by default the cell that holds
+    /// it. A place on a face between cells counts for the cell on the side of the point.
+    ///
+    /// # Errors
+    /// As [`Self::influences`].
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        _domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; D]),
+    ) -> Result<(), OutsideMesh<D>> {
+        take(mesh.locate(x, 0.0)?.cell);
+        Ok(())
     }
 
     /// Pieces per direction that a cell is cut into for `points_per_cell` points per direction, or

@@ -33,7 +33,7 @@ impl Completeness {
         x: &Vector<D>,
         domain: &B::Domain,
     ) -> Result<Self, OutsideMesh<D>> {
-        let nodes = NodeSpace::of(basis.node_kind(), mesh).expect("the mesh has nodes of the basis' kind");
+        let nodes = NodeSpace::of(basis.node_kind(mesh), mesh).expect("the mesh has nodes of the basis' kind");
         let mut stencil = Stencil::new();
         basis.influences(mesh, x, domain, &mut stencil)?;
         stencil.finish();

@@ -4,7 +4,7 @@
 //! because the gradients of the family CPDI are `∇S_vp = Σ_c N_v(x_c) g_c` and `a_c = V_p g_c`.
 
 use crate::tensor::signs;
-use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, Vector};
+use mpm_grid::{Block, Mesh, NodeId, OutsideMesh, SplineProduct, Vector};
 use std::f64::consts::TAU;
 
 /// How far outside the mesh a corner may be, in cells; N_v of the boundary cell continue to there.
@@ -34,14 +34,31 @@ pub struct Corner<const D: usize> {
     pub area: Vector<D>,
     /// Part of the domain that belongs to the corner, the mean of its corner function (of a ring weighted by r) `[-]`.
     pub share: f64,
-    /// Nodes that carry the corner and their weights `W_cv` `[-]`; the first 2^D entries count.
-    pub(crate) nodes: [(NodeId, f64); 8],
+    /// Nodes that carry the corner and their weights `W_cv` `[-]`.
+    pub(crate) carriers: Carriers<D>,
+}
+
+/// Nodes that carry a corner, with their weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Carriers<const D: usize> {
+    /// Vertices of a cell; the first 2^D entries count.
+    Vertices([(NodeId, f64); 8]),
+    /// The functions of a mesh of splines.
+    Splines(SplineProduct<D>),
 }
 
 impl<const D: usize> Corner<D> {
     /// Nodes and their weights, without those that are exactly zero.
     pub fn weights(&self) -> impl Iterator<Item = (NodeId, f64)> + '_ {
-        self.nodes[..1 << D].iter().copied().filter(|(_, weight)| *weight != 0.0)
+        let count = match &self.carriers {
+            Carriers::Vertices(_) => 1 << D,
+            Carriers::Splines(product) => product.len(),
+        };
+        let entry = |k: usize| match &self.carriers {
+            Carriers::Vertices(nodes) => nodes[k],
+            Carriers::Splines(product) => product.entry(k),
+        };
+        (0..count).map(entry).filter(|(_, weight)| *weight != 0.0)
     }
 
     /// The corner at `x` with the weights `N_v(x)` of the cell that holds it.
@@ -54,13 +71,16 @@ impl<const D: usize> Corner<D> {
         (area, share): (Vector<D>, f64),
     ) -> Result<Self, OutsideMesh<D>> {
         let place = mesh.locate(&x, BEYOND)?;
+        if let Some(product) = mesh.spline_product(&place) {
+            return Ok(Self { position: x, area, share, carriers: Carriers::Splines(product) });
+        }
         let mut nodes = [(NodeId::from_index(0).expect("0 is a number"), 0.0); 8];
         let mut at = 0;
         mesh.values(&place, |node, value| {
             nodes[at] = (node, value);
             at += 1;
         });
-        Ok(Self { position: x, area, share, nodes })
+        Ok(Self { position: x, area, share, carriers: Carriers::Vertices(nodes) })
     }
 }
 

@@ -195,6 +195,16 @@ impl<const D: usize> Basis<D> for Cpdi1 {
         Some([x - r, x + r].map(|position| DomainPart { position, domain: half, share: 0.5 }))
     }
 
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; D]),
+    ) -> Result<(), OutsideMesh<D>> {
+        sampled::cells(mesh, x, &domain.samples(x)[..1 << D], take)
+    }
+
     fn n_corners(&self) -> usize {
         1 << D
     }

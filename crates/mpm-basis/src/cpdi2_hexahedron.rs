@@ -183,6 +183,16 @@ impl Basis<3> for Cpdi2Hexahedron {
         }))
     }
 
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<3>,
+        x: &Vector<3>,
+        domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; 3]),
+    ) -> Result<(), OutsideMesh<3>> {
+        sampled::cells(mesh, x, &samples(domain), take)
+    }
+
     fn n_corners(&self) -> usize {
         8
     }

@@ -61,6 +61,16 @@ impl Basis<3> for Cpdi2Tetrahedron {
         domain.halve(to_cells)
     }
 
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<3>,
+        x: &Vector<3>,
+        domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; 3]),
+    ) -> Result<(), OutsideMesh<3>> {
+        domain.sampled_cells(mesh, x, take)
+    }
+
     fn n_corners(&self) -> usize {
         4
     }

@@ -271,6 +271,16 @@ impl Basis<2> for Cpdi2q {
         }))
     }
 
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<2>,
+        x: &Vector<2>,
+        domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; 2]),
+    ) -> Result<(), OutsideMesh<2>> {
+        sampled::cells(mesh, x, &self.samples(domain), take)
+    }
+
     fn n_corners(&self) -> usize {
         4
     }

@@ -132,6 +132,16 @@ impl Basis<2> for Cpdi2t {
         domain.halve(to_cells)
     }
 
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<2>,
+        x: &Vector<2>,
+        domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; 2]),
+    ) -> Result<(), OutsideMesh<2>> {
+        domain.sampled_cells(mesh, x, take)
+    }
+
     fn n_corners(&self) -> usize {
         3
     }

@@ -24,7 +24,7 @@ impl<const D: usize> Stencils<D> {
         x: &[Vector<D>],
         domain: &[B::Domain],
     ) -> Result<Self, UnconnectedPoint<D>> {
-        Self::gather(basis.node_kind(), mesh, (x, domain), |x, domain, stencil, made| {
+        Self::gather(basis.node_kind(mesh), mesh, (x, domain), |x, domain, stencil, made| {
             basis.influences(mesh, x, domain, stencil)?;
             stencil.finish();
             made.push(stencil.entries());
@@ -46,7 +46,7 @@ impl<const D: usize> Stencils<D> {
         (x, domain): (&[Vector<D>], &[B::Domain]),
         with_masses: bool,
     ) -> Result<Self, UnconnectedPoint<D>> {
-        Self::gather(basis.node_kind(), mesh, (x, domain), |x, domain, stencil, made| {
+        Self::gather(basis.node_kind(mesh), mesh, (x, domain), |x, domain, stencil, made| {
             basis.ring_influences(mesh, x, domain, stencil)?;
             stencil.finish();
             made.push(stencil.entries());

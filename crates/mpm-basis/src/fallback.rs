@@ -123,8 +123,8 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
         self.basis.name()
     }
 
-    fn node_kind(&self) -> NodeKind {
-        self.basis.node_kind()
+    fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind {
+        self.basis.node_kind(mesh)
     }
 
     fn pieces_per_cell(&self, points_per_cell: u32) -> Result<u32, &'static str> {
@@ -132,8 +132,8 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
     }
 
     fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
-        if self.node_kind() != NodeKind::Vertices {
-            return Err("the fallback to CPDI1 needs a basis on the vertices of the mesh");
+        if self.node_kind(mesh) != mesh.functions() {
+            return Err("the fallback to CPDI1 needs a basis on the nodes of the mesh's functions");
         }
         self.basis.suits(mesh)
     }
@@ -248,6 +248,19 @@ impl<const D: usize, B: Basis<D>> Basis<D> for Fallback<B> {
                 domain: FallbackDomain::Fallen(it.domain),
                 share: it.share,
             })),
+        }
+    }
+
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        domain: &Self::Domain,
+        take: &mut dyn FnMut([u32; D]),
+    ) -> Result<(), OutsideMesh<D>> {
+        match domain {
+            FallbackDomain::Sound { domain, .. } => self.basis.sampled_cells(mesh, x, domain, take),
+            FallbackDomain::Fallen(domain) => Cpdi1.sampled_cells(mesh, x, domain, take),
         }
     }
 

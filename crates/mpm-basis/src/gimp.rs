@@ -12,7 +12,7 @@ use crate::domain::{Domain, vector};
 use crate::domain_control::longest;
 use crate::influence::Stencil;
 use crate::tensor::{determinant, outline, right_stretch, signs};
-use mpm_grid::{Axis, Block, LinearCell, Mesh, NodeId, OutsideMesh, Vector};
+use mpm_grid::{Axis, Block, LinearCell, Mesh, NodeId, NodeKind, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Slack of [`BEYOND`], that of `Mesh::locate` [cells].
@@ -261,6 +261,12 @@ impl<const D: usize> Basis<D> for Gimp {
     }
 
     fn suits(&self, mesh: &Mesh<D>) -> Result<(), &'static str> {
+        if mesh.functions() != NodeKind::Vertices {
+            return Err(
+                "GIMP averages linear functions over boxes: expected linear functions of the mesh, or a \
+                        basis that samples splines at corners (`Cpdi1`, `Cpdi2q`, `Cpdi2Hexahedron`)",
+            );
+        }
         match mesh.rectilinear() {
             Some(_) => Ok(()),
             None => Err("GIMP needs a mesh whose grid lines stay parallel to the coordinate axes: \

@@ -9,10 +9,14 @@
 use crate::basis::{Convection, ConvectionError, DomainReport};
 use crate::corner::{BEYOND, Corner, CornerPoint};
 use crate::influence::Stencil;
-use mpm_grid::{Mesh, NodeId, OutsideMesh, Place, Vector};
+use mpm_grid::{Mesh, NodeId, NodeKind, OutsideMesh, Place, SplineProduct, Vector};
+use std::array::from_fn;
 
 /// Corners of a domain at most.
 const CORNERS: usize = 8;
+
+/// Part of the way to its point after which a corner on a face lies in a cell `[-]`.
+const INWARDS: f64 = 1e-6;
 
 /// One corner of a domain.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +71,9 @@ pub(crate) fn influences<const D: usize>(
     stencil: &mut Stencil<D>,
 ) -> Result<(), OutsideMesh<D>> {
     debug_assert!(stencil.entries().is_empty(), "a stencil is filled by one point");
+    if mesh.functions() != NodeKind::Vertices {
+        return spline_influences(mesh, samples, stencil);
+    }
     // Corners in a cell met before add to the entries that are there: mostly all share one cell.
     let mut cells = [[0; D]; CORNERS];
     let mut n_cells = 0;
@@ -90,6 +97,117 @@ pub(crate) fn influences<const D: usize>(
     Ok(())
 }
 
+/// Nodes of splines that the corners of a domain may span, so that their influences are summed in a table.
+const TABLE: u64 = 512;
+
+/// As [`influences`] where the functions of the mesh are splines.
+#[inline(never)]
+fn spline_influences<const D: usize>(
+    mesh: &Mesh<D>,
+    samples: &[Sample<D>],
+    stencil: &mut Stencil<D>,
+) -> Result<(), OutsideMesh<D>> {
+    let mut products: [Option<SplineProduct<D>>; CORNERS] = [None; CORNERS];
+    let mut before = None;
+    for (product, sample) in products.iter_mut().zip(samples) {
+        *product = mesh.spline_product(&locate(mesh, &sample.position, &mut before)?);
+    }
+    let products = &mut products[..samples.len()];
+    close_seam(mesh, products);
+    let (mut low, mut high) = ([u32::MAX; D], [0; D]);
+    for product in products.iter().flatten() {
+        for d in 0..D {
+            low[d] = low[d].min(product.first[d]);
+            high[d] = high[d].max(product.first[d] + product.count[d] as u32);
+        }
+    }
+    let extent: [u64; D] = from_fn(|d| u64::from(high[d].saturating_sub(low[d])));
+    let corners = || products.iter().flatten().zip(samples);
+    if extent.iter().product::<u64>() > TABLE {
+        for (product, sample) in corners() {
+            product.entries().for_each(|(node, n)| stencil.add(node, sample.weight * n, sample.gradient * n));
+        }
+    } else {
+        add_table(mesh, low, extent.map(|n| n as usize), stencil);
+        for (product, sample) in corners() {
+            add_product(product, low, &extent.map(|n| n as usize), |at, n| {
+                stencil.add_to(at, sample.weight * n, sample.gradient * n);
+            });
+        }
+    }
+    stencil.drop_zeros();
+    Ok(())
+}
+
+/// Numbers the functions of corners on both sides of the seam of a ring on, so that neighbours have neighbouring indices.
+fn close_seam<const D: usize>(mesh: &Mesh<D>, products: &mut [Option<SplineProduct<D>>]) {
+    let (cells, periodic) = (mesh.lattice().cells(), mesh.lattice().periodic());
+    for d in (0..D).filter(|&d| periodic[d]) {
+        let firsts = || products.iter().flatten().map(|it| it.first[d]);
+        if let (Some(low), Some(high)) = (firsts().min(), firsts().max())
+            && high - low > cells[d] / 2
+        {
+            for product in products.iter_mut().flatten().filter(|it| it.first[d] < cells[d] / 2) {
+                product.first[d] += cells[d];
+            }
+        }
+    }
+}
+
+/// Adds the nodes from the index `low` on, each with no influence yet, the first direction fastest.
+fn add_table<const D: usize>(mesh: &Mesh<D>, low: [u32; D], extent: [usize; D], stencil: &mut Stencil<D>) {
+    for number in 0..extent.iter().product() {
+        let mut rest = number;
+        let index = from_fn(|d| {
+            let along = rest % extent[d];
+            rest /= extent[d];
+            low[d] + along as u32
+        });
+        let node = mesh.control_point(index).expect("the functions of the mesh are splines");
+        stencil.add(node, 0.0, Vector::zeros());
+    }
+}
+
+/// Calls `add` with the place in a table of nodes from the index `low` on and the value of every function.
+#[inline]
+fn add_product<const D: usize>(
+    product: &SplineProduct<D>,
+    low: [u32; D],
+    extent: &[usize; D],
+    mut add: impl FnMut(usize, f64),
+) {
+    let from: [usize; D] = from_fn(|d| (product.first[d] - low[d]) as usize);
+    // Directions that do not exist have one function, 1.
+    let count = |d: usize| if d < D { product.count[d] } else { 1 };
+    let value = |d: usize, k: usize| if d < D { product.values[d][k] } else { 1.0 };
+    let at = |d: usize, k: usize| if d < D { from[d] + k } else { 0 };
+    let width = |d: usize| if d < D { extent[d] } else { 1 };
+    for k in 0..count(2) {
+        for j in 0..count(1) {
+            let (across, row) = (value(2, k) * value(1, j), (at(2, k) * width(1) + at(1, j)) * width(0));
+            for i in 0..count(0) {
+                add(row + at(0, i), across * value(0, i));
+            }
+        }
+    }
+}
+
+/// Hands out the cells of the corners of a domain around `x`; a corner on a face counts for the cell on the domain's side.
+///
+/// # Errors
+/// The first corner farther than half a cell outside the mesh.
+pub(crate) fn cells<const D: usize>(
+    mesh: &Mesh<D>,
+    x: &Vector<D>,
+    samples: &[Sample<D>],
+    take: &mut dyn FnMut([u32; D]),
+) -> Result<(), OutsideMesh<D>> {
+    for sample in samples {
+        take(mesh.locate(&(sample.position + (x - sample.position) * INWARDS), BEYOND)?.cell);
+    }
+    Ok(())
+}
+
 /// Moves corners with the displacement of the step: `x_c += Σ_v N_v(x_c) Δu_v`
 /// (Sadeghirad, Brannon & Guilkey 2013).
 ///
@@ -104,6 +222,11 @@ pub(crate) fn convect<'a, const D: usize>(
     let (mut cell, mut increment) = (None, [Vector::zeros(); CORNERS]);
     for x in corners {
         let place = locate(step.mesh, x, &mut before).map_err(|it| ConvectionError::Outside(it.to_string()))?;
+        if let Some(product) = step.mesh.spline_product(&place) {
+            let moved: Vector<D> = product.entries().map(|(node, n)| step.at_node(node) * n).sum();
+            *x += moved;
+            continue;
+        }
         let mut corner = 0;
         if cell != Some(place.cell) {
             step.mesh.values(&place, |node, _| {

@@ -108,6 +108,19 @@ impl<const D: usize> Simplex<D> {
         }))
     }
 
+    /// Hands out the cells of its corners.
+    ///
+    /// # Errors
+    /// As [`sampled::cells`].
+    pub(crate) fn sampled_cells(
+        &self,
+        mesh: &Mesh<D>,
+        x: &Vector<D>,
+        take: &mut dyn FnMut([u32; D]),
+    ) -> Result<(), OutsideMesh<D>> {
+        sampled::cells(mesh, x, &self.samples()[..=D], take)
+    }
+
     /// See [`crate::Basis::corners`].
     pub(crate) fn domain_corners(
         &self,

@@ -3,11 +3,11 @@
 //! `S_vp = N_v(x_p)`, `∇S_vp = ∇N_v(x_p)` (Sulsky, Chen & Schreyer 1994).
 
 use crate::basis::{Basis, Convection, ConvectionError, Seed};
-use crate::corner::{Corner, CornerPoint};
+use crate::corner::{Carriers, Corner, CornerPoint};
 use crate::influence::Stencil;
 use crate::ring;
 use crate::tensor::{inverse_transpose, signs};
-use mpm_grid::{LinearCell, Mesh, NodeId, OutsideMesh, Vector};
+use mpm_grid::{LinearCell, Mesh, NodeId, NodeKind, OutsideMesh, Vector};
 use std::array::from_fn;
 
 /// Standard MPM; a point has no domain.
@@ -64,7 +64,8 @@ impl<const D: usize> Basis<D> for Smpm {
 }
 
 /// The corners of a point without a domain: those of the parallelepiped `½ (V_p⁰)^(1/D) F` (of a ring with the area of its
-/// cross section for the volume), which are carried by the point's own cell, `W_cv = S_vp + ∇S_vp · (x_c - x_p)`.
+/// cross section for the volume), which are carried by the point's own cell, `W_cv = S_vp + ∇S_vp · (x_c - x_p)`. On splines
+/// it has none: a point alone says nothing of what is around it there.
 ///
 /// # Errors
 /// The point lies outside the mesh.
@@ -73,6 +74,9 @@ fn corners<const D: usize>(
     point: &CornerPoint<D>,
     to: &mut Vec<Corner<D>>,
 ) -> Result<(), OutsideMesh<D>> {
+    if mesh.functions() != NodeKind::Vertices {
+        return Ok(());
+    }
     let CornerPoint { position, reference_size, volume, deformation_gradient, is_ring } = point;
     let sides = deformation_gradient * (0.5 * reference_size.powf(1.0 / D as f64));
     let weight = 1.0 / f64::from(1 << D);
@@ -92,7 +96,7 @@ fn corners<const D: usize>(
             None => (push * s, weight),
             Some(ring) => (ring::area(point, &ring[c].sample), ring[c].mass),
         };
-        to.push(Corner { position: position + arm, area, share, nodes });
+        to.push(Corner { position: position + arm, area, share, carriers: Carriers::Vertices(nodes) });
     }
     Ok(())
 }

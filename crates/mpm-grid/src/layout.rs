@@ -5,7 +5,11 @@ use std::f64::consts::{PI, TAU};
 use crate::cell::LinearCell;
 use crate::index::NodeId;
 use crate::lattice::{Lattice, LatticeError};
+use crate::splines::{HIGHEST, NodeKind, Splines};
 use crate::{Axis, Vector};
+
+/// Fewest sectors of a ring with splines.
+const FEWEST_SECTORS: u32 = 4;
 
 /// Positions of lattice nodes before any motion.
 ///
@@ -17,6 +21,8 @@ pub enum Layout<const D: usize> {
     Box {
         /// Node coordinates per direction.
         axes: [Axis; D],
+        /// The nodes on which its functions live.
+        functions: NodeKind,
     },
     /// Concentric rings of nodes joined by straight edges (so a polygon); lattice directions
     /// are (θ, r) or (θ, r, z), θ fastest and anticlockwise. This is a left-handed order: the
@@ -33,6 +39,8 @@ pub enum Layout<const D: usize> {
         span: Span,
         /// Node coordinates along the third direction; present exactly where D = 3.
         height: Option<Axis>,
+        /// The nodes on which its functions live; with splines the ring is one of circles, not of polygons.
+        functions: NodeKind,
     },
 }
 
@@ -94,6 +102,23 @@ pub enum LayoutError {
         /// Centre.
         centre: [f64; 2],
     },
+    /// Splines of a degree that there is not.
+    #[error("expected a degree from 1 to {HIGHEST}, got {degree}")]
+    Degree {
+        /// The degree asked for.
+        degree: u32,
+    },
+    /// Splines on a sector of a ring.
+    #[error("splines need a full ring: there are none on a sector")]
+    SplinesOnSector,
+    /// Splines on a ring of few sectors.
+    #[error("splines need a ring of at least {least} sectors, got {sectors}")]
+    SplineSectors {
+        /// Sectors of the ring.
+        sectors: u32,
+        /// Fewest possible.
+        least: u32,
+    },
     /// A height axis in two dimensions, or none in three, or a ring on a line.
     #[error("a ring in {dimensions} dimensions {}", height_rule(*.dimensions))]
     Height {
@@ -138,7 +163,7 @@ impl<const D: usize> Layout<D> {
     /// A rectilinear grid on the given axes.
     pub fn on_axes(axes: [Axis; D]) -> Result<Self, LayoutError> {
         Lattice::new(axes.each_ref().map(Axis::cells), [false; D])?;
-        Ok(Self::Box { axes })
+        Ok(Self::Box { axes, functions: NodeKind::Vertices })
     }
 
     /// Rings of nodes at the given radii.
@@ -167,14 +192,48 @@ impl<const D: usize> Layout<D> {
         }
         ring_lattice::<D>(&radii, sectors, span, height.as_ref())?;
         let (inner, outer) = (radii.first(), radii.last());
-        let layout = Self::Ring { centre, radii, sectors, span, height };
+        let layout = Self::Ring { centre, radii, sectors, span, height, functions: NodeKind::Vertices };
         if layout.has_valid_cells() { Ok(layout) } else { Err(LayoutError::Flat { inner, outer, centre }) }
     }
 
-    /// The arrangement of nodes and cells.
+    /// The same grid with B-splines of a degree from 1 to 3 as its functions; those of degree 1 are the linear functions
+    /// of the vertices, except for a ring, which stays one of polygons then.
+    ///
+    /// # Errors
+    /// Another degree, splines on a sector or on fewer than four sectors, or more control points than can be numbered.
+    pub fn with_splines(mut self, degree: u32) -> Result<Self, LayoutError> {
+        if !(1..=HIGHEST).contains(&degree) {
+            return Err(LayoutError::Degree { degree });
+        }
+        if degree == 1 {
+            return Ok(self);
+        }
+        if let Self::Ring { sectors, span, .. } = &self {
+            if !span.is_full() {
+                return Err(LayoutError::SplinesOnSector);
+            }
+            if *sectors < FEWEST_SECTORS {
+                return Err(LayoutError::SplineSectors { sectors: *sectors, least: FEWEST_SECTORS });
+            }
+        }
+        let splines = Splines::on(&self.lattice(), degree)?;
+        match &mut self {
+            Self::Box { functions, .. } | Self::Ring { functions, .. } => *functions = splines.kind(),
+        }
+        Ok(self)
+    }
+
+    /// The nodes on which its functions live: vertices, or the control points of splines.
+    pub fn functions(&self) -> NodeKind {
+        match self {
+            Self::Box { functions, .. } | Self::Ring { functions, .. } => *functions,
+        }
+    }
+
+    /// The arrangement of vertices and cells.
     pub fn lattice(&self) -> Lattice<D> {
         let lattice = match self {
-            Self::Box { axes } => Lattice::new(axes.each_ref().map(Axis::cells), [false; D]),
+            Self::Box { axes, .. } => Lattice::new(axes.each_ref().map(Axis::cells), [false; D]),
             Self::Ring { radii, sectors, span, height, .. } => {
                 ring_lattice(radii, *sectors, *span, height.as_ref())
             }
@@ -182,12 +241,12 @@ impl<const D: usize> Layout<D> {
         lattice.expect("the constructors of a layout have built this lattice before")
     }
 
-    /// Position `[L]` of a node at rest.
+    /// Position `[L]` of a vertex at rest.
     pub fn position(&self, node: NodeId) -> Vector<D> {
         let index = self.lattice().node_index(node);
         match self {
-            Self::Box { axes } => Vector::from_fn(|d, _| axes[d].node(index[d])),
-            Self::Ring { centre, radii, sectors, span, height } => {
+            Self::Box { axes, .. } => Vector::from_fn(|d, _| axes[d].node(index[d])),
+            Self::Ring { centre, radii, sectors, span, height, .. } => {
                 let r = radii.node(index[1]);
                 let angle = span.start() + f64::from(index[0]) * span.step(*sectors);
                 Vector::from_fn(|d, _| match d {
@@ -205,7 +264,7 @@ impl<const D: usize> Layout<D> {
         let along = |axis: &Axis| (0..=axis.cells()).map(|i| axis.node(i)).collect();
         let nodes = self.lattice().nodes();
         std::array::from_fn(|d| match self {
-            Self::Box { axes } => along(&axes[d]),
+            Self::Box { axes, .. } => along(&axes[d]),
             Self::Ring { radii, .. } if d == 1 => along(radii),
             Self::Ring { radii, sectors, span, .. } if d == 0 => {
                 let arc = span.step(*sectors) * 0.5 * (radii.first() + radii.last());

@@ -37,6 +37,7 @@ mod placed;
 mod ramp;
 mod region;
 mod ring;
+mod splines;
 
 pub use axis::{Axis, AxisError};
 pub use cell::{LinearCell, inverse};
@@ -46,10 +47,11 @@ pub use layout::{Layout, LayoutError, Span};
 pub use location::{OutsideMesh, Place, Position};
 pub use mesh::Mesh;
 pub use motion::{AffineMotion, DrivenPlane, MeshMotion, MotionError, Reindexing};
-pub use node_space::{NodeKind, NodeSpace, NodeSpaceError};
+pub use node_space::{NodeSpace, NodeSpaceError};
 pub use numerals::{rounded, six_digits};
 pub use ramp::{LoadFraction, Ramp, RampError};
 pub use region::Region;
+pub use splines::{HighestDerivatives, NodeKind, SplineProduct};
 
 /// A vector or position `[L]` in D dimensions.
 pub type Vector<const D: usize> = nalgebra::SVector<f64, D>;

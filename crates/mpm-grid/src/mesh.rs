@@ -10,6 +10,7 @@ use crate::motion::{MeshMotion, MotionError, Reindexing};
 use crate::placed::{PlacedMotion, turn};
 use crate::ramp::LoadFraction;
 use crate::ring::PlacedRing;
+use crate::splines::{HighestDerivatives, Line, NodeKind, NodeLine, SplineProduct, Splines};
 use crate::{Axis, Block, CellId, Lattice, NodeId, Vector};
 
 /// Cells that location in a ring may cross from its first guess to the cell sought.
@@ -17,7 +18,8 @@ const WALK: usize = 32;
 /// The same from a hint; past that, a guess is cheaper.
 const WALK_FROM_HINT: usize = 4;
 
-/// Background mesh of one load step: a lattice of linear cells with straight edges.
+/// Background mesh of one load step: a lattice of linear cells with straight edges, whose functions are those of its
+/// vertices or B-splines. A ring with splines has cells between circles.
 ///
 /// It holds axes and, for a ring, a table of angles, never a list of nodes: its cost does not
 /// depend on how much larger than the body it is.
@@ -25,6 +27,8 @@ const WALK_FROM_HINT: usize = 4;
 pub struct Mesh<const D: usize> {
     lattice: Lattice<D>,
     shape: Shape<D>,
+    /// Its functions, where they are not those of the vertices.
+    splines: Option<Splines<D>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -46,8 +50,8 @@ impl<const D: usize> Mesh<D> {
     pub(crate) fn new(layout: &Layout<D>, motion: PlacedMotion<D>, reindexing: Reindexing) -> Option<Self> {
         let lattice = layout.lattice();
         let shape = match (layout, motion) {
-            (Layout::Box { axes }, PlacedMotion::Rest) => Shape::Rectilinear(axes.clone()),
-            (Layout::Box { axes }, PlacedMotion::Stretch(planes)) => {
+            (Layout::Box { axes, .. }, PlacedMotion::Rest) => Shape::Rectilinear(axes.clone()),
+            (Layout::Box { axes, .. }, PlacedMotion::Stretch(planes)) => {
                 let mut stretched = axes.clone();
                 for (axis, plane) in stretched.iter_mut().zip(planes) {
                     if let Some(plane) = plane {
@@ -56,7 +60,7 @@ impl<const D: usize> Mesh<D> {
                 }
                 Shape::Rectilinear(stretched)
             }
-            (Layout::Box { axes }, motion) => {
+            (Layout::Box { axes, .. }, motion) => {
                 if let PlacedMotion::Corners { image, .. } = &motion
                     && !image.is_valid(layout.hand())
                 {
@@ -66,16 +70,26 @@ impl<const D: usize> Mesh<D> {
             }
             (Layout::Ring { .. }, motion) => Shape::Ring(PlacedRing::new(layout, &motion, reindexing)?),
         };
-        Some(Self { lattice, shape })
+        let splines = match layout.functions() {
+            NodeKind::Vertices => None,
+            NodeKind::ControlPoints { degree } => Some(Splines::on(&lattice, degree).ok()?),
+        };
+        Some(Self { lattice, shape, splines })
     }
 
-    /// The arrangement of nodes and cells.
+    /// The nodes on which its functions live.
+    #[inline]
+    pub fn functions(&self) -> NodeKind {
+        self.splines.as_ref().map_or(NodeKind::Vertices, Splines::kind)
+    }
+
+    /// The arrangement of vertices and cells.
     #[inline]
     pub fn lattice(&self) -> &Lattice<D> {
         &self.lattice
     }
 
-    /// Position `[L]` of a node.
+    /// Position `[L]` of a vertex.
     #[inline]
     pub fn position(&self, node: NodeId) -> Vector<D> {
         self.position_at(&self.lattice.node_index(node))
@@ -151,15 +165,15 @@ impl<const D: usize> Mesh<D> {
         !matches!(self.shape, Shape::Ring(_))
     }
 
-    /// Position `[L]` of what has these coordinates on the axes (of the box at rest, where it is bent);
-    /// `None` in a ring.
+    /// Position `[L]` of the control point of splines of a degree at a multi-index: on an axis its Greville abscissa (of
+    /// the box at rest, where it is bent).
     #[inline]
-    pub(crate) fn image(&self, coordinate: impl Fn(usize, &Axis) -> f64) -> Option<Vector<D>> {
-        let on = |axes: &[Axis; D]| Vector::from_fn(|d, _| coordinate(d, &axes[d]));
+    pub(crate) fn control_position(&self, degree: u32, index: &[u32; D]) -> Vector<D> {
+        let on = |axes: &[Axis; D]| Vector::from_fn(|d, _| NodeLine { axis: &axes[d], degree }.at(index[d]));
         match &self.shape {
-            Shape::Rectilinear(axes) => Some(on(axes)),
-            Shape::Bent { axes, motion } => Some(motion.place(&on(axes))),
-            Shape::Ring(_) => None,
+            Shape::Rectilinear(axes) => on(axes),
+            Shape::Bent { axes, motion } => motion.place(&on(axes)),
+            Shape::Ring(ring) => ring.control_position(degree, index),
         }
     }
 
@@ -183,9 +197,21 @@ impl<const D: usize> Mesh<D> {
         LinearCell::new(self.corner_positions(cell))
     }
 
-    /// The part of a cell between two local positions.
+    /// The part of a cell between two local positions; between circles the linear cell with its corners.
     pub fn piece(&self, cell: [u32; D], from: &Vector<D>, to: &Vector<D>) -> LinearCell<D> {
-        self.linear_cell(cell).piece(from, to)
+        let Some(ring) = self.circles() else { return self.linear_cell(cell).piece(from, to) };
+        LinearCell::new(from_fn(|c| {
+            let pick = |d: usize| if c >> d & 1 == 0 { from[d] } else { to[d] };
+            ring.round_position(&Place { cell, local: Vector::from_fn(|d, _| pick(d)) })
+        }))
+    }
+
+    /// The ring, where its cells lie between circles.
+    fn circles(&self) -> Option<&PlacedRing> {
+        match &self.shape {
+            Shape::Ring(ring) if self.splines.is_some() => Some(ring),
+            _ => None,
+        }
     }
 
     /// The place of position `x` `[L]`, accepted up to `beyond` cells outside the mesh.
@@ -205,6 +231,9 @@ impl<const D: usize> Mesh<D> {
                 };
                 within(x, place_on(axes, &rest), beyond)
             }
+            Shape::Ring(ring) if self.splines.is_some() => {
+                within(x, ring.place_round(&self.lattice, x), beyond)
+            }
             Shape::Ring(ring) => match ring.walk(&self.lattice, x, ring.guess(x), WALK) {
                 Ok(place) => within(x, place, beyond),
                 Err(distance) => Err(OutsideMesh { position: *x, distance }),
@@ -217,6 +246,7 @@ impl<const D: usize> Mesh<D> {
     #[inline]
     pub fn locate_near(&self, x: &Vector<D>, beyond: f64, hint: &Place<D>) -> Result<Place<D>, OutsideMesh<D>> {
         if let Shape::Ring(ring) = &self.shape
+            && self.splines.is_none()
             && let Ok(place) = ring.walk(&self.lattice, x, hint.cell, WALK_FROM_HINT)
         {
             return within(x, place, beyond);
@@ -224,10 +254,14 @@ impl<const D: usize> Mesh<D> {
         self.locate(x, beyond)
     }
 
-    /// Calls `each` with node and N_v for the 2^D corners of the cell, lexicographic (so ascending
-    /// in node, but for the seam of a ring), also where N_v is zero.
+    /// Calls `each` with node and N_v for the functions of the cell (of its 2^D corners, or splines), lexicographic (so
+    /// ascending in node, but for the seam of a ring), also where N_v is zero.
     #[inline]
     pub fn values(&self, place: &Place<D>, mut each: impl FnMut(NodeId, f64)) {
+        if let Some(splines) = &self.splines {
+            let lines = self.lines(splines.degree, place);
+            return splines.product(&place.cell, &lines, |node, value, _| each(node, value));
+        }
         let sides = self.lattice.sides(&place.cell);
         let half = halves(&place.local);
         for c in 0..1 << D {
@@ -238,6 +272,9 @@ impl<const D: usize> Mesh<D> {
     /// As [`Self::values`], with the gradient ∂N_v/∂x `[1/L]` as third argument.
     #[inline]
     pub fn values_and_gradients(&self, place: &Place<D>, mut each: impl FnMut(NodeId, f64, Vector<D>)) {
+        if let Some(splines) = &self.splines {
+            return self.spline_gradients(splines, place, each);
+        }
         let sides = self.lattice.sides(&place.cell);
         let half = halves(&place.local);
         let along = |axes: &[Axis; D]| Vector::<D>::from_fn(|d, _| 2.0 * axes[d].per_size(place.cell[d]));
@@ -264,6 +301,71 @@ impl<const D: usize> Mesh<D> {
             let gradient = push * local_gradient(&half, c);
             each(corner(&sides, c), product(&half, c, D), gradient);
         }
+    }
+}
+
+/// What there is where the functions are splines.
+impl<const D: usize> Mesh<D> {
+    /// The splines of every direction at a place.
+    #[inline]
+    fn lines(&self, degree: u32, place: &Place<D>) -> [Line; D] {
+        from_fn(|d| match &self.shape {
+            Shape::Rectilinear(axes) | Shape::Bent { axes, .. } => {
+                Line::on_axis(degree, &axes[d], place.cell[d], place.local[d])
+            }
+            Shape::Ring(ring) => ring.line(degree, d, place),
+        })
+    }
+
+    #[inline(never)]
+    fn spline_gradients(
+        &self,
+        splines: &Splines<D>,
+        place: &Place<D>,
+        mut each: impl FnMut(NodeId, f64, Vector<D>),
+    ) {
+        let push = match &self.shape {
+            Shape::Rectilinear(_) => Block::identity(),
+            Shape::Bent { axes, motion } => motion.push_gradients(&Vector::from_fn(|d, _| {
+                let i = place.cell[d];
+                let share = 0.5 * (1.0 + place.local[d]);
+                axes[d].node(i) + (axes[d].node(i + 1) - axes[d].node(i)) * share
+            })),
+            Shape::Ring(ring) => ring.round_push(place),
+        };
+        let lines = self.lines(splines.degree, place);
+        splines.product(&place.cell, &lines, |node, value, slope| each(node, value, push * slope));
+    }
+
+    /// The values of the splines at a place as products; `None` where the functions are those of the vertices.
+    #[inline]
+    pub fn spline_product(&self, place: &Place<D>) -> Option<SplineProduct<D>> {
+        let splines = self.splines.as_ref()?;
+        Some(SplineProduct::new(splines, &place.cell, &self.lines(splines.degree, place)))
+    }
+
+    /// The control point at a multi-index, which may have passed the seam of a ring; `None` where the functions are
+    /// those of the vertices.
+    #[inline]
+    pub fn control_point(&self, index: [u32; D]) -> Option<NodeId> {
+        self.splines.as_ref().map(|splines| splines.node(index))
+    }
+
+    /// The highest derivatives of the splines of a cell along a direction, which jump at the face to the next cell, at its
+    /// end or its start; `None` where the functions are those of the vertices.
+    pub fn highest_derivatives(
+        &self,
+        cell: [u32; D],
+        direction: usize,
+        at_end: bool,
+    ) -> Option<HighestDerivatives> {
+        let degree = self.splines.as_ref()?.degree;
+        Some(match &self.shape {
+            Shape::Rectilinear(axes) | Shape::Bent { axes, .. } => {
+                HighestDerivatives::on_axis(degree, &axes[direction], cell[direction])
+            }
+            Shape::Ring(ring) => ring.highest_derivatives(degree, direction, cell[direction], at_end),
+        })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::cell::LinearCell;
 use crate::layout::Layout;
 use crate::placed::{PlacedMotion, Profile, Squares, Stretching, cos_sin};
 use crate::ramp::{LoadFraction, Ramp};
-use crate::{Block, Vector};
+use crate::{Block, NodeKind, Vector};
 
 /// How the mesh moves with the load; node numbers never change.
 ///
@@ -202,6 +202,9 @@ pub enum MotionError {
     /// A motion of rings used with a box.
     #[error("twists and expansions need a ring layout")]
     NeedsRing,
+    /// A twist of a ring with splines.
+    #[error("splines do not contain the map of a twist: expected a mesh at rest, rotated or expanded")]
+    Splines,
     /// A twist about another centre than the ring's.
     #[error("a twist turns about the ring's centre {ring:?}, not {twist:?}")]
     OffCentre {
@@ -389,7 +392,7 @@ impl<const D: usize> MeshMotion<D> {
                 let squares = Squares::new(*anchor, *driven, displacement.from_rest(at));
                 Ok(PlacedMotion::Expand { centre: *centre, squares })
             }
-            (Self::Corners { path }, Layout::Box { axes }) => {
+            (Self::Corners { path }, Layout::Box { axes, .. }) => {
                 let from = Vector::from_fn(|d, _| axes[d].first());
                 let to = Vector::from_fn(|d, _| axes[d].last());
                 let corner = |c: usize, path: &[Ramp; D]| {
@@ -405,6 +408,7 @@ impl<const D: usize> MeshMotion<D> {
                 let angle = angle.from_rest(at);
                 Ok(PlacedMotion::Rotation { centre: *centre, angle, cos_sin: cos_sin(angle) })
             }
+            (Self::Twist { .. }, _) if layout.functions() != NodeKind::Vertices => Err(MotionError::Splines),
             (
                 Self::Twist { centre: twist, inner, outer, reindexing, stretch },
                 Layout::Ring { centre: ring, radii, span, height, .. },

@@ -9,36 +9,13 @@
 //!
 //! of the knots t, so that `Σ N_i = 1` and `Σ ξ_i N_i = x`. The control points of degree 1 are the vertices.
 
-use std::fmt;
-use std::ops::Range;
-
 use crate::axis::Axis;
 use crate::layout::Layout;
 use crate::mesh::Mesh;
 use crate::motion::{MeshMotion, MotionError};
+use crate::placed::{PlacedMotion, turn};
+use crate::splines::{NodeKind, NodeLine, Splines};
 use crate::{Lattice, LatticeError, LoadFraction, NodeId, Vector};
-
-/// The kind of nodes on which the functions of a basis live.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum NodeKind {
-    /// The vertices of the mesh.
-    #[default]
-    Vertices,
-    /// The control points of tensor-product B-splines on the cells of a box, with open knots.
-    ControlPoints {
-        /// p, at least 1.
-        degree: u32,
-    },
-}
-
-impl fmt::Display for NodeKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Vertices => f.write_str("vertices"),
-            Self::ControlPoints { degree } => write!(f, "control points of degree {degree}"),
-        }
-    }
-}
 
 /// Why a mesh has no nodes of a kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -46,11 +23,13 @@ pub enum NodeSpaceError {
     /// Splines of degree 0.
     #[error("control points need a degree of at least 1")]
     Degree,
-    /// Control points on a ring.
-    #[error("{kind} need a box: a ring has vertices only")]
+    /// Control points that the functions of a ring do not have.
+    #[error("{kind} need a box, or a ring whose functions live on them: this ring has {functions}")]
     Ring {
         /// The kind asked for.
         kind: NodeKind,
+        /// The nodes of the ring's functions.
+        functions: NodeKind,
     },
     /// More nodes than can be numbered.
     #[error(transparent)]
@@ -89,20 +68,15 @@ impl<const D: usize> NodeSpace<D> {
     /// # Errors
     /// Why the mesh has no such nodes.
     pub fn of(kind: NodeKind, mesh: &Mesh<D>) -> Result<Self, NodeSpaceError> {
-        let lattice = mesh.lattice();
         let degree = match kind {
-            NodeKind::Vertices => return Ok(Self::vertices(lattice.clone())),
+            NodeKind::Vertices => return Ok(Self::vertices(mesh.lattice().clone())),
             NodeKind::ControlPoints { degree: 0 } => return Err(NodeSpaceError::Degree),
-            NodeKind::ControlPoints { .. } if !mesh.is_box() => return Err(NodeSpaceError::Ring { kind }),
+            NodeKind::ControlPoints { .. } if !mesh.is_box() && mesh.functions() != kind => {
+                return Err(NodeSpaceError::Ring { kind, functions: mesh.functions() });
+            }
             NodeKind::ControlPoints { degree } => degree,
         };
-        // A lattice of one cell less than nodes, as for vertices.
-        let control = lattice.cells().map(|n| n.checked_add(degree - 1));
-        if control.contains(&None) {
-            return Err(LatticeError::TooLarge.into());
-        }
-        let lattice = Lattice::new(control.map(|n| n.unwrap_or(0)), lattice.periodic())?;
-        Ok(Self { kind, lattice })
+        Ok(Self { kind, lattice: Splines::on(mesh.lattice(), degree)?.nodes })
     }
 
     /// The kind of its nodes.
@@ -118,16 +92,12 @@ impl<const D: usize> NodeSpace<D> {
     }
 
     /// Position `[L]` of a node in a mesh; that of a control point is its Greville abscissa on the moved
-    /// axes of a stretched box, and the image of its position at rest in a bent one.
+    /// axes of a stretched box, the image of its position at rest in a bent one, and outside the arc of its sector in a ring.
     #[inline]
     pub fn position(&self, mesh: &Mesh<D>, node: NodeId) -> Vector<D> {
         match self.kind {
             NodeKind::Vertices => mesh.position(node),
-            NodeKind::ControlPoints { degree } => {
-                let index = self.lattice.node_index(node);
-                mesh.image(|d, axis| NodeLine { axis, degree }.at(index[d]))
-                    .expect("a space of control points is made on a box")
-            }
+            NodeKind::ControlPoints { degree } => mesh.control_position(degree, &self.lattice.node_index(node)),
         }
     }
 
@@ -147,106 +117,67 @@ impl<const D: usize> NodeSpace<D> {
             NodeKind::Vertices => motion.displacement(layout, node, mesh, start, end),
             // The motion of an average of knots is the average of their motions.
             NodeKind::ControlPoints { .. } => {
-                Ok(self.position(&motion.mesh_at(layout, end)?, node) - self.position(mesh, node))
+                let x = self.position(mesh, node);
+                match (motion.placed(layout, start)?, motion.placed(layout, end)?) {
+                    (
+                        PlacedMotion::Rotation { centre, angle, .. },
+                        PlacedMotion::Rotation { angle: later, .. },
+                    ) => Ok(turn(&x, &centre, later - angle)),
+                    _ => Ok(self.position(&motion.mesh_at(layout, end)?, node) - x),
+                }
             }
         }
     }
 
     /// Where the lines of nodes of each direction stand at rest `[L]`, as [`Layout::lines`].
     pub fn lines(&self, layout: &Layout<D>) -> [Vec<f64>; D] {
-        match (self.kind, layout) {
-            (NodeKind::ControlPoints { .. }, Layout::Box { axes }) => {
-                self.axis_lines(axes).map(|line| (0..line.len()).map(|i| line.at(i)).collect())
+        let NodeKind::ControlPoints { degree } = self.kind else { return layout.lines() };
+        let greville = |axis| {
+            let line = NodeLine { axis, degree };
+            (0..line.len()).map(|i| line.at(i)).collect::<Vec<f64>>()
+        };
+        match layout {
+            Layout::Box { axes, .. } => axes.each_ref().map(greville),
+            Layout::Ring { radii, height, .. } => {
+                let mut lines = layout.lines();
+                for (d, line) in lines.iter_mut().enumerate().skip(1) {
+                    match (d, height) {
+                        (1, _) => *line = greville(radii),
+                        (_, Some(axis)) => *line = greville(axis),
+                        _ => {}
+                    }
+                }
+                lines
             }
-            _ => layout.lines(),
         }
     }
 
     /// Whether a prescribed value of the node is a value of the field on the mesh: always for vertices, and for the
-    /// control points on the faces of the box, where all other functions vanish. Control points inside belong to no
+    /// control points on the faces of the mesh, where all other functions vanish. Control points inside belong to no
     /// place.
     pub fn interpolates_at(&self, node: NodeId) -> bool {
         let (index, nodes) = (self.lattice.node_index(node), self.lattice.nodes());
-        self.kind == NodeKind::Vertices || (0..D).any(|d| index[d] == 0 || index[d] + 1 == nodes[d])
+        let periodic = self.lattice.periodic();
+        let is_end = |d: usize| !periodic[d] && (index[d] == 0 || index[d] + 1 == nodes[d]);
+        self.kind == NodeKind::Vertices || (0..D).any(is_end)
+    }
+
+    /// p, 1 for vertices.
+    pub(crate) fn degree(&self) -> u32 {
+        match self.kind {
+            NodeKind::Vertices => 1,
+            NodeKind::ControlPoints { degree } => degree,
+        }
+    }
+
+    /// The nodes along an axis.
+    pub(crate) fn line_on<'a>(&self, axis: &'a Axis) -> NodeLine<'a> {
+        NodeLine { axis, degree: self.degree() }
     }
 
     /// The nodes along each axis of a box.
     pub(crate) fn axis_lines<'a>(&self, axes: &'a [Axis; D]) -> [NodeLine<'a>; D] {
-        let degree = match self.kind {
-            NodeKind::Vertices => 1,
-            NodeKind::ControlPoints { degree } => degree,
-        };
-        axes.each_ref().map(|axis| NodeLine { axis, degree })
-    }
-}
-
-/// The nodes along an axis: its n + p control points of degree p, which are its vertices for p = 1.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NodeLine<'a> {
-    axis: &'a Axis,
-    degree: u32,
-}
-
-impl NodeLine<'_> {
-    /// Number of nodes.
-    pub(crate) fn len(self) -> u32 {
-        self.axis.cells() + self.degree
-    }
-
-    /// Coordinate `[L]` of a node.
-    pub(crate) fn at(self, i: u32) -> f64 {
-        let (p, n) = (self.degree, self.axis.cells());
-        if p == 1 {
-            return self.axis.node(i);
-        }
-        // Exactly on the faces: the mean of equal numbers may round.
-        if i == 0 {
-            return self.axis.first();
-        }
-        if i + 1 == self.len() {
-            return self.axis.last();
-        }
-        let knot = |k: u32| self.axis.node((i + k).saturating_sub(p).min(n));
-        (1..=p).map(knot).sum::<f64>() / f64::from(p)
-    }
-
-    /// Smallest distance `[L]` to a neighbouring node.
-    pub(crate) fn finest_at(self, i: u32) -> f64 {
-        if self.degree == 1 {
-            return self.axis.finest_at(i);
-        }
-        let x = self.at(i);
-        let below = i.checked_sub(1).map_or(f64::INFINITY, |below| x - self.at(below));
-        let above = if i + 1 < self.len() { self.at(i + 1) - x } else { f64::INFINITY };
-        below.min(above)
-    }
-
-    /// Numbers of the nodes in [from, to], widened by `tolerance` times the distance to the next node.
-    pub(crate) fn within(self, from: f64, to: f64, tolerance: f64) -> Range<u32> {
-        if self.degree == 1 {
-            return self.axis.nodes_within(from, to);
-        }
-        if from.is_nan() || to.is_nan() {
-            return 0..0;
-        }
-        let slack = |i: u32| tolerance * self.finest_at(i);
-        let start = self.count_while(|i| self.at(i) + slack(i) < from);
-        let end = self.count_while(|i| self.at(i) - slack(i) <= to);
-        start..end.max(start)
-    }
-
-    /// Number of first nodes for which a condition holds that fails for all after them.
-    fn count_while(self, holds: impl Fn(u32) -> bool) -> u32 {
-        let (mut low, mut high) = (0, self.len());
-        while low < high {
-            let middle = low + (high - low) / 2;
-            if holds(middle) {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        low
+        axes.each_ref().map(|axis| self.line_on(axis))
     }
 }
 
@@ -322,7 +253,10 @@ mod tests {
         let radii = Axis::uniform(1.0, 2.0, 2).unwrap();
         let ring = Layout::<2>::ring([0.0; 2], radii, 8, crate::Span::Full, None).unwrap();
         let refused = NodeSpace::of(quadratic(), &Mesh::at_rest(&ring)).unwrap_err();
-        assert_eq!(refused.to_string(), "control points of degree 2 need a box: a ring has vertices only");
+        assert_eq!(
+            refused.to_string(),
+            "control points of degree 2 need a box, or a ring whose functions live on them: this ring has vertices"
+        );
         assert!(NodeSpace::of(NodeKind::Vertices, &Mesh::at_rest(&ring)).is_ok());
     }
 }

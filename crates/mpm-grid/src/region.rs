@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use crate::layout::Layout;
 use crate::mesh::Mesh;
-use crate::node_space::{NodeLine, NodeSpace};
+use crate::node_space::NodeSpace;
+use crate::splines::{NodeKind, NodeLine};
 use crate::{Lattice, NodeId, Vector};
 
 /// Nodes are in a region up to this share of the smallest cell edge beside them.
@@ -67,15 +68,15 @@ impl<const D: usize> Region<D> {
     /// In a box the search is confined to the part of the lattice that can belong to the region.
     pub fn nodes(&self, space: &NodeSpace<D>, layout: &Layout<D>) -> Vec<NodeId> {
         match layout {
-            Layout::Box { axes } => self.nodes_of_box(space.lattice(), &space.axis_lines(axes)),
-            Layout::Ring { .. } => self.nodes_of_ring(layout),
+            Layout::Box { axes, .. } => self.nodes_of_box(space.lattice(), &space.axis_lines(axes)),
+            Layout::Ring { .. } => self.nodes_of_ring(space, layout),
         }
     }
 
     /// Nodes among which [`Self::nodes`] seeks: its cost, and at least as many as it finds.
     pub fn candidates(&self, space: &NodeSpace<D>, layout: &Layout<D>) -> f64 {
         match layout {
-            Layout::Box { axes } => {
+            Layout::Box { axes, .. } => {
                 self.ranges(&space.axis_lines(axes)).iter().map(|range| range.len() as f64).product()
             }
             Layout::Ring { .. } => space.lattice().n_nodes() as f64,
@@ -113,19 +114,26 @@ impl<const D: usize> Region<D> {
         }
     }
 
-    fn nodes_of_ring(&self, layout: &Layout<D>) -> Vec<NodeId> {
-        let Layout::Ring { radii, sectors, span, height, .. } = layout else {
+    /// Control points of splines count as if they stood on the circles of their radii: those of the innermost and the
+    /// outermost circle hold these circles.
+    fn nodes_of_ring(&self, space: &NodeSpace<D>, layout: &Layout<D>) -> Vec<NodeId> {
+        let Layout::Ring { centre, radii, sectors, span, height, .. } = layout else {
             return Vec::new();
         };
-        let mesh = Mesh::at_rest(layout);
-        let lattice = mesh.lattice();
-        let chord = 2.0 * (0.5 * span.step(*sectors)).sin();
+        let (mesh, lattice) = (Mesh::at_rest(layout), space.lattice());
+        let (radii, height) = (space.line_on(radii), height.as_ref().map(|it| space.line_on(it)));
+        let half = 0.5 * span.step(*sectors);
+        let chord = 2.0 * half.sin();
         let all = (0..lattice.n_nodes()).filter_map(NodeId::from_index);
         all.filter(|&node| {
             let index = lattice.node_index(node);
-            let edge = radii.finest_at(index[1]).min(radii.node(index[1]) * chord);
-            let layer = height.as_ref().map_or(edge, |z| z.finest_at(index[D - 1]));
-            self.contains(&mesh.position(node), TOLERANCE * edge.min(layer))
+            let edge = radii.finest_at(index[1]).min(radii.at(index[1]) * chord);
+            let layer = height.map_or(edge, |z| z.finest_at(index[D - 1]));
+            let mut x = space.position(&mesh, node);
+            if space.kind() != NodeKind::Vertices {
+                (0..2).for_each(|d| x[d] = centre[d] + (x[d] - centre[d]) * half.cos());
+            }
+            self.contains(&x, TOLERANCE * edge.min(layer))
         })
         .collect()
     }

@@ -10,6 +10,7 @@ use crate::layout::{Layout, Span};
 use crate::location::{Place, outside};
 use crate::motion::Reindexing;
 use crate::placed::{PlacedMotion, cos_sin, reduce, rotate};
+use crate::splines::{HighestDerivatives, Line, NodeLine};
 use crate::{Axis, Block, Lattice, Vector};
 
 /// Node (i, j[, k]) stands at radius r_j and angle θ_i + α_j about the centre, at height z_k.
@@ -36,7 +37,7 @@ impl PlacedRing {
         motion: &PlacedMotion<D>,
         reindexing: Reindexing,
     ) -> Option<Self> {
-        let Layout::Ring { centre, radii, sectors, span, height } = layout else {
+        let Layout::Ring { centre, radii, sectors, span, height, .. } = layout else {
             return None;
         };
         let step = span.step(*sectors);
@@ -223,6 +224,100 @@ impl PlacedRing {
         } else {
             let middle = 0.5 * n * step;
             (middle - PI + (angle - middle + PI).rem_euclid(TAU)) / step
+        }
+    }
+}
+
+/// Rings of circles, which splines describe exactly: cells between two angles and two radii, all turned alike.
+impl PlacedRing {
+    fn step(&self) -> f64 {
+        self.span.step(self.sectors)
+    }
+
+    /// Angle, and (cos, sin) of it, and radius at a place.
+    #[inline]
+    fn polar<const D: usize>(&self, place: &Place<D>) -> ([f64; 2], f64) {
+        let [line, ring] = [place.cell[0], place.cell[1]];
+        let share = place.local.map(|it| 0.5 * (1.0 + it));
+        let angle = self.turns[0].0 + self.span.start() + (f64::from(line) + share[0]) * self.step();
+        let (low, high) = (self.radii.node(ring), self.radii.node(ring + 1));
+        (cos_sin(angle), low + (high - low) * share[1])
+    }
+
+    /// The place of `x` by its angle and radius.
+    #[inline]
+    pub(crate) fn place_round<const D: usize>(&self, lattice: &Lattice<D>, x: &Vector<D>) -> Place<D> {
+        let (dx, dy) = (x[0] - self.centre[0], x[1] - self.centre[1]);
+        let sector = self.sector(dy.atan2(dx) - self.turns[0].0);
+        let line = whole(sector, self.sectors);
+        let (ring, radial) = self.radii.locate((dx * dx + dy * dy).sqrt());
+        let cell = from_fn(|d| [line, ring, 0][d]);
+        let plane = Vector::<2>::new(2.0 * (sector - f64::from(line)) - 1.0, radial);
+        self.settle(lattice, x, cell, plane)
+    }
+
+    /// Position `[L]` of a place.
+    pub(crate) fn round_position<const D: usize>(&self, place: &Place<D>) -> Vector<D> {
+        let ([cos, sin], radius) = self.polar(place);
+        Vector::from_fn(|d, _| match d {
+            0 => self.centre[0] + radius * cos,
+            1 => self.centre[1] + radius * sin,
+            _ => self.height.as_ref().map_or(0.0, |z| {
+                let (low, high) = (z.node(place.cell[d]), z.node(place.cell[d] + 1));
+                low + (high - low) * (0.5 * (1.0 + place.local[d]))
+            }),
+        })
+    }
+
+    /// Position `[L]` of a control point: half a sector before its line, outside the circle of its Greville radius, so that
+    /// the splines reproduce circles.
+    #[inline]
+    pub(crate) fn control_position<const D: usize>(&self, degree: u32, index: &[u32; D]) -> Vector<D> {
+        let half = 0.5 * self.step();
+        let angle = self.turns[0].0 + self.span.start() + f64::from(index[0]) * self.step() - half;
+        let [cos, sin] = cos_sin(angle);
+        let radius = NodeLine { axis: &self.radii, degree }.at(index[1]) / half.cos();
+        Vector::from_fn(|d, _| match d {
+            0 => self.centre[0] + radius * cos,
+            1 => self.centre[1] + radius * sin,
+            _ => self.height.as_ref().map_or(0.0, |axis| NodeLine { axis, degree }.at(index[d])),
+        })
+    }
+
+    /// The splines of a direction at a place.
+    #[inline]
+    pub(crate) fn line<const D: usize>(&self, degree: u32, direction: usize, place: &Place<D>) -> Line {
+        let (cell, local) = (place.cell[direction], place.local[direction]);
+        match (direction, &self.height) {
+            (0, _) => Line::round_ring(self.step(), local),
+            (2, Some(height)) => Line::on_axis(degree, height, cell, local),
+            _ => Line::on_axis(degree, &self.radii, cell, local),
+        }
+    }
+
+    /// What turns derivatives by angle, radius and height at a place into gradients.
+    pub(crate) fn round_push<const D: usize>(&self, place: &Place<D>) -> Block<D> {
+        let ([cos, sin], radius) = self.polar(place);
+        Block::from_fn(|i, j| match (i, j) {
+            (0, 0) => -sin / radius,
+            (1, 0) => cos / radius,
+            (0, 1) => cos,
+            (1, 1) => sin,
+            _ => f64::from(u8::from(i == j)),
+        })
+    }
+
+    pub(crate) fn highest_derivatives(
+        &self,
+        degree: u32,
+        direction: usize,
+        cell: u32,
+        at_end: bool,
+    ) -> HighestDerivatives {
+        match (direction, &self.height) {
+            (0, _) => HighestDerivatives::round_ring(self.step(), at_end),
+            (2, Some(height)) => HighestDerivatives::on_axis(degree, height, cell),
+            _ => HighestDerivatives::on_axis(degree, &self.radii, cell),
         }
     }
 }

@@ -35,17 +35,27 @@ pub(crate) fn count_pieces<const D: usize>(
     names: [&str; 3],
 ) -> Result<f64, String> {
     match shape {
-        Shape::Box { from, to } => {
-            let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
-            (0..D).try_fold(1.0, |count, d| {
-                Ok(count * Cut::of(&axes[d], names[d], (from[d], to[d]), per_cell)?.pieces(&axes[d]))
-            })
-        }
+        Shape::Box { from, to } => Ok(pieces_of_box(mesh, (from, to), per_cell, names)?.iter().product()),
         Shape::Cells { low, high, .. } => {
             Ok((0..D).map(|d| f64::from(high[d] - low[d]) * f64::from(per_cell)).product())
         }
         Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => Ok(0.0),
     }
+}
+
+/// Number of pieces of a box along each direction.
+pub(crate) fn pieces_of_box<const D: usize>(
+    mesh: &Mesh<D>,
+    (from, to): (&[f64; D], &[f64; D]),
+    per_cell: u32,
+    names: [&str; 3],
+) -> Result<[f64; D], String> {
+    let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
+    let mut pieces = [0.0; D];
+    for d in 0..D {
+        pieces[d] = Cut::of(&axes[d], names[d], (from[d], to[d]), per_cell)?.pieces(&axes[d]);
+    }
+    Ok(pieces)
 }
 
 impl<const D: usize> Shape<'_, D> {

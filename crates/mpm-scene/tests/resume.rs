@@ -71,6 +71,11 @@ fn under_every_basis() {
     for basis in ["Smpm", "Gimp", "Cpdi1", "Cpdi2Hexahedron", "Cpdi2Tetrahedron"] {
         goes_on_bit_for_bit(basis, &SOLID.replace("BASIS", basis));
     }
+    let splines =
+        PLANE.replace("cells: 5)])", "cells: 5)], functions: Splines(degree: 2)), stabilisation: Ghost()");
+    for basis in ["Smpm", "Cpdi1", "Cpdi2q"] {
+        goes_on_bit_for_bit(&format!("{basis} on splines"), &splines.replace("BASIS", basis));
+    }
     let gently = SOLID.replace("(0.4, 0, -1)", "(0.1, 0, -0.3)");
     goes_on_bit_for_bit("multigrid", &SOLID.replace("BASIS", "Cpdi1, solver: Iterative"));
     let basis = "Cpdi2Hexahedron, domains: (fallback_beyond: 0.001)";

@@ -1,7 +1,7 @@
 //! Whether all parts of a model agree on the nodes that functions live on.
 
 use crate::model::Model;
-use mpm_grid::NodeKind;
+use mpm_grid::{Mesh, NodeKind};
 
 /// Parts of a model that cannot be combined, because of the nodes on which their functions live.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,18 +35,20 @@ pub enum NodeMismatch {
         /// Nodes of the basis.
         found: NodeKind,
     },
-    /// A contribution that takes nodes for corners of cells.
-    #[error("contribution `{contribution}` needs {}, and the model lives on {found}", NodeKind::Vertices)]
+    /// A contribution that needs the functions of the mesh.
+    #[error("contribution `{contribution}` needs {needed}, and the model lives on {found}")]
     Contribution {
         /// Name of the contribution.
         contribution: String,
+        /// Nodes of the functions of the mesh.
+        needed: NodeKind,
         /// Nodes of the model.
         found: NodeKind,
     },
     /// A support of nodes that are no places of the body.
     #[error(
-        "support `{support}` holds node {node} of the {kind}, at rest at {position:?} inside the box: \
-        no point of a body is there, expected a region whose nodes are on faces of the box"
+        "support `{support}` holds node {node} of the {kind}, at rest at {position:?} inside the mesh: \
+        no point of a body is there, expected a region whose nodes are on faces of the mesh"
     )]
     Inside {
         /// Name of the support.
@@ -66,9 +68,9 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// The first combination that is not possible.
     pub fn check_nodes(&self) -> Result<(), NodeMismatch> {
-        let kind = self.nodes.kind();
+        let (kind, mesh) = (self.nodes.kind(), Mesh::at_rest(&self.layout));
         for named in &self.bodies {
-            let (found, basis) = (named.body.node_kind(), named.body.basis());
+            let (found, basis) = (named.body.node_kind(&mesh), named.body.basis());
             if found != kind {
                 return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
             }
@@ -76,13 +78,14 @@ impl<const D: usize> Model<D> {
                 return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
             }
         }
-        let misplaced = self.contributions.iter().find(|named| named.contribution.needs_vertices());
-        if let Some(named) = misplaced.filter(|_| kind != NodeKind::Vertices) {
-            return Err(NodeMismatch::Contribution { contribution: named.name.clone(), found: kind });
+        let needed = mesh.functions();
+        let misplaced = self.contributions.iter().find(|named| named.contribution.needs_functions_of_mesh());
+        if let Some(named) = misplaced.filter(|_| kind != needed) {
+            return Err(NodeMismatch::Contribution { contribution: named.name.clone(), needed, found: kind });
         }
         for support in &self.supports {
             if let Some(&node) = support.nodes.iter().find(|&&node| !self.nodes.interpolates_at(node)) {
-                let position = self.nodes.position(&mpm_grid::Mesh::at_rest(&self.layout), node);
+                let position = self.nodes.position(&mesh, node);
                 return Err(NodeMismatch::Inside {
                     support: support.name.clone(),
                     node: node.index(),

@@ -3,7 +3,7 @@
 use crate::connection::Connected;
 use crate::error::{Error, Remedy};
 use crate::model::{Model, NamedContribution};
-use mpm_grid::{MeshMotion, NodeKind};
+use mpm_grid::MeshMotion;
 
 /// Stiffness of the node that bodies reach least, over the median, from which on no node is barely reached: at the
 /// corner of a body that fills its cells it is an eighth.
@@ -15,7 +15,7 @@ const PRESSED: f64 = 30.0;
 
 /// Whether the model could have ghost stabilisation and does not.
 fn can_be_stabilised<const D: usize>(model: &Model<D>) -> bool {
-    model.nodes.kind() == NodeKind::Vertices
+    model.nodes.kind() == model.layout.functions()
         && !model.contributions.iter().any(|named| named.contribution.stabilises())
 }
 

@@ -38,7 +38,7 @@ impl Basis<2> for QuadraticSplines {
         "quadratic splines"
     }
 
-    fn node_kind(&self) -> NodeKind {
+    fn node_kind(&self, _mesh: &Mesh<2>) -> NodeKind {
         self.nodes.kind()
     }
 

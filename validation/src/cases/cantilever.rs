@@ -48,7 +48,7 @@ type Job = (Method, u32, u32, bool);
 
 fn bend((method, factor, points, ghost): &Job) -> Result<Bent, Broken> {
     let mut scene = with_points(refined(method.of(plane(load("cantilever")?)?), *factor), *points);
-    scene.stabilisation = ghost.then_some(StabilisationInput::Ghost { factor: Positive(1.0 / 30.0) });
+    scene.stabilisation = ghost.then_some(StabilisationInput::Ghost { factor: Some(Positive(1.0 / 30.0)) });
     let scene = Scene::PlaneStrain(scene);
     let loaded: Vec<usize> =
         probe::plane(&scene)?.loads.point_loads.iter().flat_map(|it| &it.shares).map(|it| it.point).collect();

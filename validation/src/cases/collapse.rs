@@ -29,7 +29,7 @@ fn walled(factor: u32) -> Result<PlaneScene, Broken> {
     const FAR: f64 = 1e3;
     let mut scene = scene(factor, 2)?;
     let cell = 1.0 / f64::from(factor);
-    let MeshInput::Box { axes } = &mut scene.mesh else { return Err("the collapse has a box mesh".into()) };
+    let MeshInput::Box { axes, .. } = &mut scene.mesh else { return Err("the collapse has a box mesh".into()) };
     for axis in axes {
         let AxisInput::Uniform { from, cells, .. } = axis else { return Err("its cells are equal".into()) };
         from.0 -= cell;

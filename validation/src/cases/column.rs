@@ -235,13 +235,13 @@ fn solid(extent: Extent) -> Result<Findings, Broken> {
 }
 
 /// The column of so many cells, `wide` of them wide and deep.
-fn solid_column(basis: SolidBasis, cells: u32, wide: u32) -> Result<Scene, Broken> {
+pub(super) fn solid_column(basis: SolidBasis, cells: u32, wide: u32) -> Result<Scene, Broken> {
     let Scene::Solid(mut scene) = load("column_solid")? else {
         return Err("expected a scene in three dimensions".into());
     };
     let width = HEIGHT / f64::from(cells) * f64::from(wide);
     scene.basis = basis;
-    if let MeshInput::Box { axes } = &mut scene.mesh {
+    if let MeshInput::Box { axes, .. } = &mut scene.mesh {
         narrow(axes, width, wide);
         narrow(&mut axes[1..2], HEIGHT, cells);
     }

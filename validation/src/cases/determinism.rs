@@ -53,7 +53,7 @@ fn bits(history: &History) -> Vec<u64> {
 /// The pulled block with so many cells along its sides, in two load steps.
 fn resized(mut scene: Scene, cells: u32) -> Scene {
     if let Scene::PlaneStrain(scene) = &mut scene {
-        if let MeshInput::Box { axes } = &mut scene.mesh {
+        if let MeshInput::Box { axes, .. } = &mut scene.mesh {
             for axis in axes {
                 if let AxisInput::Uniform { cells: n, .. } = axis {
                     *n = Count(cells);

@@ -5,7 +5,7 @@ use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::scenes::{load, run};
 use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_scene::language::{AxisInput, Finite, MeanDilatationInput, MeshInput, Scene};
+use mpm_scene::language::{AxisInput, Finite, FunctionsInput, MeanDilatationInput, MeshInput, Scene};
 use std::f64::consts::{PI, SQRT_2};
 
 pub(super) const CASE: Case = Case {
@@ -56,7 +56,10 @@ fn settle(method: &Method, mean: Option<MeanDilatationInput>, cells: u32) -> Res
     let across: Vec<f64> = nodes(cells);
     let up = across.iter().rev().map(|x| Finite(5.0 - x)).collect();
     let across = across.into_iter().map(Finite).collect();
-    scene.mesh = MeshInput::Box { axes: vec![AxisInput::Nodes(across), AxisInput::Nodes(up)] };
+    scene.mesh = MeshInput::Box {
+        axes: vec![AxisInput::Nodes(across), AxisInput::Nodes(up)],
+        functions: FunctionsInput::Linear,
+    };
     for body in &mut scene.bodies {
         body.mean_dilatation = mean;
     }

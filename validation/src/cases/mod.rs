@@ -22,6 +22,7 @@ mod shapes;
 pub(crate) mod simple_stretch;
 mod soil;
 mod space;
+mod splines;
 mod step_control;
 mod tangent;
 mod view;
@@ -56,6 +57,10 @@ pub const CASES: &[Case] = &[
     domains::INVERSION,
     column::CASE,
     column::SOLID,
+    splines::COLUMN,
+    splines::RING,
+    splines::PATCH,
+    splines::VORTEX,
     cantilever::CASE,
     collapse::CASE,
     space::CANTILEVER,

@@ -61,7 +61,7 @@ fn walled(mut scene: SolidScene, depth: f64) -> SolidScene {
             active: ActiveInput::default(),
         });
     }
-    if let MeshInput::Box { axes } = &mut scene.mesh {
+    if let MeshInput::Box { axes, .. } = &mut scene.mesh {
         let cell = axes.first().and_then(cell).unwrap_or(depth);
         let cells = Count((depth / cell).round() as u32);
         axes[2] = AxisInput::Uniform { from: Finite(0.0), to: Finite(depth), cells };
@@ -100,7 +100,7 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
     let free = solid("cantilever_solid")?;
     let mut flat: PlaneScene = plane(load("cantilever")?)?;
     flat.bodies[0].points_per_cell = Some(Count(2));
-    flat.stabilisation = Some(StabilisationInput::Ghost { factor: Positive(1.0 / 30.0) });
+    flat.stabilisation = Some(StabilisationInput::Ghost { factor: Some(Positive(1.0 / 30.0)) });
     flat.loads = vec![LoadInput::Traction {
         body: "beam".into(),
         axis: Direction::X,
@@ -173,7 +173,7 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
 /// The collapse in the plane, on cells twice as long.
 fn coarse_collapse() -> Result<PlaneScene, Broken> {
     let mut flat = plane(load("collapse")?)?;
-    if let MeshInput::Box { axes } = &mut flat.mesh {
+    if let MeshInput::Box { axes, .. } = &mut flat.mesh {
         for axis in axes {
             if let AxisInput::Uniform { cells, .. } = axis {
                 cells.0 /= 2;

@@ -33,6 +33,28 @@ pub(super) const SMALL: &[&str] = &[
         (name: "hold", steps: 40, control: Path(first: 0.5)),
     ]),
 )"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)], functions: Splines(degree: 2)),
+    motion: Stretch([(axis: Y, anchor: 0, driven: 2, displacement: 0.1)]),
+    basis: Cpdi2q, stabilisation: Ghost(), materials: { "a": Hencky(young: 1e3, poisson: 0.3, density: 1) },
+    bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2, tiling: Cells)],
+    supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
+    loads: [BodyForce(acceleration: (0, -1)), Traction(body: "b", axis: Y, at: 1, value: (0, -1))],
+    schedule: (steps: 2),
+)"#,
+    r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: -2, to: 2, cells: 4), Uniform(from: -2, to: 2, cells: 4)], functions: Linear),
+    basis: Cpdi1, unheld_motion: Zero, materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "b", material: "a", shape: Ring(inner: 0.5, outer: 1.5), points_per_cell: 2, tiling: Shape)],
+    schedule: (steps: 1),
+)"#,
+    r#"PlaneStrain(
+    mesh: Ring(radii: Uniform(from: 1, to: 2, cells: 2), sectors: 6, functions: Splines(degree: 3)),
+    motion: Rotate(angle: 10), basis: Cpdi1, materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [(name: "b", material: "a", shape: Ring(inner: 1, outer: 2), points_per_cell: 2)],
+    supports: [(name: "in", region: Circle(radius: 1), turn: (axis: Z, angle: 5)), (name: "out", region: Circle(radius: 2), follow_mesh: [X, Y])],
+    schedule: (steps: 2),
+)"#,
     r#"Solid(
     mesh: Box(axes: [Uniform(from: 0, to: 1, cells: 1), Nodes([0, 0.5, 2]), Uniform(from: 0, to: 2, cells: 2)]),
     motion: Stretch([(axis: Z, anchor: 0, driven: 1, displacement: 0.1, ramp: [(0, 0), (1, 1)])]),

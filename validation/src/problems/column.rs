@@ -30,7 +30,7 @@ pub enum Load {
 pub fn column(load_case: Load, method: &Method, cells: u32) -> Result<Scene, Broken> {
     let mut scene: PlaneScene = method.of(plane(load("column")?)?);
     let width = HEIGHT / f64::from(cells);
-    if let MeshInput::Box { axes } = &mut scene.mesh {
+    if let MeshInput::Box { axes, .. } = &mut scene.mesh {
         narrow(&mut axes[..1], width, 1);
         narrow(&mut axes[1..], HEIGHT, cells);
     }

@@ -2,4 +2,5 @@
 
 pub mod column;
 pub mod doughnut;
+pub mod held_circles;
 pub mod vortex;

@@ -34,7 +34,7 @@ fn scene(text: &str) -> Result<PlaneScene, Broken> {
 /// The scene with another basis, with and without ghost stabilisation.
 fn variant(scene: &PlaneScene, method: &Method, ghost: bool) -> PlaneScene {
     let mut scene = method.of(scene.clone());
-    scene.stabilisation = ghost.then_some(StabilisationInput::Ghost { factor: Positive(1.0 / 30.0) });
+    scene.stabilisation = ghost.then_some(StabilisationInput::Ghost { factor: Some(Positive(1.0 / 30.0)) });
     scene
 }
 

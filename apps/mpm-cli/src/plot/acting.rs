@@ -5,18 +5,15 @@ use super::seen::Points;
 use crate::complaint::Complaint;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_plot::Symbol;
-use mpm_scene::{ActingOn, DrawnLoad, acting};
-use mpm_solver::{Prescribed, Support};
+use mpm_scene::{Acting, ActingOn, acting};
+use mpm_solver::Prescribed;
 
 /// Most symbols of a support or a load.
 const MOST: usize = 24;
 
 /// Supports and loads of a scene.
 #[derive(Default)]
-pub struct Acting {
-    supports: Vec<Support<2>>,
-    loads: Vec<DrawnLoad>,
-}
+pub struct Symbols(Acting);
 
 /// Where symbols are drawn.
 pub struct Around<'a> {
@@ -28,13 +25,12 @@ pub struct Around<'a> {
     pub room: [(f64, f64); 2],
 }
 
-impl Acting {
+impl Symbols {
     /// Of a results file; none in space.
     pub fn of(file: &Drawn) -> Result<Self, Complaint> {
-        let (supports, loads) = acting(&file.scene).map_err(|error| {
+        acting(&file.scene).map(Self).map_err(|error| {
             Complaint::input(format!("the scene of the results gives no supports and loads: {error}"))
-        })?;
-        Ok(Self { supports, loads })
+        })
     }
 
     /// The symbols of what acts at a load fraction.
@@ -49,12 +45,15 @@ impl Acting {
             ends(0, x.0) && ends(1, x.1)
         };
         let mut symbols = Vec::new();
-        for support in self.supports.iter().filter(|support| support.acts_in(at.stage())) {
+        let Acting { nodes, supports, loads } = &self.0;
+        for support in supports.iter().filter(|support| support.acts_in(at.stage())) {
             let along =
                 support.components.each_ref().map(|it| !matches!(it, None | Some(Prescribed::Driven(_))));
-            let places = support.nodes.iter().map(|&node| {
-                let x = mesh.position(node);
-                (x[0], x[1])
+            let places = nodes.iter().flat_map(|nodes| {
+                support.nodes.iter().map(|&node| {
+                    let x = nodes.position(&mesh, node);
+                    (x[0], x[1])
+                })
             });
             let places: Vec<(f64, f64)> = places.filter(|x| inside(*x)).collect();
             for at in thinned(&places) {
@@ -71,7 +70,7 @@ impl Acting {
                 symbols.extend(thinned(&places).map(|at| arrow(at, (driven[0], driven[1]), middle)));
             }
         }
-        for load in &self.loads {
+        for load in loads {
             let part = load.ramp.value(at);
             if part == 0.0 {
                 continue;

@@ -1,6 +1,6 @@
 //! The body at a recorded step: its domains or points coloured by a field, and the mesh.
 
-use super::acting::{Acting, Around};
+use super::acting::{Around, Symbols};
 use super::arguments::BodyArguments;
 use super::colour::Colour;
 use super::drawn::Drawn;
@@ -32,7 +32,7 @@ pub struct Bodies<'a> {
     mesh: Option<(Layout<2>, MeshMotion<2>)>,
     tools: Tools,
     points: Points<'a>,
-    acting: Acting,
+    acting: Symbols,
 }
 
 /// What all pictures of a sequence share.
@@ -70,7 +70,7 @@ impl<'a> Bodies<'a> {
         })?;
         let colour = Colour::of(file, arguments.field.as_deref())?;
         let (tools, points) = (Tools::of(file)?, Points::of(file, arguments)?);
-        let acting = if mesh.is_some() { Acting::of(file)? } else { Acting::default() };
+        let acting = if mesh.is_some() { Symbols::of(file)? } else { Symbols::default() };
         Ok(Self { file, arguments, colour, mesh, tools, points, acting })
     }
 

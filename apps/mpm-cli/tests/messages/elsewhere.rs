@@ -11,9 +11,14 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("motion.rs", "a box has {needed} corners", "the compiler gives them all"),
     ("motion.rs", "rotations need two or three", "scenes have two or three dimensions"),
     ("motion.rs", "an affine motion", "scenes have none"),
-    ("node_space.rs", "", "every basis of a scene is on vertices"),
-    ("nodes.rs", "", "every basis of a scene is on vertices"),
-    ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on vertices"),
+    ("node_space.rs", "", "every basis of a scene is on the functions of its mesh"),
+    (
+        "grid/src/splines.rs",
+        "control points of degree",
+        "every basis of a scene is on the functions of its mesh",
+    ),
+    ("nodes.rs", "", "every basis of a scene is on the functions of its mesh"),
+    ("fallback.rs", "the fallback to CPDI1 needs", "every basis of a scene is on the functions of its mesh"),
     ("motion.rs", "twists and expansions need a ring layout", "the compiler says so before"),
     ("motion.rs", "only a twist can be stretched", "the compiler composes nothing else"),
     (

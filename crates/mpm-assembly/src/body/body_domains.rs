@@ -15,7 +15,15 @@ use mpm_grid::{Block, Mesh, NodeKind, OutsideMesh, Vector};
 pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
     fn basis(&self) -> &'static str;
 
-    fn node_kind(&self) -> NodeKind;
+    fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind;
+
+    /// See [`Basis::sampled_cells`].
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<D>,
+        point: (usize, &Vector<D>),
+        take: &mut dyn FnMut([u32; D]),
+    ) -> Result<(), OutsideMesh<D>>;
 
     /// Bytes of a domain; none for standard MPM.
     fn domain_bytes(&self) -> usize;
@@ -111,8 +119,17 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
         self.basis.name()
     }
 
-    fn node_kind(&self) -> NodeKind {
-        self.basis.node_kind()
+    fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind {
+        self.basis.node_kind(mesh)
+    }
+
+    fn sampled_cells(
+        &self,
+        mesh: &Mesh<D>,
+        (point, x): (usize, &Vector<D>),
+        take: &mut dyn FnMut([u32; D]),
+    ) -> Result<(), OutsideMesh<D>> {
+        self.basis.sampled_cells(mesh, x, &self.domains[point], take)
     }
 
     fn domain_bytes(&self) -> usize {

@@ -14,7 +14,7 @@ use crate::body::stored::{ForeignPoints, StoredPoints};
 use crate::body::trial::InadmissiblePoint;
 use mpm_basis::parallel::each_point;
 use mpm_basis::{ActiveNodes, Connectivity, Corner, DomainControl, DomainReport, Stencils, UnconnectedPoint};
-use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
+use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
 
@@ -30,7 +30,7 @@ pub trait Body<const D: usize>: Send + Sync {
     fn basis(&self) -> &'static str;
 
     /// The nodes that its points influence, see [`Basis::node_kind`](mpm_basis::Basis::node_kind).
-    fn node_kind(&self) -> NodeKind;
+    fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind;
 
     /// Whether volume changes are averaged over cells; this needs vertices.
     fn averages_volume_changes(&self) -> bool;
@@ -148,13 +148,16 @@ pub trait Body<const D: usize>: Send + Sync {
     fn strain_force(&self, connectivity: &Connectivity<D>, increment: &[Vector<D>], scale: &mut [f64]);
 
     /// Adds the cells that the body occupies, see [`OccupiedCell`]; they may occur more than once.
+    ///
+    /// # Errors
+    /// The first part of a domain that the mesh does not cover.
     fn occupied_cells(
         &self,
         connectivity: &Connectivity<D>,
-        lattice: &Lattice<D>,
+        mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
         out: &mut Vec<OccupiedCell>,
-    );
+    ) -> Result<(), OutsideMesh<D>>;
 
     /// Works out the points after a converged step, without touching the present ones.
     ///

@@ -1,6 +1,6 @@
 //! Points of one law under one basis.
 
-use super::occupied::{OccupiedCell, occupied};
+use super::occupied::{OccupiedCell, occupied, sampled_cells};
 use crate::body::advance::{AdvanceError, Converged, PreparedState};
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::body_domains::{BodyDomains, DomainsOfBody};
@@ -20,7 +20,7 @@ use mpm_basis::{
     ActiveNodes, Basis, Connectivity, Corner, CornerPoint, DomainControl, DomainReport, Seed, Stencils,
     UnconnectedPoint,
 };
-use mpm_grid::{Lattice, Mesh, NodeKind, OutsideMesh, Vector};
+use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, Material};
 
@@ -135,8 +135,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.domains.basis()
     }
 
-    fn node_kind(&self) -> NodeKind {
-        self.domains.node_kind()
+    fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind {
+        self.domains.node_kind(mesh)
     }
 
     fn averages_volume_changes(&self) -> bool {
@@ -309,11 +309,19 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     fn occupied_cells(
         &self,
         connectivity: &Connectivity<D>,
-        lattice: &Lattice<D>,
+        mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
         out: &mut Vec<OccupiedCell>,
-    ) {
-        occupied(connectivity, lattice, active, &self.points.reference_volume, self.young(), out);
+    ) -> Result<(), OutsideMesh<D>> {
+        let (volume, young) = (&self.points.reference_volume[..], self.young());
+        if mesh.functions() == NodeKind::Vertices {
+            occupied(connectivity, mesh.lattice(), active, volume, young, out);
+            return Ok(());
+        }
+        let sampled = |point: usize, take: &mut dyn FnMut([u32; D])| {
+            self.domains.sampled_cells(mesh, (point, &self.points.position[point]), take)
+        };
+        sampled_cells(mesh.lattice(), sampled, volume, young, out)
     }
 
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {

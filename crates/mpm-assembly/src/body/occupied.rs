@@ -1,15 +1,15 @@
 //! The cells that a body occupies.
 
 use mpm_basis::{ActiveNodes, Connectivity};
-use mpm_grid::{CellId, Lattice};
+use mpm_grid::{CellId, Lattice, OutsideMesh};
 
 /// Material in one cell of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OccupiedCell {
     /// The cell.
     pub cell: CellId,
-    /// Volume at rest of the points that influence all of its nodes `[L^D]`; points that reach into
-    /// several cells count in each.
+    /// Volume at rest of the points that influence all of its nodes, with splines of those that have a corner in it
+    /// `[L^D]`; points that reach into several cells count in each.
     pub volume: f64,
     /// That times their Young's modulus `[F L^(D-2)]`.
     pub stiffness: f64,
@@ -41,4 +41,25 @@ pub(crate) fn occupied<const D: usize>(
             }
         }
     }
+}
+
+/// Adds the cells whose functions the points sample, however little of a point's domain is in them: a function without
+/// stiffness would be left otherwise. `sampled` hands out those of a point; `young` `[F/L²]`.
+pub(crate) fn sampled_cells<const D: usize>(
+    lattice: &Lattice<D>,
+    sampled: impl Fn(usize, &mut dyn FnMut([u32; D])) -> Result<(), OutsideMesh<D>>,
+    volume: &[f64],
+    young: f64,
+    out: &mut Vec<OccupiedCell>,
+) -> Result<(), OutsideMesh<D>> {
+    for (point, &volume) in volume.iter().enumerate() {
+        let first = out.len();
+        sampled(point, &mut |cell| {
+            let cell = lattice.cell(cell);
+            if out[first..].iter().all(|it| it.cell != cell) {
+                out.push(OccupiedCell { cell, volume, stiffness: young * volume });
+            }
+        })?;
+    }
+    Ok(())
 }

@@ -32,10 +32,8 @@ pub(super) struct NearCorner<const D: usize> {
     pub position: Vector<D>,
     /// Where it was at the end of the step before, to which its states belong `[L]`.
     pub left: Vector<D>,
-    /// Active numbers of the nodes that carry it, and `W_cv`; the first `n_nodes` count.
-    pub nodes: [u32; 8],
-    pub weights: [f64; 8],
-    pub n_nodes: usize,
+    /// Active numbers of the nodes that carry it, and `W_cv`.
+    pub carriers: Vec<(u32, f64)>,
     /// Its share of the tool's surface `[L^(D-1)]`.
     pub area: f64,
     /// Shear strength of the interface without pressure, at the start of the step `[F/L²]`.
@@ -75,7 +73,7 @@ pub(super) struct At<'a, const D: usize> {
 impl<const D: usize> NearCorner<D> {
     /// Nodes that carry the corner, with their weights.
     pub fn weights(&self) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
-        self.nodes.iter().zip(&self.weights).take(self.n_nodes).map(|(node, weight)| (*node as usize, *weight))
+        self.carriers.iter().map(|&(node, weight)| (node as usize, weight))
     }
 
     /// What happens at the places of its part that are near, the nearest first.
@@ -260,22 +258,17 @@ impl<const D: usize> Search<'_, D> {
                     key,
                     position: corner.position,
                     left: corner.position,
-                    nodes: [0; 8],
-                    weights: [0.0; 8],
-                    n_nodes: 0,
+                    // A node that is not active carries next to nothing.
+                    carriers: corner
+                        .weights()
+                        .filter_map(|(node, weight)| Some((step.active.number(node)? as u32, weight)))
+                        .collect(),
                     area: 0.0,
                     adhesion,
                     law,
                     states: Vec::new(),
                     reach: moved + (1.0 + MARGIN) * (width + radius),
                 };
-                for (node, weight) in corner.weights() {
-                    // A node that is not active carries next to nothing.
-                    if let Some(number) = step.active.number(node) {
-                        (made.nodes[made.n_nodes], made.weights[made.n_nodes]) = (number as u32, weight);
-                        made.n_nodes += 1;
-                    }
-                }
                 let member = self.take_up(&mut made, corner, &corners, &mut near);
                 found.push((made, member));
             }

@@ -57,26 +57,44 @@ pub struct Case<const D: usize> {
     pub half_edges: Block<D>,
 }
 
+/// A graded box, a bent box and a full ring with splines of degree 2 or 3.
+pub fn spline_cases<const D: usize>(random: &mut Random) -> Vec<Case<D>> {
+    let degree = if random.number() < 0.5 { 2 } else { 3 };
+    let splines = |layout: Layout<D>| layout.with_splines(degree).unwrap();
+    let mut cases = cases_of(random, splines, |_| None);
+    cases.iter_mut().for_each(|case| case.name = "splines");
+    cases
+}
+
 /// A graded box, a bent box, a full ring and a sector, in this order.
 pub fn cases<const D: usize>(random: &mut Random) -> Vec<Case<D>> {
+    cases_of(random, |layout| layout, Some)
+}
+
+/// The cases on layouts that `change` makes, with those sectors that `open` keeps.
+fn cases_of<const D: usize>(
+    random: &mut Random,
+    change: impl Fn(Layout<D>) -> Layout<D>,
+    open: impl Fn(Layout<D>) -> Option<Layout<D>>,
+) -> Vec<Case<D>> {
     let at = LoadFraction::new(1.0).unwrap();
     let axes: [Axis; D] =
         from_fn(|d| Axis::geometric(-1.0, 2.5, 6 + d as u32, random.between(0.3, 3.0)).unwrap());
-    let solid = Layout::<D>::on_axes(axes).unwrap();
+    let solid = change(Layout::<D>::on_axes(axes).unwrap());
     let ramps = (0..1 << D).map(|_| from_fn(|_| Ramp::linear(random.between(-0.6, 0.6)))).collect();
     let bend = MeshMotion::corners(ramps).unwrap();
     let height = || (D == 3).then(|| Axis::geometric(0.0, 3.0, 6, 2.0).unwrap());
     let radii = || Axis::geometric(1.0, 4.0, 6, 1.5).unwrap();
-    let full = Layout::<D>::ring([0.3, -0.2], radii(), 24, Span::Full, height()).unwrap();
+    let full = change(Layout::<D>::ring([0.3, -0.2], radii(), 24, Span::Full, height()).unwrap());
     let span = Span::Sector { from: 2.0, to: 4.0 };
-    let open = Layout::<D>::ring([0.3, -0.2], radii(), 6, span, height()).unwrap();
-    [
+    let sector = open(Layout::<D>::ring([0.3, -0.2], radii(), 6, span, height()).unwrap());
+    let mut meshes = vec![
         ("graded box", Mesh::at_rest(&solid)),
         ("bent box", bend.mesh_at(&solid, at).unwrap()),
         ("ring", Mesh::at_rest(&full)),
-        ("sector", Mesh::at_rest(&open)),
-    ]
-    .map(|(name, mesh)| {
+    ];
+    meshes.extend(sector.map(|layout| ("sector", Mesh::at_rest(&layout))));
+    let case = |(name, mesh): (&'static str, Mesh<D>)| {
         let cells = mesh.lattice().cells();
         // Two cells away from any end, round the seam of the ring.
         let cell = from_fn(|d| {
@@ -92,8 +110,8 @@ pub fn cases<const D: usize>(random: &mut Random) -> Vec<Case<D>> {
             half_edges: cell.jacobian(&centre),
             mesh,
         }
-    })
-    .into()
+    };
+    meshes.into_iter().map(case).collect()
 }
 
 /// Sizes of domains, relative to the cell's.

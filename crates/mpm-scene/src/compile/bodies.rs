@@ -61,11 +61,15 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
         }
         cuts.push(cut_sides(input, own, (layout, space), &path)?);
         let (law, needs_mass) = law(scene, input, &path)?;
-        let (shape, shape_mesh) = shape(own, &cut, layout, mesh, files, memory).map_err(refuse)?;
+        let (shape, shape_mesh) =
+            shape(own, &cut, (layout, mesh), input.tiling, (files, memory)).map_err(refuse)?;
+        let points_per_cell = points_per_cell(input, &shape, &path)?;
+        super::splines::check_rank(start, &shape, points_per_cell, space.axes())
+            .map_err(|it| SceneError::new(format!("{path}.points_per_cell"), it))?;
         let plan = Plan {
             start,
             space,
-            points_per_cell: points_per_cell(input, &shape, &path)?,
+            points_per_cell,
             shape,
             shape_mesh: &shape_mesh,
             needs_mass,

@@ -108,24 +108,33 @@ pub enum ActingOn {
     },
 }
 
-/// Supports, by the vertices of the mesh, and loads of a scene; none in space.
+/// Supports with the nodes that they hold, and loads.
+#[derive(Debug, Default)]
+pub struct Acting {
+    /// The nodes of supports; nothing in space.
+    pub nodes: Option<NodeSpace<2>>,
+    /// Supports.
+    pub supports: Vec<Support<2>>,
+    /// Loads.
+    pub loads: Vec<DrawnLoad>,
+}
+
+/// Supports and loads of a scene; none in space.
 ///
 /// # Errors
 /// What is wrong with the mesh, a support or a load, with its path.
-pub fn acting(scene: &Scene) -> Result<(Vec<Support<2>>, Vec<DrawnLoad>), SceneError> {
+pub fn acting(scene: &Scene) -> Result<Acting, SceneError> {
     match scene {
         Scene::PlaneStrain(scene) => acting_in(scene, Space::Cartesian),
         Scene::Axisymmetric(scene) => acting_in(&in_plane(scene)?, Space::Axisymmetric),
-        Scene::Solid(_) => Ok((Vec::new(), Vec::new())),
+        Scene::Solid(_) => Ok(Acting::default()),
     }
 }
 
-fn acting_in(
-    scene: &SceneIn<2, PlaneBasis>,
-    space: Space,
-) -> Result<(Vec<Support<2>>, Vec<DrawnLoad>), SceneError> {
+fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, SceneError> {
     let layout = layout(&scene.mesh, memory_left())?;
-    let nodes = NodeSpace::vertices(layout.lattice());
+    let nodes = NodeSpace::of(layout.functions(), &Mesh::at_rest(&layout))
+        .map_err(|error| SceneError::new("mesh", error))?;
     let supports = supports(scene, (&layout, &nodes), space)?;
     let stages = Stages::of(&scene.schedule);
     let mut loads = Vec::new();
@@ -153,5 +162,5 @@ fn acting_in(
         };
         loads.push(DrawnLoad { on, along, ramp: stages.load_ramp(ramp, 1.0, active, &path)? });
     }
-    Ok((supports, loads))
+    Ok(Acting { nodes: Some(nodes), supports, loads })
 }

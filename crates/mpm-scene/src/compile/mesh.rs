@@ -3,7 +3,8 @@
 use super::stages::Stages;
 use crate::error::SceneError;
 use crate::language::{
-    AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput, StretchInput,
+    AxisInput, Direction, FunctionsInput, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput,
+    StretchInput,
 };
 use mpm_assembly::Space;
 use mpm_geometry::MemoryLimit;
@@ -13,9 +14,20 @@ use mpm_grid::{
 use mpm_solver::Active;
 
 pub(super) fn layout<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
+    let layout = cells(mesh, memory)?;
+    let (MeshInput::Box { functions, .. } | MeshInput::Ring { functions, .. }) = mesh;
+    match functions {
+        FunctionsInput::Linear => Ok(layout),
+        FunctionsInput::Splines { degree } => {
+            layout.with_splines(degree.0).map_err(|it| SceneError::new("mesh.functions", it))
+        }
+    }
+}
+
+fn cells<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
     let axes = match mesh {
-        MeshInput::Box { axes } => axes,
-        MeshInput::Ring { centre, radii, sectors, angles, height } => {
+        MeshInput::Box { axes, .. } => axes,
+        MeshInput::Ring { centre, radii, sectors, angles, height, .. } => {
             let radii = axis(radii, memory).map_err(|it| SceneError::new("mesh.radii", it))?;
             let height = height.as_ref().map(|it| axis(it, memory)).transpose();
             let height = height.map_err(|it| SceneError::new("mesh.height", it))?;

@@ -14,6 +14,7 @@ mod overlap;
 mod parameters;
 mod quantity;
 mod shapes;
+mod splines;
 mod stages;
 mod supports;
 mod symmetry;
@@ -29,7 +30,7 @@ use crate::language::{
 };
 use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
-pub use drawn::{ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
+pub use drawn::{Acting, ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
 pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
@@ -40,7 +41,7 @@ use mesh::{layout, motion};
 use mpm_assembly::{GhostStabilisation, Space};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
-use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
+use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
@@ -114,9 +115,10 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
     }
 
+    splines::check(scene, &mesh)?;
     let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
     let probes = probes(scene, &bodies, &mesh)?;
-    let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
+    let kind = bodies.first().map_or(mesh.functions(), |named| named.body.node_kind(&mesh));
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
@@ -128,7 +130,11 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     refuse_jumps_along_a_path(&model)?;
     refuse_resets(&model, matches!(scene.domains.control, Some(ControlInput::Split { .. })))?;
     if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
-        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
+        let factor = factor.map_or_else(|| GhostStabilisation::<D>::usual_factor(mesh.functions()), |it| it.0);
+        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
+    }
+    if !scene.tools.is_empty() {
+        splines::check_tools(&model.bodies, &mesh)?;
     }
     add_tools(scene, &mut model, files)?;
     fields(&model, &scene.output)?;

@@ -2,7 +2,9 @@
 
 use super::mesh::{check_ring, plane_point};
 use crate::files::SceneFiles;
-use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput, ToolInput, ToolPartInput};
+use crate::language::{
+    BodyInput, Direction, Finite, PlanePoint, ShapeInput, TilingInput, ToolInput, ToolPartInput,
+};
 use crate::pieces::Shape;
 use mpm_geometry::{Ball, MemoryLimit, Prism, PrismError, Round, Solid, Surface};
 use mpm_grid::{Axis, Layout, Mesh, Span};
@@ -183,17 +185,20 @@ pub(super) fn cut_out<'a, const D: usize>(
 pub(super) fn shape<'a, const D: usize>(
     own: &'a WithSurface<'a, D>,
     cut: &[&'a WithSurface<'a, D>],
-    layout: &Layout<D>,
-    mesh: &Mesh<D>,
-    files: &dyn SceneFiles,
-    memory: MemoryLimit,
+    (layout, mesh): (&Layout<D>, &Mesh<D>),
+    tiling: TilingInput,
+    (files, memory): (&dyn SceneFiles, MemoryLimit),
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
+    let in_a_box = matches!(layout, Layout::Box { .. });
+    let is_tiled = tiling == TilingInput::Shape;
+    if is_tiled && !(in_a_box && matches!(own.shape, ShapeInput::Ring { .. })) {
+        return Err("`tiling: Shape` is for a `Ring` in a box mesh".into());
+    }
     let in_box = |shape| match layout {
         Layout::Box { .. } => Ok((shape, mesh.clone())),
         Layout::Ring { .. } => Err(NEEDS_BOX.into()),
     };
     let solid = || Ok::<_, String>(Shape::Solid { solid: own.solid(layout)?, open: own.open });
-    let in_a_box = matches!(layout, Layout::Box { .. });
     if own.open.contains(&true) && !(own.is_solid() && in_a_box) {
         return Err(
             "`symmetry` is for a `Cylinder`, `Tube`, `Sphere`, `Polygon` or `Surface` in a box mesh".into()
@@ -218,7 +223,7 @@ pub(super) fn shape<'a, const D: usize>(
         }
         ShapeInput::Ring { inner, outer, centre, .. } => match layout {
             Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
-            Layout::Box { axes, .. } => ring_of_its_own(axes, centre, (inner.0, outer.0), memory),
+            Layout::Box { axes, .. } => ring_of_its_own((axes, is_tiled), centre, (inner.0, outer.0), memory),
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent, .. } => match layout {
             Layout::Box { .. } => in_box(solid()?),
@@ -272,10 +277,10 @@ fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f64, f64)) -
     0.5 * angle * (outer - inner) * (outer + inner) * (to - from)
 }
 
-/// A ring of pieces about as large as the cells of a box mesh: they are cut from polygons and have the ring's volume in
-/// all.
+/// A ring of pieces about as large as the cells of a box mesh: cut from polygons with the ring's volume in all, or, where
+/// it is tiled, with their corners on circles and the volumes of their own polygons.
 fn ring_of_its_own<'a, const D: usize>(
-    axes: &[Axis; D],
+    (axes, is_tiled): (&[Axis; D], bool),
     centre: &PlanePoint,
     (inner, outer): (f64, f64),
     memory: MemoryLimit,
@@ -290,11 +295,13 @@ fn ring_of_its_own<'a, const D: usize>(
     check_ring(&radii, sectors, memory)?;
     let height = axes.get(2).cloned();
     let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
+    // The cells of a ring with splines lie between circles.
+    let ring = ring.and_then(|it| if is_tiled { it.with_splines(2) } else { Ok(it) });
     let ring = ring.map_err(|it| it.to_string())?;
     let high = ring.lattice().cells();
     let ends = axes.get(2).map_or((0.0, 1.0), |axis| (axis.first(), axis.last()));
     let volume = ring_volume((inner, outer), std::f64::consts::TAU, ends);
-    Ok((Shape::Cells { low: [0; D], high, volume, is_exact: true }, Mesh::at_rest(&ring)))
+    Ok((Shape::Cells { low: [0; D], high, volume, is_exact: !is_tiled }, Mesh::at_rest(&ring)))
 }
 
 /// A cylinder or tube; in the plane of thickness 1.

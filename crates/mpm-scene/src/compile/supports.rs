@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
 use mpm_assembly::Space;
-use mpm_grid::{Axis, Layout, Mesh, NodeId, NodeSpace, Position, Region, Vector};
+use mpm_grid::{Axis, Layout, Mesh, NodeId, NodeKind, NodeSpace, Position, Region, Vector};
 use mpm_solver::{Active, Prescribed, Release, Support, Turn, across};
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
@@ -66,6 +66,8 @@ pub(super) fn supports<const D: usize, B>(
         if nodes.is_empty() {
             return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout, bodies.axes())));
         }
+        super::splines::check_region(&region, &nodes, (layout, space))
+            .map_err(|it| SceneError::new(format!("{path}.region"), it))?;
         let active = stages.active(&input.active, &path)?;
         if let Some(until) = active.until.filter(|&until| stages.follows_path(until))
             && active.release == Release::AtOnce
@@ -92,6 +94,9 @@ pub(super) fn supports<const D: usize, B>(
 
 /// Why a region holds no node: where nodes stand instead, if that can be said.
 fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>, names: [&str; 3]) -> String {
+    if let NodeKind::ControlPoints { .. } = layout.functions() {
+        return super::splines::off_faces(layout);
+    }
     let missed = "the region holds no node of the mesh";
     let beside = |what: &str, axis: &Axis, at: f64| {
         let (cell, _) = axis.locate(at.clamp(axis.first(), axis.last()));

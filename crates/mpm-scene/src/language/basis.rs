@@ -121,17 +121,14 @@ pub enum ControlInput {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum StabilisationInput {
-    /// Jumps of the displacement gradient (of the load step) across the faces of boundary cells are penalised:
-    /// the cells with an empty neighbour follow those inside. Counted as `/history/ghost_faces`.
+    /// Jumps of the displacement gradient (of the load step) across the faces of boundary cells are penalised, with splines
+    /// of degree p those of its p-th derivative: the cells with an empty neighbour follow those inside. Counted as
+    /// `/history/ghost_faces`.
     Ghost {
-        /// The penalty over Young's modulus; 1/30 if left out `[-]`.
-        #[serde(default = "default_ghost")]
-        factor: Positive,
+        /// The penalty over Young's modulus; if left out 1/30, with splines of degree 2 and 3 1e-3 and 1e-4 `[-]`.
+        #[serde(default)]
+        factor: Option<Positive>,
     },
-}
-
-fn default_ghost() -> Positive {
-    Positive(1.0 / 30.0)
 }
 
 fn default_cells() -> Positive {

@@ -23,6 +23,9 @@ pub struct BodyInput<const D: usize> {
     /// Material points per cell and direction, evenly spaced; needed by every shape but `Points`, which has its own.
     #[serde(default)]
     pub points_per_cell: Option<Count>,
+    /// How the shape is cut into the domains of points.
+    #[serde(default, skip_serializing_if = "TilingInput::is_by_cells")]
+    pub tiling: TilingInput,
     /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
     /// volume change of their cell in place of their own; left alone if left out.
     #[serde(default)]
@@ -78,6 +81,24 @@ pub enum InitialInput {
         /// The file, as seen from the scene's folder.
         file: String,
     },
+}
+
+/// How a shape is cut into the domains of points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum TilingInput {
+    /// By the cells of the mesh; a `Ring` in a box mesh by straight pieces with the volume of the ring in all.
+    #[default]
+    Cells,
+    /// Along the shape: a `Ring` in a box mesh by pieces between circles and radii, about as large as the mesh's cells, whose
+    /// corners lie on the circles. Points have the volumes of these polygons.
+    Shape,
+}
+
+impl TilingInput {
+    /// Whether it is by cells.
+    pub fn is_by_cells(&self) -> bool {
+        *self == Self::Cells
+    }
 }
 
 /// What the volume change of a cell is. Points take it in each load step from the cell that holds them at its

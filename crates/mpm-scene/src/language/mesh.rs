@@ -14,6 +14,9 @@ pub enum MeshInput {
     Box {
         /// One axis per direction: x, y and, in three dimensions, z.
         axes: Vec<AxisInput>,
+        /// Its functions; linear ones if left out.
+        #[serde(default, skip_serializing_if = "FunctionsInput::is_linear")]
+        functions: FunctionsInput,
     },
     /// Rings of nodes around a centre, joined by straight edges; in three dimensions stacked along z.
     Ring {
@@ -30,7 +33,33 @@ pub enum MeshInput {
         /// Where nodes stand along z; three dimensions only.
         #[serde(default)]
         height: Option<AxisInput>,
+        /// Its functions; linear ones if left out.
+        #[serde(default, skip_serializing_if = "FunctionsInput::is_linear")]
+        functions: FunctionsInput,
     },
+}
+
+/// The functions of which displacement is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub enum FunctionsInput {
+    /// Of the vertices of the mesh, linear along the edges of its cells.
+    #[default]
+    Linear,
+    /// B-splines on the cells, whose nodes are control points: supports hold faces of the mesh. A ring is one of circles,
+    /// at rest, rotated or expanded. For `Cpdi1`, `Cpdi2q`, `Cpdi2Hexahedron` and, less accurate, the other bases but `Gimp`.
+    Splines {
+        /// 1, 2 or 3; 2 is the recommended one. On a body that is n points wide, cells have to be few enough that
+        /// n + 1 is at least their number and the degree.
+        degree: Count,
+    },
+}
+
+impl FunctionsInput {
+    /// Whether they are the linear ones.
+    pub fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
 }
 
 /// Where the mesh's nodes stand along one direction.

@@ -29,7 +29,7 @@ pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
     StabilisationInput, TrianglesInput,
 };
-pub use body::{BodyInput, InitialInput, MeanDilatationInput, ShapeInput};
+pub use body::{BodyInput, InitialInput, MeanDilatationInput, ShapeInput, TilingInput};
 pub use boundary::{
     BoundsInput, DisplaceInput, LoadInput, ProbeInput, ProbePointsInput, RegionInput, SupportInput, TurnInput,
 };
@@ -37,7 +37,7 @@ pub use direction::Direction;
 pub use drive::{DriveInput, PointControlInput, SegmentInput};
 pub use edit::{EditError, Edited, set_value};
 pub use material::{ConeInput, ConeMatchInput, MaterialInput, SofteningInput};
-pub use mesh::{AxisInput, CornerInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
+pub use mesh::{AxisInput, CornerInput, FunctionsInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
 pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive};
 pub use position::{Position, position_of};
 pub use quantity::{LayerInput, PointField, Quantity};

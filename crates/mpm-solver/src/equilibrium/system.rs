@@ -16,7 +16,7 @@ use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Space, SparsityPattern, UnknownVector};
-use mpm_grid::{NodeKind, Vector};
+use mpm_grid::Vector;
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
@@ -328,7 +328,7 @@ pub(crate) fn singular<const D: usize>(
         component,
         axis: axes[component],
         cause,
-        can_be_stabilised: problem.connected.active.space().kind() == NodeKind::Vertices
+        can_be_stabilised: problem.connected.active.space().kind() == problem.mesh.functions()
             && !problem.contributions.iter().any(|it| it.stabilises()),
         has_apex: problem.bodies.iter().any(|named| named.body.points_at_apex().is_some()),
     }

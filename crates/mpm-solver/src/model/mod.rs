@@ -11,7 +11,7 @@ pub use solver::{SolverChoice, SolverFactory};
 pub use supports::{Active, Prescribed, Release, Support, Turn, across};
 
 use mpm_assembly::{Body, Contribution, Space};
-use mpm_grid::{Layout, MeshMotion, NodeSpace, Region, Vector};
+use mpm_grid::{Layout, Mesh, MeshMotion, NodeSpace, Region, Vector};
 use mpm_linear::{Automatic, Choice, LinearSolver, Symmetry};
 
 /// All that a run needs to know.
@@ -57,9 +57,13 @@ pub struct Model<const D: usize> {
 }
 
 impl<const D: usize> Model<D> {
-    /// A mesh at rest without bodies, supports and loads; one load step. Its nodes are the vertices.
+    /// A mesh at rest without bodies, supports and loads; one load step. Its nodes are those of the layout's functions.
+    ///
+    /// # Panics
+    /// Never: a layout has the nodes of its functions.
     pub fn new(layout: Layout<D>) -> Self {
-        let nodes = NodeSpace::vertices(layout.lattice());
+        let mesh = Mesh::at_rest(&layout);
+        let nodes = NodeSpace::of(mesh.functions(), &mesh).expect("a layout has the nodes of its functions");
         Self::on(layout, nodes)
     }
 

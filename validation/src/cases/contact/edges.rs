@@ -36,7 +36,7 @@ fn edges(extent: Extent) -> Result<Findings, Broken> {
     let mut table = Table::new("Force on the blade over s_u H, smooth:", &["cell", "force", "of the limit"]);
     for (factor, tolerance) in extent.pick(&[(1, 0.12)][..], &[(1, 0.12), (2, 0.06)]) {
         let mut scene = refined(plane(load("plough")?)?, *factor);
-        scene.stabilisation = Some(StabilisationInput::Ghost { factor: Positive(0.003) });
+        scene.stabilisation = Some(StabilisationInput::Ghost { factor: Some(Positive(0.003)) });
         scene.tools[0].interface.adhesion = Finite(0.0);
         if let ToolMotionInput::Move { by, .. } = &mut scene.tools[0].motion {
             *by = Coordinates([0.03, 0.0]);

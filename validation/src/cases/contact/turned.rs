@@ -56,7 +56,7 @@ fn pile(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
             return Err("expected a scene in space".into());
         };
         // Air above the ground is one cell at least.
-        if let MeshInput::Box { axes } = &mut scene.mesh {
+        if let MeshInput::Box { axes, .. } = &mut scene.mesh {
             let width = 0.8 / f64::from(*cells);
             let layers = cells * 3 / 2 + 1;
             let up = (Finite(0.0), Finite(width * f64::from(layers)), Count(layers));

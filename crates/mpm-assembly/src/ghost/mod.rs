@@ -16,6 +16,11 @@
 //! for h; with h the stiffness has its unit and scales with the problem. It acts on the displacement of
 //! the load step: constant through Newton's iterations, symmetric, without memory, and zero wherever the
 //! gradient is continuous.
+//!
+//! Splines of degree p are of class C^(p-1), and only their p-th derivatives jump, see `splines.rs`.
+
+mod face;
+mod splines;
 
 use crate::body::{OccupiedCell, PassInput, Space, Sums};
 use crate::contribution::{
@@ -23,10 +28,14 @@ use crate::contribution::{
     SystemSums, Trial,
 };
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
+use face::{face_area, face_points};
 use mpm_basis::ActiveNodes;
-use mpm_grid::{Block, LinearCell, Mesh, NodeKind, Vector};
+use mpm_grid::{LinearCell, Mesh, NodeKind, Place, Vector};
 use mpm_linear::Symmetry;
 use std::f64::consts::TAU;
+
+/// A mesh, its active nodes, and two of its cells, the second above the first in a direction.
+type Face<'a, const D: usize> = (&'a Mesh<D>, &'a ActiveNodes<D>, [[u32; D]; 2], usize);
 
 /// Faces across which jumps of the displacement gradient are penalised, with their stiffness.
 #[derive(Clone, Debug)]
@@ -47,14 +56,14 @@ impl<const D: usize> GhostFaces<D> {
     /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
     ///
     /// # Panics
-    /// The nodes are not the vertices of the mesh.
+    /// The nodes are not those of the mesh's functions.
     pub fn of(
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
         mut cells: Vec<OccupiedCell>,
         (factor, space): (f64, Space),
     ) -> Self {
-        assert_eq!(active.space().kind(), NodeKind::Vertices, "faces join corners of cells");
+        assert_eq!(active.space().kind(), mesh.functions(), "faces join cells of the mesh");
         // Stable: cells that occur more than once are summed in the order of the bodies.
         cells.sort_by_key(|it| it.cell);
         cells.dedup_by(|next, kept| {
@@ -66,6 +75,10 @@ impl<const D: usize> GhostFaces<D> {
             same
         });
         let lattice = mesh.lattice();
+        let has_splines = mesh.functions() != NodeKind::Vertices;
+        if has_splines {
+            cells.retain(|it| is_active(mesh, active, lattice.cell_index(it.cell)));
+        }
         let find = |index: [u32; D]| {
             cells.binary_search_by_key(&lattice.cell(index), |it| it.cell).ok().map(|at| &cells[at])
         };
@@ -85,7 +98,12 @@ impl<const D: usize> GhostFaces<D> {
                 };
                 if is_at_boundary(index) || is_at_boundary(above) {
                     let young = (lower.stiffness + upper.stiffness) / (lower.volume + upper.volume);
-                    faces.push(mesh, active, [index, above], d, (factor * young, space));
+                    let face = (mesh, active, [index, above], d);
+                    if has_splines {
+                        faces.push_splines(face, (factor * young, space));
+                    } else {
+                        faces.push(face, (factor * young, space));
+                    }
                 }
             }
         }
@@ -107,15 +125,8 @@ impl<const D: usize> GhostFaces<D> {
         pattern.slots(self)
     }
 
-    /// The face between two cells, the second above the first in `direction`.
-    fn push(
-        &mut self,
-        mesh: &Mesh<D>,
-        active: &ActiveNodes<D>,
-        cells: [[u32; D]; 2],
-        direction: usize,
-        (mut penalty, space): (f64, Space),
-    ) {
+    /// The face between two cells, the second above the first in a direction.
+    fn push(&mut self, (mesh, active, cells, direction): Face<'_, D>, (mut penalty, space): (f64, Space)) {
         let corners = cells.map(|cell| {
             let corners = mesh.lattice().corners(cell);
             let number = |c: usize| active.number(corners[c]).expect("nodes of occupied cells are active");
@@ -167,6 +178,33 @@ impl<const D: usize> GhostFaces<D> {
         self.node_start.push(self.node.len());
     }
 
+    /// As [`Self::push`], where the functions are splines.
+    fn push_splines(&mut self, face: Face<'_, D>, (mut penalty, space): (f64, Space)) {
+        let (mesh, active, cells, direction) = face;
+        let made = splines::face(mesh, cells, direction);
+        let linear = cells.map(|cell| mesh.linear_cell(cell));
+        if space.is_axisymmetric() {
+            let mut middle = Vector::zeros();
+            middle[direction] = 1.0;
+            penalty *= TAU * linear[0].position(&middle)[0];
+        }
+        let extent = linear.iter().map(LinearCell::volume).sum::<f64>() / (2.0 * made.area);
+        let mut numbered: Vec<(u32, usize)> = made
+            .nodes
+            .iter()
+            .enumerate()
+            .map(|(at, &node)| (active.number(node).expect("nodes of occupied cells are active") as u32, at))
+            .collect();
+        numbered.sort_unstable();
+        for (w, &(_, of_w)) in numbered.iter().enumerate() {
+            for &(_, of_v) in &numbered[w..] {
+                self.stiffness.push(penalty / extent * made.product(of_v, of_w));
+            }
+        }
+        self.node.extend(numbered.iter().map(|it| it.0));
+        self.node_start.push(self.node.len());
+    }
+
     /// Adds force and tangent under the trial displacement of `input`; `slots` are those of these
     /// faces in its pattern.
     pub fn assemble(&self, slots: &[u32], input: PassInput<'_, D>, mut sums: Sums<'_, D>) {
@@ -212,6 +250,16 @@ pub struct GhostStabilisation<const D: usize> {
 }
 
 impl<const D: usize> GhostStabilisation<D> {
+    /// γ over Young's modulus that suits the functions of a mesh `[-]`: with splines more of it costs accuracy next to
+    /// boundaries.
+    pub fn usual_factor(functions: NodeKind) -> f64 {
+        match functions {
+            NodeKind::ControlPoints { degree: 2 } => 1e-3,
+            NodeKind::ControlPoints { degree: 3.. } => 1e-4,
+            _ => 1.0 / 30.0,
+        }
+    }
+
     /// `factor` is γ over Young's modulus `[-]`.
     pub fn new(factor: f64) -> Self {
         let faces = GhostFaces { node_start: vec![0], node: Vec::new(), stiffness: Vec::new() };
@@ -227,7 +275,8 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
         let mut cells = Vec::new();
         let space = step.bodies.first().map_or(Space::default(), |it| it.body.space());
         for BodyAtStart { body, connectivity, .. } in step.bodies {
-            body.occupied_cells(connectivity, step.mesh.lattice(), step.active, &mut cells);
+            body.occupied_cells(connectivity, step.mesh, step.active, &mut cells)
+                .map_err(|it| Refused { reason: it.to_string(), is_step_too_long: false })?;
         }
         self.faces = GhostFaces::of(step.mesh, step.active, cells, (self.factor, space));
         Ok(Begun::Anew)
@@ -250,7 +299,7 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
         Ok(())
     }
 
-    fn needs_vertices(&self) -> bool {
+    fn needs_functions_of_mesh(&self) -> bool {
         true
     }
 
@@ -290,26 +339,9 @@ impl<const D: usize> Couplings for GhostFaces<D> {
     }
 }
 
-/// Gauss points of a face across `direction` in local coordinates, and their weights.
-fn face_points<const D: usize>(direction: usize) -> impl Iterator<Item = (Vector<D>, f64)> {
-    let at = 1.0 / 3.0_f64.sqrt();
-    (0..1_usize << (D - 1)).map(move |k| {
-        let side = |d: usize| {
-            let bit = d - usize::from(d > direction);
-            if d == direction { 0.0 } else { (2.0 * f64::from((k >> bit & 1) as u32) - 1.0) * at }
-        };
-        (Vector::from_fn(|d, _| side(d)), 1.0)
-    })
-}
-
-/// Area of the face per area in local coordinates; `jacobian` has the tangents as its columns.
-fn face_area<const D: usize>(jacobian: &Block<D>, direction: usize) -> f64 {
-    let tangents: Vec<Vector<D>> =
-        (0..D).filter(|&d| d != direction).map(|d| jacobian.column(d).into_owned()).collect();
-    // The root of Gram's determinant.
-    match tangents.as_slice() {
-        [] => 1.0,
-        [a] => a.norm(),
-        [a, b, ..] => (a.norm_squared() * b.norm_squared() - a.dot(b).powi(2)).max(0.0).sqrt(),
-    }
+/// Whether a body reaches all functions of a cell.
+fn is_active<const D: usize>(mesh: &Mesh<D>, active: &ActiveNodes<D>, cell: [u32; D]) -> bool {
+    let mut all = true;
+    mesh.values(&Place { cell, local: Vector::zeros() }, |node, _| all &= active.number(node).is_some());
+    all
 }
