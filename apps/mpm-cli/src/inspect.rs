@@ -7,6 +7,7 @@ use mpm_grid::{rounded, six_digits};
 use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;
 use mpm_solver::ToolDepths;
+use mpm_solver::observe::Space;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -55,6 +56,7 @@ impl Range {
 struct Inspection {
     file: String,
     title: String,
+    space: Space,
     status: String,
     /// Whether it is said to run, and no program writes it.
     is_left: bool,
@@ -103,6 +105,7 @@ impl Inspection {
             file: file.display().to_string(),
             // The results can be read even if the scene is of another version of the language.
             title: scene.as_ref().map_or(String::new(), |scene| scene.title().to_string()),
+            space: results.space(),
             status: results.status().to_string(),
             is_left: results.status() == "running" && !is_being_written(file),
             program: results.program().to_string(),
@@ -161,7 +164,7 @@ impl Inspection {
         let mut table = Table::new(["smallest", "largest", "last", "history"]);
         for (name, ranges) in &self.history {
             for (c, range) in ranges.iter().enumerate() {
-                let name = format!("{name}{}", component_name(ranges.len(), c));
+                let name = format!("{name}{}", component_name(self.space, ranges.len(), c));
                 table.push([six_digits(range.least), six_digits(range.most), six_digits(range.last), name]);
             }
         }
@@ -171,7 +174,7 @@ impl Inspection {
             // In the plane much of a tensor is zero.
             let is_told = |range: &Range| ranges.len() == 1 || range.least != 0.0 || range.most != 0.0;
             for (c, range) in ranges.iter().enumerate().filter(|(_, range)| is_told(range)) {
-                let name = format!("{name}{} [{unit}]", component_name(ranges.len(), c));
+                let name = format!("{name}{} [{unit}]", component_name(self.space, ranges.len(), c));
                 table.push([six_digits(range.least), six_digits(range.most), name]);
             }
         }

@@ -62,6 +62,11 @@ impl Results {
         self.get(py, |file| Ok((file.status().to_owned(), file.program().to_owned(), file.scene().to_owned())))
     }
 
+    /// Letters of the directions: `xyz`, or `rzt` of bodies of revolution.
+    fn letters(&self, py: Python<'_>) -> PyResult<String> {
+        self.get(py, |file| Ok(file.space().letters().concat()))
+    }
+
     /// Number of the first row, and number of rows.
     fn rows(&self, py: Python<'_>) -> PyResult<(usize, usize)> {
         self.get(py, |file| Ok((file.first_row(), file.rows())))
@@ -76,7 +81,7 @@ impl Results {
     /// Names and units of the columns of the history, and the numbers that each has in a row.
     fn columns(&self, py: Python<'_>) -> PyResult<Vec<(String, &'static str, usize)>> {
         self.get(py, |file| {
-            Ok(file.columns().iter().map(|it| (it.name.clone(), it.unit(), it.width)).collect())
+            Ok(file.columns().iter().map(|it| (it.name.clone(), it.unit(file.space()), it.width)).collect())
         })
     }
 

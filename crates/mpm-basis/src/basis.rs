@@ -248,6 +248,21 @@ impl<const D: usize> Convection<'_, D> {
     }
 }
 
+/// What directions are called, where nobody says otherwise.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl ConvectionError {
+    /// The sentence with other names of the directions.
+    pub fn told(&self, axes: [&str; 3]) -> String {
+        match self {
+            Self::HalfLength { axis, half_length } => {
+                format!("its domain has half length {half_length:e} along {}", axes[*axis])
+            }
+            _ => self.to_string(),
+        }
+    }
+}
+
 /// A domain that cannot be carried on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConvectionError {
@@ -258,7 +273,7 @@ pub enum ConvectionError {
         volume: f64,
     },
     /// A box along the axes lost its extent in one direction.
-    #[error("its domain has half length {half_length:e} along {}", ["x", "y", "z"][*axis])]
+    #[error("its domain has half length {half_length:e} along {}", AXES[*axis])]
     HalfLength {
         /// Direction, from 0.
         axis: usize,

@@ -10,13 +10,14 @@ use hdf5::{File, Group, H5Type};
 use mpm_linear::Saved;
 use mpm_solver::{
     BodyLayout, Progress, State, StateLayout, StoredColumn, StoredContribution, StoredPoints, StoredPredictor,
-    StoredShare,
+    StoredShare, observe::Space,
 };
 
 use crate::calls::{Call, Closing};
 use crate::check_sum::{BLOCK, block_of, check_sum};
 use crate::error::{CheckpointError, reason};
 use crate::replace::{part_of, put_in_place};
+use crate::spaces;
 
 /// What a checkpoint says of its run besides the state.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -132,6 +133,14 @@ impl Checkpoint {
         String::from_utf8(bytes).map_err(|_| self.malformed(name, "is not UTF-8 text"))
     }
 
+    /// The space of the bodies: Cartesian where nothing is said.
+    fn space(&self) -> Result<Space, CheckpointError> {
+        let _call = Call::begin();
+        let is_said = self.file.link_exists("space");
+        let name = if is_said { self.text("space")? } else { Space::Cartesian.name().into() };
+        spaces::named(&name).map_err(|reason| self.malformed("space", reason))
+    }
+
     fn setting(&self, name: &str) -> Result<f64, CheckpointError> {
         match self.numbers::<f64>(&self.file, name, name, 1, (1, 1))?[..] {
             [number] if (0.0..=1e15).contains(&number) => Ok(number),
@@ -156,6 +165,8 @@ impl Checkpoint {
     /// [`CheckpointError::Malformed`]; whether the values are those of the model is for
     /// [`mpm_solver::resume`] to see.
     pub fn state(&self, layout: &StateLayout) -> Result<State, CheckpointError> {
+        let space = self.space()?;
+        layout.check_space(space).map_err(|it| self.malformed(&it.item, it.reason))?;
         let bodies = self.members("bodies", layout.bodies.len())?;
         let bodies = bodies.iter().zip(&layout.bodies).enumerate();
         let bodies = bodies.map(|(k, (group, body))| self.points(group, &format!("bodies/{k}"), body));
@@ -195,6 +206,7 @@ impl Checkpoint {
         let numbers = self.numbers::<u64>(&linear_solver, "number", &item("number"), 1, (0, usize::MAX))?;
         let linear_solver = fingerprint.first().map(|&fingerprint| Saved { fingerprint, numbers });
         Ok(State {
+            space,
             progress: self.progress.clone(),
             bodies: bodies.collect::<Result<_, _>>()?,
             shares: loads.collect::<Result<_, _>>()?,
@@ -386,7 +398,8 @@ fn write_all(
         ("results", &results),
         ("progress", progress),
     ];
-    for (name, text) in texts {
+    let of_space = (state.space != Space::Cartesian).then(|| ("space", state.space.name()));
+    for (name, text) in texts.into_iter().chain(of_space) {
         write_numbers(file, name, 1, text.as_bytes())?;
     }
     write_numbers(file, "every_steps", 1, &[f64::from(interval.steps.unwrap_or(0))])?;

@@ -6,18 +6,20 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use mpm_solver::observe::Field;
+use mpm_scene::ToolSurface;
+use mpm_solver::observe::{Field, Space};
 
 use crate::{Results, ResultsError, Table};
 
-/// Name of a component of `width` numbers, with what parts it from the name of the whole; empty for a single number.
-pub fn component_name(width: usize, c: usize) -> String {
-    const AXES: [&str; 3] = ["x", "y", "z"];
+/// Name of a component of `width` numbers, with what parts it from the name of the whole; empty for a single number. Of
+/// bodies of revolution directions are r, z and t, the hoop.
+pub fn component_name(space: Space, width: usize, c: usize) -> String {
+    let axes = space.letters();
     match width {
         1 => String::new(),
-        2 | 3 => format!(".{}", AXES[c % 3]),
-        9 => format!(".{}{}", AXES[c / 3 % 3], AXES[c % 3]),
-        8 => format!(".{}{}", AXES[c % 2], c / 2 + 1),
+        2 | 3 => format!(".{}", axes[c % 3]),
+        9 => format!(".{}{}", axes[c / 3 % 3], axes[c % 3]),
+        8 => format!(".{}{}", axes[c % 2], c / 2 + 1),
         _ => format!("[{c}]"),
     }
 }
@@ -33,10 +35,12 @@ impl Results {
         fs::create_dir_all(folder).map_err(|error| ResultsError::write(folder, "the folder", error))?;
         let mut heads = vec!["load_step".to_string()];
         let mut tables = Vec::new();
+        let named = |name: &str, width: usize| {
+            let of = |c| format!("{name}{}", component_name(self.space(), width, c));
+            (0..width).map(of).collect::<Vec<String>>()
+        };
         for column in self.columns() {
-            heads.extend(
-                (0..column.width).map(|c| format!("{}{}", column.name, component_name(column.width, c))),
-            );
+            heads.extend(named(&column.name, column.width));
             tables.push(self.column(&column.name)?);
         }
         let steps: Vec<f64> = (0..self.rows()).map(|row| (self.first_row() + row) as f64).collect();
@@ -47,12 +51,11 @@ impl Results {
 
         for step in 0..self.fractions().len() {
             let positions = self.points(step)?;
-            let mut heads = ["x", "y", "z"].map(String::from).to_vec();
+            let mut heads = self.space().letters().map(String::from).to_vec();
             let mut tables = vec![positions];
             for field in self.fields()? {
                 let table = self.field(&field, step)?;
-                heads
-                    .extend((0..table.width()).map(|c| format!("{field}{}", component_name(table.width(), c))));
+                heads.extend(named(&field, table.width()));
                 tables.push(table);
             }
             let columns: Vec<Vec<&[f64]>> =
@@ -94,17 +97,60 @@ impl Results {
         }
         let mut written = Vec::new();
         for (ending, files) in [("", points), ("_domains", domains)] {
-            if files.is_empty() {
-                continue;
+            if !files.is_empty() {
+                written.push(self.write_series(folder, ending, &files)?);
+                written.extend(files);
             }
-            let mut name = folder.file_name().unwrap_or_default().to_os_string();
-            name.push(format!("{ending}.pvd"));
-            let path = folder.with_file_name(name);
-            write(&path, &self.series(folder, &files))?;
-            written.push(path);
-            written.extend(files);
         }
         Ok(written)
+    }
+
+    /// Writes `tools_0000.vtu` and so on into a folder that is there, the surfaces of all tools at every recorded step, and
+    /// beside the folder their series, `<folder>_tools.pvd`, with the same times as that of the points. Cells have the number
+    /// of their tool as `tool`.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`], or what [`Results::column`] returns.
+    pub fn write_tools_vtu(&self, folder: &Path, tools: &[ToolSurface]) -> Result<Vec<PathBuf>, ResultsError> {
+        let fractions = self.column("load_fraction")?;
+        let mut placed = Vec::new();
+        for tool in tools {
+            let name = |column: &str| format!("tool/{}/{column}", tool.name);
+            let is_in_space = self.columns().iter().any(|column| column.name == name("rotation"));
+            let rotation = if is_in_space { "rotation" } else { "angle" };
+            placed.push((tool, self.column(&name("position"))?, self.column(&name(rotation))?));
+        }
+        let mut files = Vec::new();
+        for (step, fraction) in self.fractions().iter().enumerate() {
+            // The history of a resumed run may begin later than its points.
+            let row = fractions.values().iter().position(|at| at == fraction);
+            let mut cells = Cells::by_cell();
+            let mut numbers = Vec::new();
+            for (number, (tool, position, rotation)) in placed.iter().enumerate() {
+                let Some(row) = row else { continue };
+                cells.add_surface(&tool.placed(position.row(row), rotation.row(row)), &tool.facets);
+                numbers.resize(cells.sizes.len(), number as f64);
+            }
+            let path = folder.join(format!("tools_{step:04}.vtu"));
+            write(&path, &vtu(&cells, &[("tool", Table::scalars(numbers))]))?;
+            files.push(path);
+        }
+        let series = self.write_series(folder, "_tools", &files)?;
+        Ok(std::iter::once(series).chain(files).collect())
+    }
+
+    /// Writes the series of some files beside their folder, under its name with an ending, and returns its path.
+    pub(crate) fn write_series(
+        &self,
+        folder: &Path,
+        ending: &str,
+        files: &[PathBuf],
+    ) -> Result<PathBuf, ResultsError> {
+        let mut name = folder.file_name().unwrap_or_default().to_os_string();
+        name.push(format!("{ending}.pvd"));
+        let path = folder.with_file_name(name);
+        write(&path, &self.series(folder, files))?;
+        Ok(path)
     }
 
     fn series(&self, folder: &Path, files: &[PathBuf]) -> String {
@@ -122,7 +168,7 @@ impl Results {
     }
 }
 
-fn write(path: &Path, text: &str) -> Result<(), ResultsError> {
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), ResultsError> {
     fs::write(path, text).map_err(|error| ResultsError::write(path, "the file", error))
 }
 
@@ -150,40 +196,72 @@ fn csv(heads: &[String], columns: &[Vec<&[f64]>]) -> String {
     text
 }
 
-/// Cells of an unstructured grid, each with points of its own.
-struct Cells {
+/// VTK's numbers of the kinds of cells.
+const VERTEX: u8 = 1;
+const SEGMENT: u8 = 3;
+const TRIANGLE: u8 = 5;
+const POLYGON: u8 = 7;
+pub(crate) const HEXAHEDRON: u8 = 12;
+pub(crate) const WEDGE: u8 = 13;
+
+/// Cells of an unstructured grid.
+pub(crate) struct Cells {
     /// Three coordinates per point `[L]`.
     points: Vec<f64>,
-    /// Points of each cell.
+    /// Numbers of the points of all cells, one cell after the other.
+    corners: Vec<u32>,
+    /// How many each cell has.
     sizes: Vec<usize>,
-    /// VTK's number of the kind of every cell.
-    kind: u8,
+    /// VTK's number of the kind of each cell.
+    kinds: Vec<u8>,
     /// Whether values belong to cells instead of points.
     by_cell: bool,
 }
 
 impl Cells {
     fn vertices(positions: &Table) -> Self {
-        const VERTEX: u8 = 1;
-        let points = (0..positions.len()).flat_map(|point| positions.row(point).iter().copied()).collect();
-        Self { points, sizes: vec![1; positions.len()], kind: VERTEX, by_cell: false }
+        let mut cells = Self { by_cell: false, ..Self::by_cell() };
+        (0..positions.len()).for_each(|point| cells.add(VERTEX, positions.row(point).iter().copied()));
+        cells
     }
 
     fn polygons(outlines: &Table) -> Self {
-        const POLYGON: u8 = 7;
-        let (mut points, mut sizes) = (Vec::new(), Vec::new());
+        let mut cells = Self::by_cell();
         for point in 0..outlines.len() {
             let mut corners: Vec<&[f64]> = outlines.row(point).chunks_exact(2).collect();
             corners.dedup();
-            points.extend(corners.iter().flat_map(|corner| [corner[0], corner[1], 0.0]));
-            sizes.push(corners.len());
+            cells.add(POLYGON, corners.iter().flat_map(|corner| [corner[0], corner[1], 0.0]));
         }
-        Self { points, sizes, kind: POLYGON, by_cell: true }
+        cells
+    }
+
+    /// None yet; values belong to cells.
+    pub(crate) fn by_cell() -> Self {
+        Self { points: Vec::new(), corners: Vec::new(), sizes: Vec::new(), kinds: Vec::new(), by_cell: true }
+    }
+
+    /// Adds a cell of a kind with points of its own, by their coordinates.
+    pub(crate) fn add(&mut self, kind: u8, points: impl Iterator<Item = f64>) {
+        let first = self.points.len() as u32 / 3;
+        self.points.extend(points);
+        let end = self.points.len() as u32 / 3;
+        self.corners.extend(first..end);
+        self.sizes.push((end - first) as usize);
+        self.kinds.push(kind);
+    }
+
+    /// Adds segments or triangles that share their vertices.
+    fn add_surface(&mut self, vertices: &[[f64; 3]], facets: &[Vec<u32>]) {
+        let first = self.points.len() as u32 / 3;
+        self.points.extend(vertices.iter().flatten());
+        self.corners.extend(facets.iter().flatten().map(|vertex| first + vertex));
+        self.sizes.extend(facets.iter().map(Vec::len));
+        self.kinds.extend(facets.iter().map(|facet| if facet.len() == 2 { SEGMENT } else { TRIANGLE }));
     }
 }
 
 /// VTK File Formats, "XML": an unstructured grid, numbers as base64 of their bytes after their number (8 bytes).
-fn vtu(cells: &Cells, fields: &[(&str, Table)]) -> String {
+pub(crate) fn vtu(cells: &Cells, fields: &[(&str, Table)]) -> String {
     let (n_points, n_cells) = (cells.points.len() / 3, cells.sizes.len());
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
@@ -201,9 +279,14 @@ fn vtu(cells: &Cells, fields: &[(&str, Table)]) -> String {
     text += &format!("</{section}>\n<Points>\n");
     text += &array("Float64", "Points", 3, cells.points.iter().flat_map(|x| x.to_le_bytes()));
     text += "</Points>\n<Cells>\n";
-    text += &array("Int64", "connectivity", 1, (0..n_points as i64).flat_map(i64::to_le_bytes));
+    text += &array(
+        "Int64",
+        "connectivity",
+        1,
+        cells.corners.iter().flat_map(|&corner| i64::from(corner).to_le_bytes()),
+    );
     text += &array("Int64", "offsets", 1, offsets.flat_map(i64::to_le_bytes));
-    text += &array("UInt8", "types", 1, std::iter::repeat_n(cells.kind, n_cells));
+    text += &array("UInt8", "types", 1, cells.kinds.iter().copied());
     text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
 }
 

@@ -13,12 +13,15 @@
 //!
 //! | where | what |
 //! |---|---|
-//! | root attributes | `format`, `version`, `scene` (its text), `program`, `status`: `running`, `completed` or `failed: <reason>` |
+//! | root attributes | `format`, `version`, `scene` (its text), `program`, `status`: `running`, `completed` or `failed: <reason>`; `space`: `axisymmetric`, of bodies of revolution only |
 //! | `/history/<column>` | one row per converged load step, row 0 the initial state: `[rows]`, or `[rows, width]`; the attribute `rows` of the group counts the complete ones |
 //! | `/newton/residual` | relative out-of-balance force of every iterate of every load step, one after the other |
 //! | `/newton/offset` | `[rows]`: the residuals of row k ≥ 1 are `residual[offset[k-1]..offset[k]]` |
 //! | `/timings/{phase,seconds,count}` | time spent per phase since the start of the run |
 //! | `/VTKHDF` | the material points at the recorded load steps, by VTK's file specification 2.0 |
+//!
+//! Of bodies of revolution, positions and vectors are (r, z, t) and tensors rr, rz, rt, zr, zz, zt, tr, tz, tt, with t the
+//! direction of the hoop, θ; forces are those of the whole ring. [`component_name`] names the components of either space.
 //!
 //! A small XDMF file beside it shows the same datasets to programs without temporal VTKHDF.
 //! What a killed run leaves behind is said at [`ResultsWriter`].
@@ -37,10 +40,12 @@ mod pending;
 mod places;
 mod reader;
 mod replace;
+mod revolve;
 mod rows;
 mod scene_files;
 mod snapshot;
 mod source;
+mod spaces;
 mod vtkhdf;
 mod writer;
 mod xdmf;
@@ -55,5 +60,6 @@ pub use options::{Options, Precision};
 pub use places::{Survives, check_places, is_same, reason_to_keep_results, unfinished_results};
 pub use reader::{PhaseTime, Results, Table};
 pub use replace::is_being_written;
+pub use revolve::Revolution;
 pub use scene_files::{ArrayFiles, FolderFiles};
 pub use writer::ResultsWriter;

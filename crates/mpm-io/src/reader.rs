@@ -5,12 +5,13 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use hdf5::File;
-use mpm_solver::observe::Column;
+use mpm_solver::observe::{Column, Space};
 
 use crate::calls::{Call, Closing};
 use crate::error::{ResultsError, reason};
 use crate::names::{CHECKPOINT, PhaseName, RESULTS, RESULTS_VERSION};
 use crate::source::Source;
+use crate::spaces;
 use crate::vtkhdf::Unit;
 
 /// Numbers in rows of equal width.
@@ -21,6 +22,16 @@ pub struct Table {
 }
 
 impl Table {
+    /// A number per row.
+    pub(crate) fn scalars(values: Vec<f64>) -> Self {
+        Self::new(1, values)
+    }
+
+    /// Rows of `width` numbers, one after the other.
+    pub(crate) fn new(width: usize, values: Vec<f64>) -> Self {
+        Self { width, values }
+    }
+
     /// Numbers per row.
     pub fn width(&self) -> usize {
         self.width
@@ -72,6 +83,7 @@ pub struct Results {
     path: PathBuf,
     file: Closing,
     scene: String,
+    space: Space,
     program: String,
     status: String,
     columns: Vec<Column>,
@@ -122,6 +134,7 @@ impl Results {
         }
         let scene = source.text(&file, "scene")?;
         let program = source.text(&file, "program")?;
+        let space = spaces::read(&file, &source)?;
         // On a full disk a run may have failed to say how it ended.
         let status = source.text(&file, "status").unwrap_or_else(|_| "running".into());
 
@@ -154,6 +167,7 @@ impl Results {
             path,
             file,
             scene,
+            space,
             program,
             status,
             columns,
@@ -169,6 +183,11 @@ impl Results {
     /// Text of the scene.
     pub fn scene(&self) -> &str {
         &self.scene
+    }
+
+    /// The space of the bodies, which says what coordinates and components are.
+    pub fn space(&self) -> Space {
+        self.space
     }
 
     /// Name and version of the program that wrote the file.

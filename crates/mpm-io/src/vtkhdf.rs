@@ -6,11 +6,12 @@
 
 use hdf5::types::{FixedAscii, FixedUnicode};
 use hdf5::{Attribute, Group};
-use mpm_solver::observe::Field;
+use mpm_solver::observe::{Field, Space};
 
 use crate::options::Precision;
 use crate::rows::Rows;
 use crate::snapshot::Snapshot;
+use crate::spaces;
 
 /// The unit of a field, as an attribute of its values.
 pub(crate) type Unit = FixedUnicode<32>;
@@ -60,14 +61,15 @@ struct Starts {
 }
 
 impl PointCloud {
-    /// Creates the group for about `points` points per step.
+    /// Creates the group for about `points` points per step, in a space, which the file is told of.
     pub(crate) fn create(
         file: &Group,
         fields: &[Field],
-        points: usize,
+        (space, points): (Space, usize),
         level: u8,
         precision: Precision,
     ) -> hdf5::Result<Self> {
+        spaces::write(file, space)?;
         let root = file.create_group("VTKHDF")?;
         root.new_attr::<i64>().shape(2).create("Version")?.write(&[2, 0])?;
         let kind = FixedAscii::<16>::from_ascii("UnstructuredGrid").expect("the name has 16 letters");
@@ -87,7 +89,7 @@ impl PointCloud {
                 Precision::Double => Rows::create::<f64>(&data, name, width, chunk, level)?,
                 Precision::Single => Rows::create::<f32>(&data, name, width, chunk, level)?,
             };
-            let unit: Unit = field.unit().parse().map_err(|_| format!("unit of {name} is too long"))?;
+            let unit: Unit = field.unit(space).parse().map_err(|_| format!("unit of {name} is too long"))?;
             data.dataset(name)?.new_attr::<Unit>().create("unit")?.write_scalar(&unit)?;
             Ok((values, Rows::create_small::<i64>(&data_starts, name, 1)?))
         });

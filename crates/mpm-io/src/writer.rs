@@ -339,7 +339,7 @@ impl Run {
                 Rows::create_small::<f64>(&timings, "seconds", 1)?,
                 Rows::create_small::<u64>(&timings, "count", 1)?,
             ],
-            cloud: PointCloud::create(file, fields, start.points, *compression, *precision)?,
+            cloud: PointCloud::create(file, fields, (start.space, start.points), *compression, *precision)?,
             xdmf: Xdmf::beside(path, fields, *precision),
             pending: Pending::new(&start.columns),
             lacks_last: false,

@@ -9,8 +9,8 @@ use std::process::Command;
 use mpm_io::{Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval, Results, ResultsWriter};
 use mpm_scene::Scene;
 use mpm_scene::{Compiled, compile};
-use mpm_solver::State;
-use mpm_solver::observe::{LoadStep, Moment, Observer, ObserverError, Outcome};
+use mpm_solver::observe::{LoadStep, Moment, Observer, ObserverError, Outcome, Space};
+use mpm_solver::{State, StateLayout};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
@@ -252,4 +252,20 @@ fn no_results_file_is_hostile_enough_for_a_panic() {
             }
         }
     });
+}
+
+#[test]
+fn a_checkpoint_of_another_space_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.checkpoint.h5");
+    let (ring, plane) = (Space::Axisymmetric, Space::Cartesian);
+    for (written, other) in [(ring, plane), (plane, ring)] {
+        Checkpoint::write(&path, &head(folder.path()), &State { space: written, ..state() }).unwrap();
+        let read = Checkpoint::open(&path).unwrap();
+        let layout = |space| StateLayout { space, ..compiled().state_layout() };
+        assert_eq!(read.state(&layout(written)).unwrap().space, written);
+        let error = read.state(&layout(other)).unwrap_err().to_string();
+        let expected = format!("space: is {}, expected {}, that of the scene", written.name(), other.name());
+        assert!(error.contains(&expected), "{error}");
+    }
 }

@@ -6,8 +6,8 @@ use std::error::Error;
 use std::process::Command;
 use std::sync::Mutex;
 
-use mpm_io::{Options, Precision, Results, ResultsWriter};
-use mpm_solver::observe::{Field, Observer, Outcome};
+use mpm_io::{Options, Precision, Results, ResultsWriter, Revolution};
+use mpm_solver::observe::{Field, Fields, LoadStep, Observer, Outcome, Space};
 
 const NEEDS: &str = "import h5py, vtkmodules.vtkIOHDF, vtkmodules.vtkIOXdmf2";
 
@@ -171,4 +171,98 @@ fn hex(x: f64) -> String {
     let sign = if x < 0.0 { "-" } else { "" };
     let (exponent, mantissa) = ((bits >> 52 & 0x7ff) as i64 - 1023, bits & ((1 << 52) - 1));
     if x == 0.0 { format!("{sign}0x0.0p+0") } else { format!("{sign}0x1.{mantissa:013x}p{exponent:+}") }
+}
+
+/// A parallelogram and a triangle in (r, z).
+const SECTIONS: [[f64; 8]; 2] =
+    [[0.0, 0.0, 1.0, 0.1, 1.2, 0.6, 0.2, 0.5], [2.0, 0.0, 3.0, 0.5, 2.5, 1.0, 2.5, 1.0]];
+
+/// Two points with these domains.
+struct Sections;
+
+impl Fields for Sections {
+    fn n_points(&self) -> usize {
+        2
+    }
+    fn positions(&self) -> Vec<f64> {
+        vec![0.6, 0.3, 0.0, 2.5, 0.5, 0.0]
+    }
+    fn field(&self, field: Field) -> Vec<f64> {
+        match field {
+            Field::OUTLINE => SECTIONS.concat(),
+            Field::VOLUME => vec![1.0, 2.0],
+            Field::DISPLACEMENT => vec![0.1, 0.2, 0.0, 0.3, 0.4, 0.0],
+            _ => (0..18).map(|k| f64::from(k % 9) + f64::from(k / 9)).collect(),
+        }
+    }
+}
+
+/// Volume of every wedge, and the components of its vectors and tensors along r, z and the hoop of its own centre.
+const READ_WEDGES: &str = r#"
+import sys
+import numpy as np
+from vtkmodules.vtkFiltersCore import vtkCellCenters
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+from vtkmodules.util.numpy_support import vtk_to_numpy
+reader = vtkXMLUnstructuredGridReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+grid = reader.GetOutput()
+assert grid.CheckAttributes() == 0
+sizes, centres = vtkCellSizeFilter(), vtkCellCenters()
+sizes.SetInputData(grid)
+sizes.Update()
+centres.SetInputData(grid)
+centres.Update()
+volumes = vtk_to_numpy(sizes.GetOutput().GetCellData().GetArray("Volume"))
+places = vtk_to_numpy(centres.GetOutput().GetPoints().GetData())
+data = grid.GetCellData()
+displacement, stress, parts = (vtk_to_numpy(data.GetArray(n)) for n in ["displacement", "cauchy_stress", "volume"])
+for k, (x, y, _) in enumerate(places):
+    c, s = np.array([x, y]) / np.hypot(x, y)
+    axes = np.array([[c, s, 0], [0, 0, 1], [-s, c, 0]])
+    turned = axes @ stress[k].reshape(3, 3) @ axes.T
+    numbers = [volumes[k], parts[k], *(axes @ displacement[k]), *turned.ravel()]
+    print(grid.GetCellType(k), *[repr(float(number)) for number in numbers])
+"#;
+
+#[test]
+fn domains_of_bodies_of_revolution_are_wedges() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("a.h5");
+    let options = Options { fields: [fake::fields(), vec![Field::OUTLINE]].concat(), ..fake::options() };
+    let _turn = TURN.lock();
+    let mut writer = ResultsWriter::create(&path, options)?;
+    fake::start_in(Space::Axisymmetric, &mut writer, 2)?;
+    writer.load_step(&LoadStep {
+        index: 0,
+        fraction: 0.0,
+        row: &fake::row(0),
+        residuals: &[],
+        timings: &[],
+        fields: &Sections,
+    })?;
+    writer.finish(&Outcome::Completed, &[])?;
+    let by = Revolution::new(5, 200.0)?;
+    let written = Results::open(&path)?.write_revolved(&directory.path().join("turned"), by)?;
+    assert_eq!(written.len(), 2);
+    let output = Command::new(python()).args(["-c", READ_WEDGES]).arg(&written[1]).output()?;
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout)?;
+    assert_eq!(said.lines().count(), 5 * 2);
+    // A wedge between chords has the volume `sin α ∫ r dA`.
+    let alpha = 40_f64.to_radians();
+    let moments = [0.6 * 0.48, 2.5 * 0.375];
+    for (k, line) in said.lines().enumerate() {
+        let (point, numbers) = (k % 2, line.split(' ').map(str::parse).collect::<Result<Vec<f64>, _>>()?);
+        assert_eq!(numbers[0], [12.0, 13.0][point]);
+        let mut expected = vec![alpha.sin() * moments[point], (1.0 + point as f64) / 9.0];
+        expected.extend(&Sections.field(Field::DISPLACEMENT)[3 * point..3 * point + 3]);
+        expected.extend(&Sections.field(Field::CAUCHY_STRESS)[9 * point..9 * point + 9]);
+        for (found, expected) in numbers[1..].iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-13, "wedge {k}: {found}, expected {expected}");
+        }
+    }
+    Ok(())
 }

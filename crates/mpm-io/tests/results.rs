@@ -9,8 +9,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use mpm_io::{Item, Options, Precision, Results, ResultsError, ResultsWriter, Values};
-use mpm_solver::observe::{ColumnKind, Counted, Entry, Field, Fields, Observer, Outcome};
+use mpm_io::{Item, Options, Precision, Results, ResultsError, ResultsWriter, Revolution, Values};
+use mpm_solver::observe::{ColumnKind, Counted, Entry, Field, Fields, Observer, Outcome, Space};
 
 type Check = Result<(), Box<dyn Error + Send + Sync>>;
 
@@ -203,6 +203,7 @@ fn a_column_that_cannot_be_stored_is_an_error() -> Check {
     let mut writer = ResultsWriter::create(directory.path().join("run.h5"), Options::default())?;
     let column = Column { name: "twice".into(), kind: ColumnKind::Real, width: 1 };
     let error = writer.start(&RunStart {
+        space: Space::Cartesian,
         columns: vec![column.clone(), column],
         points: 1,
         steps: 1,
@@ -301,5 +302,34 @@ fn what_is_no_results_file_is_refused() -> Check {
     file.close()?;
     let results = Results::open(&path)?;
     assert_eq!((results.status(), results.rows()), ("running", 3));
+    Ok(())
+}
+
+#[test]
+fn results_of_bodies_of_revolution_say_r_and_z() -> Check {
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("run.h5");
+    for (space, head, unit) in [
+        (
+            Space::Axisymmetric,
+            "r,z,t,cauchy_stress.rr,cauchy_stress.rz,cauchy_stress.rt,cauchy_stress.zr",
+            "L³",
+        ),
+        (Space::Cartesian, "x,y,z,cauchy_stress.xx,cauchy_stress.xy,cauchy_stress.xz,cauchy_stress.yx", "L^D"),
+    ] {
+        let mut writer = ResultsWriter::create(&path, fake::options())?;
+        fake::start_in(space, &mut writer, 3)?;
+        fake::load_step(&mut writer, 0, 3)?;
+        writer.finish(&Outcome::Completed, &fake::timings(0))?;
+        let results = Results::open(&path)?;
+        assert_eq!((results.space(), results.unit("volume")?.as_str()), (space, unit));
+        let written = results.write_csv(&directory.path().join("csv"))?;
+        assert!(fs::read_to_string(&written[1])?.starts_with(head));
+        let column = format!("reaction/pulled.{}", &head[2..3]);
+        assert!(fs::read_to_string(&written[0])?.lines().next().is_some_and(|line| line.contains(&column)));
+        // No outlines, or no body of revolution.
+        let refused = results.write_revolved(directory.path(), Revolution::new(3, 360.0)?);
+        assert!(matches!(refused, Err(ResultsError::Missing { .. })));
+    }
     Ok(())
 }

@@ -144,7 +144,10 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
     let made = made_parts(basis, plan)?;
     let pieces = match &made {
         Some(parts) => parts.parts.len() as f64,
-        None => count_pieces(plan.shape_mesh, &plan.shape, basis.pieces_per_cell(plan.points_per_cell)?)?,
+        None => {
+            let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
+            count_pieces(plan.shape_mesh, &plan.shape, pieces_per_cell, plan.space.axes())?
+        }
     };
     let mut points_per_piece = 0.0;
     basis.seed(&box_piece(&Vector::zeros(), &Vector::repeat(1.0)), &mut |_| points_per_piece += 1.0);
@@ -167,8 +170,8 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
     if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
         seed_parts(basis, parts, &mut seeds, &mut faces);
     } else if made.is_none() {
-        let pieces_per_cell = basis.pieces_per_cell(plan.points_per_cell)?;
-        for_each_piece(plan.shape_mesh, &plan.shape, pieces_per_cell, |piece, outer| {
+        let cut = (basis.pieces_per_cell(plan.points_per_cell)?, plan.space.axes());
+        for_each_piece(plan.shape_mesh, &plan.shape, cut, |piece, outer| {
             // Ends can be so close together, or so far apart, that their numbers do not tell how far.
             if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
                 flat = Some(piece.corners()[0]);

@@ -27,17 +27,18 @@ pub(crate) enum Shape<'a, const D: usize> {
     Parts(Parts<D>),
 }
 
-/// Number of pieces that [`for_each_piece`] makes of a shape.
+/// Number of pieces that [`for_each_piece`] makes of a shape; `names` are those of the directions.
 pub(crate) fn count_pieces<const D: usize>(
     mesh: &Mesh<D>,
     shape: &Shape<'_, D>,
     per_cell: u32,
+    names: [&str; 3],
 ) -> Result<f64, String> {
     match shape {
         Shape::Box { from, to } => {
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
             (0..D).try_fold(1.0, |count, d| {
-                Ok(count * Cut::of(&axes[d], d, (from[d], to[d]), per_cell)?.pieces(&axes[d]))
+                Ok(count * Cut::of(&axes[d], names[d], (from[d], to[d]), per_cell)?.pieces(&axes[d]))
             })
         }
         Shape::Cells { low, high, .. } => {
@@ -66,7 +67,7 @@ pub(crate) type Outer<const D: usize> = [[bool; 2]; D];
 pub(crate) fn for_each_piece<const D: usize>(
     mesh: &Mesh<D>,
     shape: &Shape<'_, D>,
-    pieces_per_cell: u32,
+    (pieces_per_cell, names): (u32, [&str; 3]),
     mut each: impl FnMut(&LinearCell<D>, &Outer<D>),
 ) -> Result<(), String> {
     match shape {
@@ -74,7 +75,7 @@ pub(crate) fn for_each_piece<const D: usize>(
             let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
             let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
             for d in 0..D {
-                let cut = Cut::of(&axes[d], d, (from[d], to[d]), pieces_per_cell)?;
+                let cut = Cut::of(&axes[d], names[d], (from[d], to[d]), pieces_per_cell)?;
                 rows.push(by_cell(&axes[d], &cut.lines(&axes[d])));
             }
             for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
@@ -134,9 +135,8 @@ enum Cut {
 const LEAST: f64 = 0.1;
 
 impl Cut {
-    /// Of `from..to` along an axis in a direction.
-    fn of(axis: &Axis, direction: usize, (from, to): (f64, f64), n: u32) -> Result<Self, String> {
-        let along = ["x", "y", "z"][direction];
+    /// Of `from..to` along an axis of this name.
+    fn of(axis: &Axis, along: &str, (from, to): (f64, f64), n: u32) -> Result<Self, String> {
         let empty = || Err(format!("the box is empty along {along}: from {from} to {to}"));
         if from >= to {
             return empty();
@@ -277,7 +277,7 @@ mod tests {
     #[test]
     fn equal_cells_are_cut_evenly_between_ends_off_their_lines() {
         let axis = Axis::uniform(0.0, 4.0, 4).unwrap();
-        let even = Cut::of(&axis, 0, (0.5, 3.3), 2).unwrap().lines(&axis);
+        let even = Cut::of(&axis, "x", (0.5, 3.3), 2).unwrap().lines(&axis);
         assert_eq!(even.len(), 7);
         assert!((even[1] - 0.5 - 2.8 / 6.0).abs() < 1e-15);
         // Far from the origin an end on a line is one up to rounding.
@@ -289,7 +289,7 @@ mod tests {
     fn aligned_ends_are_cut_cell_by_cell_and_others_at_the_end() {
         let axis = Axis::graded(vec![0.0, 1.0, 3.0, 4.0]).unwrap();
         let lines = |from, to, n| {
-            let cut = Cut::of(&axis, 0, (from, to), n)?;
+            let cut = Cut::of(&axis, "x", (from, to), n)?;
             let lines = cut.lines(&axis);
             assert_eq!(cut.pieces(&axis), (lines.len() - 1) as f64);
             Ok::<_, String>(lines)

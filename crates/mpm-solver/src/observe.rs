@@ -5,6 +5,7 @@
 
 pub use crate::cancellation::Cancellation;
 pub use crate::timing::Timing;
+pub use mpm_assembly::Space;
 
 use crate::state::State;
 use mpm_grid::LoadFraction;
@@ -34,8 +35,8 @@ pub struct Column {
 impl Column {
     /// Dimension of its numbers in length L, force F and the number D of dimensions, or what else they are counted in;
     /// `-` for none, `?` where its name says nothing, as of a contribution that does not ship. In the plane forces are per
-    /// unit thickness.
-    pub fn unit(&self) -> &'static str {
+    /// unit thickness; of bodies of revolution they are those of the whole ring.
+    pub fn unit(&self, space: Space) -> &'static str {
         let (group, rest) = self.name.split_once('/').unwrap_or((&self.name, ""));
         let last = rest.rsplit('/').next().unwrap_or_default();
         match (group, last) {
@@ -45,10 +46,11 @@ impl Column {
             ("displacement", _) | ("tool" | "probe", "position") | ("probe", "displacement") => "L",
             ("probe", "cauchy_stress") => "F/L²",
             ("tool", "angle") => "°",
+            ("tool", "area") if space.is_axisymmetric() => "L²",
             ("tool", "area") => "L^(D-1)",
             ("driven_gap", _) => "cells",
             ("wall_seconds", "") => "s",
-            ("stage", "fraction") | ("tool", "deepest") | (_, "") => "-",
+            ("stage", "fraction") | ("tool", "deepest" | "rotation") | (_, "") => "-",
             _ => "?",
         }
     }
@@ -63,7 +65,8 @@ pub enum Entry {
     Real(Vec<f64>),
 }
 
-/// A quantity of the material points that can be asked for: one of [`Field::OF_POINTS`], or what a law remembers.
+/// A quantity of the material points that can be asked for: one of [`Field::OF_POINTS`], what a law remembers,
+/// or what contributions know of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Field {
     name: &'static str,
@@ -80,7 +83,7 @@ impl Field {
     pub const CAUCHY_STRESS: Self = Self::new("cauchy_stress", 9, "F/L²");
     /// Elastic logarithmic (Hencky) strain ε_e = ½ ln b_e, nine components row by row `[-]`.
     pub const ELASTIC_STRAIN: Self = Self::new("elastic_strain", 9, "-");
-    /// Current volume J V⁰ (plane strain: per unit thickness) `[L^D]`.
+    /// Current volume J V⁰ (plane strain: per unit thickness) `[L^D]`; of bodies of revolution that of the ring `[L³]`.
     pub const VOLUME: Self = Self::new("volume", 1, "L^D");
     /// Deviatoric norm ρ = √(2 J₂) of the Kirchhoff stress `[F/L²]`.
     pub const RHO: Self = Self::new("rho", 1, "F/L²");
@@ -138,8 +141,9 @@ impl Field {
     }
 
     /// Dimension of its numbers in length L, force F and the number D of dimensions; `-` for none.
-    pub fn unit(self) -> &'static str {
-        self.unit
+    pub fn unit(self, space: Space) -> &'static str {
+        // Volumes of bodies of revolution are those of the whole ring.
+        if self == Self::VOLUME && space.is_axisymmetric() { "L³" } else { self.unit }
     }
 }
 
@@ -168,6 +172,8 @@ pub trait Fields {
 /// What a run is, said once before its first step.
 #[derive(Clone, Debug)]
 pub struct RunStart {
+    /// The space of the bodies: what coordinates and components are.
+    pub space: Space,
     /// Columns of the history.
     pub columns: Vec<Column>,
     /// Material points at the start.
@@ -327,15 +333,19 @@ impl Observer for () {
 
 #[cfg(test)]
 mod tests {
-    use super::{Column, ColumnKind, Counted};
+    use super::{Column, ColumnKind, Counted, Field, Space};
 
     #[test]
     fn columns_have_units() {
-        let unit = |name: &str| Column { name: name.into(), kind: ColumnKind::Real, width: 1 }.unit();
+        let column = |name: &str| Column { name: name.into(), kind: ColumnKind::Real, width: 1 };
+        let unit = |name: &str| column(name).unit(Space::Cartesian);
         let named = ["load_fraction", "reaction/a/b", "tool/a/b/area", "probe/p/cauchy_stress", "springs/a"];
         assert_eq!(named.map(unit), ["-", "F", "L^(D-1)", "F/L²", "?"]);
         let count = Column { name: "tool/a/closed".into(), kind: ColumnKind::Count, width: 1 };
-        assert_eq!(count.unit(), "-");
+        assert_eq!(count.unit(Space::Cartesian), "-");
+        assert_eq!(column("tool/a/area").unit(Space::Axisymmetric), "L²");
+        let volumes = [Space::Cartesian, Space::Axisymmetric].map(|space| Field::VOLUME.unit(space));
+        assert_eq!(volumes, ["L^D", "L³"]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use crate::model::{Model, NamedContribution, Share};
 use crate::progress::{Progress, StageProgress, StepsProgress};
-use mpm_assembly::StoredPoints;
+use mpm_assembly::{Space, StoredPoints};
 use mpm_basis::DomainControl;
 use mpm_grid::Vector;
 use mpm_linear::Saved;
@@ -11,6 +11,8 @@ use mpm_linear::Saved;
 /// Everything that the rest of a run depends on, besides its scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
+    /// The space of the bodies.
+    pub space: Space,
     /// How far the run has come.
     pub progress: Progress,
     /// The points of every body.
@@ -85,6 +87,8 @@ impl StateError {
 /// What the parts of a state must look like: all that is to be known before any of it is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StateLayout {
+    /// The space of the bodies.
+    pub space: Space,
     /// One per body.
     pub bodies: Vec<BodyLayout>,
     /// Loads on points.
@@ -121,12 +125,25 @@ impl StateLayout {
             most: points(k) + more,
         };
         Self {
+            space: model.space(),
             bodies: (0..model.bodies.len()).map(body).collect(),
             loads: model.loads.point_loads.len(),
             contributions: model.contributions.iter().map(|named| named.name.clone()).collect(),
             nodes: model.nodes.lattice().n_nodes(),
             dimensions: D,
         }
+    }
+
+    /// Refuses a state of another space.
+    ///
+    /// # Errors
+    /// The space that it is of, and what was expected.
+    pub fn check_space(&self, space: Space) -> Result<(), StateError> {
+        if space == self.space {
+            return Ok(());
+        }
+        let reason = format!("is {}, expected {}, that of the scene", space.name(), self.space.name());
+        Err(StateError::new("space", reason))
     }
 }
 
@@ -142,6 +159,7 @@ impl State {
         let probes = model.probes.iter().filter(|_| resets);
         let probes = probes.map(|probe| probe.rest.iter().copied().collect()).collect();
         Self {
+            space: model.space(),
             progress: Progress { stage, control, probes, ..Progress::default() },
             bodies: model.bodies.iter().map(|named| named.body.store()).collect(),
             shares: model
@@ -162,6 +180,7 @@ impl State {
     /// What is none of the model; the model may then hold a part of the state.
     pub(crate) fn restore<const D: usize>(&self, model: &mut Model<D>) -> Result<(), StateError> {
         let layout = StateLayout::of(model);
+        layout.check_space(self.space)?;
         let count = |item: &str, found: usize, expected: usize| {
             if found == expected {
                 return Ok(());

@@ -10,8 +10,6 @@ import numpy as np
 from . import _native
 from ._errors import InputError, MissingPackage
 
-_AXES = "xyz"
-
 
 def open(path: str | os.PathLike[str]) -> Results:
     """Opens the results file of a finished, running, stopped or killed run.
@@ -64,7 +62,7 @@ class Results:
         units: dict[str, str] = {}
         for name, unit, width in self._native.columns():
             values = self._native.column(name).reshape(-1, width)
-            heads = [name + _component(width, k) for k in range(width)]
+            heads = [name + _component(self._native.letters(), width, k) for k in range(width)]
             table.update({head: values[:, k] for k, head in enumerate(heads)})
             units.update(dict.fromkeys(heads, unit))
         return as_frame(table, units, np.arange(first, first + rows))
@@ -138,10 +136,10 @@ class Results:
         return f"<implicit_mpm.Results {self.path}: {self.status}>"
 
 
-def _component(width: int, k: int) -> str:
+def _component(axes: str, width: int, k: int) -> str:
     if width <= 3:
-        return "" if width == 1 else "." + _AXES[k]
-    return f".{_AXES[k // 3]}{_AXES[k % 3]}" if width == 9 else f"[{k}]"
+        return "" if width == 1 else "." + axes[k]
+    return f".{axes[k // 3]}{axes[k % 3]}" if width == 9 else f"[{k}]"
 
 
 def as_frame(table: dict[str, np.ndarray], units: dict[str, str], index: np.ndarray | None = None) -> Any:

@@ -46,12 +46,14 @@ pub enum AdvanceError {
         radius: f64,
     },
     /// Its domain cannot be carried on.
-    #[error("material point {point} at {position:?}: {reason}")]
+    #[error("material point {point} at {position:?}: {}", reason.told(space.axes()))]
     Domain {
         /// Index of the point in its body.
         point: usize,
         /// Where it is at the start of the step `[L]`.
         position: Vec<f64>,
+        /// The space of its body.
+        space: Space,
         /// What is wrong with its domain.
         reason: ConvectionError,
     },
@@ -214,6 +216,7 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
                     carried.map_err(|reason| AdvanceError::Domain {
                         point: p,
                         position: position[p].iter().copied().collect(),
+                        space,
                         reason,
                     })?;
                     let radius = positions[at][0];

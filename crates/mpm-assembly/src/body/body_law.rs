@@ -41,6 +41,9 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
     /// Points that yield there.
     fn points_at_apex(&self, points: &Points<D>) -> usize;
 
+    /// As [`Material::undrained_strength`], of a point.
+    fn undrained_strength(&self, point: usize) -> Option<f64>;
+
     /// Bytes of all histories.
     fn history_bytes(&self) -> usize;
 
@@ -172,6 +175,10 @@ impl<const D: usize, M: Material, const HOOP: bool> BodyLaw<D> for LawOf<M, HOOP
             points.plastic[p] && is_at_apex(&self.law, &points.elastic_excess[p], &self.history[p])
         };
         (0..points.len()).filter(is_there).count()
+    }
+
+    fn undrained_strength(&self, point: usize) -> Option<f64> {
+        self.law.undrained_strength(&self.history[point])
     }
 
     fn history_bytes(&self) -> usize {

@@ -173,6 +173,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.law.elasticity().young()
     }
 
+    fn undrained_strength(&self, point: usize) -> Option<f64> {
+        self.law.undrained_strength(point)
+    }
+
     fn extent(&self, point: usize) -> PointExtent<D> {
         let width = self.points.reference_size(point).powf(1.0 / D as f64);
         // Half the diagonal of a cube, stretched by the norm of F, where there is no domain.

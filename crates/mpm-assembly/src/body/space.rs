@@ -20,6 +20,30 @@ impl Space {
         }
     }
 
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cartesian => "cartesian",
+            Self::Axisymmetric => "axisymmetric",
+        }
+    }
+
+    /// Names of the directions as scenes write them.
+    pub fn directions(self) -> [&'static str; 3] {
+        match self {
+            Self::Cartesian => ["X", "Y", "Z"],
+            Self::Axisymmetric => ["R", "Z", "Theta"],
+        }
+    }
+
+    /// Letters for the directions where a name has room for one: of columns and components.
+    pub fn letters(self) -> [&'static str; 3] {
+        match self {
+            Self::Cartesian => ["x", "y", "z"],
+            Self::Axisymmetric => ["r", "z", "t"],
+        }
+    }
+
     /// Whether it is [`Space::Axisymmetric`].
     pub fn is_axisymmetric(self) -> bool {
         self == Self::Axisymmetric

@@ -3,7 +3,8 @@
 
 use mpm_io::{Options, ResultsWriter};
 use mpm_solver::observe::{
-    Column, ColumnKind, Counted, Entry, Field, Fields, LoadStep, Observer, ObserverError, RunStart, Timing,
+    Column, ColumnKind, Counted, Entry, Field, Fields, LoadStep, Observer, ObserverError, RunStart, Space,
+    Timing,
 };
 
 /// Material points at one load step.
@@ -79,7 +80,12 @@ pub fn options() -> Options {
 }
 
 pub fn start(writer: &mut ResultsWriter, points: usize) -> Result<(), ObserverError> {
-    writer.start(&RunStart { columns: columns(), points, steps: 10, stages: 1, counted: Counted::Rows })
+    start_in(Space::Cartesian, writer, points)
+}
+
+pub fn start_in(space: Space, writer: &mut ResultsWriter, points: usize) -> Result<(), ObserverError> {
+    let counted = Counted::Rows;
+    writer.start(&RunStart { space, columns: columns(), points, steps: 10, stages: 1, counted })
 }
 
 pub fn load_step(writer: &mut ResultsWriter, step: usize, points: usize) -> Result<(), ObserverError> {

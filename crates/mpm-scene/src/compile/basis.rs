@@ -185,7 +185,12 @@ where
     body(basis, law.in_space(plan.space), seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
         |RefusedStart { point, reason }| {
             let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
-            Refusal::Initial(refused(beginning.initial, &stress, &positions[point], reason.reason))
+            Refusal::Initial(refused(
+                beginning.initial,
+                (&stress, plan.space),
+                &positions[point],
+                reason.reason,
+            ))
         },
     )
 }

@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::files::{NamedColumns, SceneFiles};
 use crate::fill::Density;
 use crate::language::{InitialInput, MaterialInput, PointField, Positive, Quantity};
-use mpm_assembly::PointStart;
+use mpm_assembly::{PointStart, Space};
 use mpm_material::{Consolidation, SymmetricTensor};
 use nalgebra::Vector3;
 
@@ -202,7 +202,7 @@ fn row(table: &NamedColumns, x: &[f64]) -> Result<(SymmetricTensor, Option<f64>)
 /// What a body says of a point that its law does not let begin under its stress.
 pub(super) fn refused(
     initial: Option<&InitialInput>,
-    stress: &SymmetricTensor,
+    (stress, space): (&SymmetricTensor, Space),
     position: &[f64],
     reason: &str,
 ) -> String {
@@ -212,9 +212,9 @@ pub(super) fn refused(
         }
         _ => String::new(),
     };
-    let SymmetricTensor { xx, yy, zz, .. } = *stress;
+    let (SymmetricTensor { xx, yy, zz, .. }, [a, b, c]) = (*stress, space.axes());
     format!(
-        "the point {}{depth} cannot begin under the stress σ_xx = {xx}, σ_yy = {yy}, σ_zz = {zz}: {reason}",
+        "the point {}{depth} cannot begin under the stress σ_{a}{a} = {xx}, σ_{b}{b} = {yy}, σ_{c}{c} = {zz}: {reason}",
         place(position)
     )
 }

@@ -5,8 +5,11 @@ use crate::error::SceneError;
 use crate::language::{
     AxisInput, Direction, MeshInput, MotionInput, PlanePoint, RampInput, ReindexingInput, StretchInput,
 };
+use mpm_assembly::Space;
 use mpm_geometry::MemoryLimit;
-use mpm_grid::{Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, Ramp, Reindexing, Span};
+use mpm_grid::{
+    Axis, DrivenPlane, LatticeError, Layout, LayoutError, MeshMotion, MotionError, Ramp, Reindexing, Span,
+};
 use mpm_solver::Active;
 
 pub(super) fn layout<const D: usize>(mesh: &MeshInput, memory: MemoryLimit) -> Result<Layout<D>, SceneError> {
@@ -86,7 +89,7 @@ fn check_stretch(axis: &Axis, (anchor, driven): (f64, f64), memory: MemoryLimit)
 pub(super) fn motion<const D: usize>(
     input: &MotionInput<D>,
     stages: Stages<'_>,
-    layout: &Layout<D>,
+    (layout, space): (&Layout<D>, Space),
     memory: MemoryLimit,
 ) -> Result<MeshMotion<D>, SceneError> {
     let ramp = |input: &RampInput, scale: f64, path: &str| stages.ramp(input, scale, Active::default(), path);
@@ -98,7 +101,8 @@ pub(super) fn motion<const D: usize>(
                 let path = format!("motion[{k}]");
                 let axis = component::<D>(stretch.axis, &format!("{path}.axis"))?;
                 if planes[axis].is_some() {
-                    return Err(SceneError::new(path, format!("axis {:?} is stretched twice", stretch.axis)));
+                    let name = space.directions()[axis];
+                    return Err(SceneError::new(path, format!("axis {name} is stretched twice")));
                 }
                 if let Layout::Box { axes, .. } = layout {
                     check_stretch(&axes[axis], (stretch.anchor.0, stretch.driven.0), memory)
@@ -106,7 +110,7 @@ pub(super) fn motion<const D: usize>(
                 }
                 planes[axis] = Some(driven_plane(stretch, stages, &path)?);
             }
-            MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", it))
+            MeshMotion::stretch(planes).map_err(|it| SceneError::new("motion", told(&it, space)))
         }
         MotionInput::Corners(moved) => {
             let mut path: Vec<[Ramp; D]> = vec![std::array::from_fn(|_| Ramp::constant(0.0)); 1 << D];
@@ -156,6 +160,18 @@ pub(super) fn motion<const D: usize>(
             MeshMotion::expand(DrivenPlane { anchor: anchor.0, driven: driven.0, displacement })
                 .map_err(|it| SceneError::new("motion", it))
         }
+    }
+}
+
+/// What is wrong with planes that are driven, by the names of the directions in a space.
+fn told(error: &MotionError, space: Space) -> String {
+    let sentence = error.to_string();
+    match *error {
+        MotionError::CoincidentPlanes { axis } | MotionError::ThroughAnchor { axis, .. } => {
+            let named = |space: Space| format!("the axis {} ", space.directions()[axis]);
+            sentence.replace(&named(Space::Cartesian), &named(space))
+        }
+        _ => sentence,
     }
 }
 

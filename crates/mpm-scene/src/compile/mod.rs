@@ -3,6 +3,7 @@
 mod axisymmetric;
 mod basis;
 mod bodies;
+mod drawn;
 mod drive;
 mod initial;
 mod law;
@@ -17,6 +18,7 @@ mod stages;
 mod supports;
 mod symmetry;
 mod tool_motion;
+mod tool_surfaces;
 mod tools;
 
 use crate::compiled::{Compiled, fields};
@@ -27,8 +29,9 @@ use crate::language::{
 };
 use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
+pub use drawn::{ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
-pub use tools::{ToolOutline, tool_outlines};
+pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
@@ -78,7 +81,7 @@ pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Resu
 pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, MeshMotion<D>), SceneError> {
     let memory = memory_left();
     let layout = layout(&scene.mesh, memory)?;
-    let motion = motion(&scene.motion, Stages::of(&scene.schedule), &layout, memory)?;
+    let motion = motion(&scene.motion, Stages::of(&scene.schedule), (&layout, Space::default()), memory)?;
     Ok((layout, motion))
 }
 
@@ -105,20 +108,19 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     let made = stages(&scene.schedule)?;
     let stages = Stages::of(&scene.schedule);
     let layout = layout(&scene.mesh, memory)?;
-    let motion = motion(&scene.motion, stages, &layout, memory)?;
+    let motion = motion(&scene.motion, stages, (&layout, space), memory)?;
     let mesh = motion.mesh_at(&layout, LoadFraction::START).map_err(|it| SceneError::new("motion", it))?;
     for end in stages.ends() {
         motion.mesh_at(&layout, end).map_err(|it| SceneError::new("motion", it))?;
     }
 
     let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
-    fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
-    model.supports = supports(scene, (&model.layout, &model.nodes), space.axes())?;
+    model.supports = supports(scene, (&model.layout, &model.nodes), space)?;
     model.loads = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
@@ -129,6 +131,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor.0)));
     }
     add_tools(scene, &mut model, files)?;
+    fields(&model, &scene.output)?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;

@@ -6,6 +6,7 @@ use super::stages::Stages;
 use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
+use mpm_assembly::Space;
 use mpm_grid::{Axis, Layout, Mesh, NodeId, NodeSpace, Position, Region, Vector};
 use mpm_solver::{Active, Prescribed, Release, Support, Turn, across};
 
@@ -42,7 +43,7 @@ fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D
 pub(super) fn supports<const D: usize, B>(
     scene: &SceneIn<D, B>,
     (layout, space): (&Layout<D>, &NodeSpace<D>),
-    axes: [&str; 3],
+    bodies: Space,
 ) -> Result<Vec<Support<D>>, SceneError> {
     let stages = Stages::of(&scene.schedule);
     let mut supports: Vec<Support<D>> = Vec::with_capacity(scene.supports.len());
@@ -63,7 +64,7 @@ pub(super) fn supports<const D: usize, B>(
         check_search(sought).map_err(|it| SceneError::new(format!("{path}.region"), it))?;
         let nodes = region.nodes(space, layout);
         if nodes.is_empty() {
-            return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout)));
+            return Err(SceneError::new(format!("{path}.region"), no_node(&region, layout, bodies.axes())));
         }
         let active = stages.active(&input.active, &path)?;
         if let Some(until) = active.until.filter(|&until| stages.follows_path(until))
@@ -74,7 +75,7 @@ pub(super) fn supports<const D: usize, B>(
         supports.push(Support {
             name: input.name.clone(),
             nodes,
-            components: components(input, (stages, active), &path)?,
+            components: components(input, (stages, active), bodies.directions(), &path)?,
             moment_about: moment_about::<D>(input, &path)?,
             active,
         });
@@ -84,13 +85,13 @@ pub(super) fn supports<const D: usize, B>(
     begins.sort_unstable();
     begins.dedup();
     for stage in begins {
-        refuse_contradictions(&supports, stage, (layout, space), axes)?;
+        refuse_contradictions(&supports, stage, (layout, space), bodies.axes())?;
     }
     Ok(supports)
 }
 
 /// Why a region holds no node: where nodes stand instead, if that can be said.
-fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
+fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>, names: [&str; 3]) -> String {
     let missed = "the region holds no node of the mesh";
     let beside = |what: &str, axis: &Axis, at: f64| {
         let (cell, _) = axis.locate(at.clamp(axis.first(), axis.last()));
@@ -98,9 +99,7 @@ fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
         format!("{missed}: it is at {what} = {at}, nodes are at {before} and {after}")
     };
     match (region, layout) {
-        (Region::Plane { axis, at }, Layout::Box { axes, .. }) => {
-            beside(["x", "y", "z"][*axis], &axes[*axis], *at)
-        }
+        (Region::Plane { axis, at }, Layout::Box { axes, .. }) => beside(names[*axis], &axes[*axis], *at),
         (Region::Plane { axis: 2, at }, Layout::Ring { height: Some(axis), .. }) => beside("z", axis, *at),
         (Region::Point(x), Layout::Box { axes, .. }) => {
             let nearest = Vector::<D>::from_fn(|d, _| {
@@ -122,6 +121,7 @@ fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>) -> String {
 fn components<const D: usize>(
     input: &SupportInput<D>,
     (stages, active): (Stages<'_>, Active),
+    names: [&str; 3],
     path: &str,
 ) -> Result<[Option<Prescribed>; D], SceneError> {
     let held = input.fix.iter().map(|axis| Ok((*axis, Prescribed::Held)));
@@ -141,7 +141,8 @@ fn components<const D: usize>(
         let (axis, prescribed) = entry?;
         let component = component::<D>(axis, path)?;
         if components[component].is_some() {
-            return Err(SceneError::new(path, format!("component {axis:?} is prescribed twice")));
+            let reason = format!("component {} is prescribed twice", names[component]);
+            return Err(SceneError::new(path, reason));
         }
         components[component] = Some(prescribed);
     }

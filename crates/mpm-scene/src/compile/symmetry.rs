@@ -4,6 +4,7 @@ use super::mesh::component;
 use super::shapes::WithSurface;
 use crate::error::SceneError;
 use crate::language::BodyInput;
+use mpm_assembly::Space;
 use mpm_basis::ActiveNodes;
 use mpm_grid::{Layout, Mesh};
 use mpm_solver::{Model, StepFailure, Support};
@@ -15,7 +16,7 @@ pub(super) type Sides<const D: usize> = [[bool; 2]; D];
 pub(super) fn cut_sides<const D: usize>(
     input: &BodyInput<D>,
     shape: &WithSurface<'_, D>,
-    layout: &Layout<D>,
+    (layout, space): (&Layout<D>, Space),
     path: &str,
 ) -> Result<Sides<D>, SceneError> {
     let sides = shape.cut(layout).map_err(|it| SceneError::new(format!("{path}.shape"), it))?;
@@ -24,8 +25,8 @@ pub(super) fn cut_sides<const D: usize>(
         let d = component::<D>(*direction, &path)?;
         // Whether the shape can be cut at all is told where it is filled.
         if matches!(layout, Layout::Box { .. }) && shape.is_solid() && sides[d] == [false; 2] {
-            let reason =
-                format!("the body ends within the mesh along {direction:?}: no end of the mesh cuts it");
+            let along = space.directions()[d];
+            let reason = format!("the body ends within the mesh along {along}: no end of the mesh cuts it");
             return Err(SceneError::new(path, reason));
         }
     }
@@ -65,7 +66,7 @@ pub(super) fn check_planes<const D: usize>(
                 }
                 let mut stages = (0..).zip(&model.stages).map(|(stage, _)| stage);
                 if stages.any(|stage| !model.supports.iter().any(|it| holds(stage, it))) {
-                    let axis = ["X", "Y", "Z"][d];
+                    let axis = model.space().directions()[d];
                     let at = model.nodes.position(mesh, node);
                     let reason = format!(
                         "no support fixes {axis} of the node at {:?}, where the symmetry plane cuts the body",

@@ -92,6 +92,11 @@ impl<const D: usize> Model<D> {
         self.bodies.first().map_or(Space::default(), |named| named.body.space())
     }
 
+    /// Its bodies with their names, as contributions see them.
+    pub(crate) fn bodies_by_name(&self) -> Vec<(&str, &dyn Body<D>)> {
+        self.bodies.iter().map(|named| (&*named.name, &*named.body)).collect()
+    }
+
     /// Whether the tangents equal their transposes: those of all bodies and contributions have to.
     pub(crate) fn symmetry(&self) -> Symmetry {
         let of_bodies = self.bodies.iter().map(|named| named.body.symmetry());

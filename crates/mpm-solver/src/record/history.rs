@@ -9,7 +9,7 @@ use super::supports::{support_entries, total_reaction};
 use super::{Balanced, StepResult};
 use crate::error::Error;
 use crate::model::{Model, NamedContribution, Support};
-use crate::observe::{Column, ColumnKind, Counted, Entry, LoadStep, Observer, Resumed, RunStart};
+use crate::observe::{Column, ColumnKind, Counted, Entry, LoadStep, Observer, Resumed, RunStart, Space};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
@@ -20,6 +20,7 @@ use std::time::Instant;
 
 /// Builds the rows of the history and keeps the running totals.
 pub(crate) struct Record {
+    space: Space,
     columns: Vec<Column>,
     /// Whether points at an apex are counted.
     has_apex: bool,
@@ -43,6 +44,7 @@ impl Record {
         let stored_before = if model.energies { elastic(&model.bodies) } else { 0.0 };
         let columns = columns(model);
         Self {
+            space: model.space(),
             has_apex: columns.iter().any(|column| column.name == AT_APEX),
             columns,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
@@ -64,7 +66,14 @@ impl Record {
 
     pub(crate) fn start(&self) -> RunStart {
         let (columns, counted) = (self.columns.clone(), self.counted.clone());
-        RunStart { columns, points: self.points, steps: self.nominal_steps, stages: self.stages, counted }
+        RunStart {
+            space: self.space,
+            columns,
+            points: self.points,
+            steps: self.nominal_steps,
+            stages: self.stages,
+            counted,
+        }
     }
 
     /// What of it the rest of the run needs; the control is not the record's.
@@ -139,7 +148,7 @@ impl Record {
             return Ok(());
         }
         let mesh = mesh_after(model, self.at, &Mesh::at_rest(&model.layout));
-        let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
+        let fields = BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh: &mesh };
         observer.last(self.at.total(), &fields).map_err(Error::Observer)
     }
 
@@ -332,7 +341,7 @@ impl Record {
     ) -> Result<(), Error> {
         let &Shown { mesh, fraction, row, residuals } = shown;
         let so_far = timings.with_skipped();
-        let fields = BodyFields { bodies: &model.bodies, mesh };
+        let fields = BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh };
         let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
         timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
         self.rows += 1;
