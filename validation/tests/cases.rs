@@ -274,6 +274,26 @@ fn cylinder_in_clay() {
 }
 
 #[test]
+fn ploughs() {
+    passes("ploughs");
+}
+
+#[test]
+fn screw_pile() {
+    passes("screw pile");
+}
+
+#[test]
+fn sphere_on_a_block() {
+    passes("sphere on a block");
+}
+
+#[test]
+fn ball_t_bar_and_turned_cylinder_in_space() {
+    passes("ball, T-bar and turned cylinder in space");
+}
+
+#[test]
 fn cylinder_pile_and_vane_in_clay() {
     passes("cylinder, pile and vane in clay");
 }

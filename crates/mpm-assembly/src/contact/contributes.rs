@@ -65,7 +65,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
         let (pose, kind, numbering) = (self.pose(trial), self.tangent(), trial.pattern.unknowns());
-        let contacts = self.contacts(trial, &pose);
+        let contacts = self.forces(trial, &pose);
         let driven = self.driven(trial);
         let wants_tangent = sums.wants_tangent();
         let dense: Vec<Option<Dense<D>>> = each_point(contacts.len(), &|k| {
@@ -99,7 +99,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
 
     /// The norm of the tool's forces on the nodes.
     fn scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let contacts = self.contacts(trial, &self.pose(trial));
+        let contacts = self.forces(trial, &self.pose(trial));
         let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
         for (corner, contacts) in self.corners.iter().zip(&contacts) {
             let force: Vector<D> = contacts.iter().map(|it| it.response.force).sum();
@@ -123,7 +123,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         let Some(driven) = self.driven(trial) else { return 1.0 };
         let load = driven.load.at(trial.end, &driven.increment);
         let mut sizes: Vec<f64> = load.iter().map(|load| load.abs()).collect();
-        for contact in self.contacts(trial, &driven.pose).iter().flatten() {
+        for contact in self.forces(trial, &driven.pose).iter().flatten() {
             let work = driven.work(&contact.position, &contact.response.force);
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }

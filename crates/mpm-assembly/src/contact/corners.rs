@@ -10,7 +10,7 @@ use mpm_contact::{
     Bounds, CornerLaw, CornerState, Interface, Near, Pose, Response, Sample, Tangent, Tool, Trial, respond,
     tangent,
 };
-use mpm_grid::{Block, Position, Vector};
+use mpm_grid::{Block, Mesh, Position, Vector};
 use std::array::from_fn;
 use std::f64::consts::TAU;
 
@@ -20,6 +20,9 @@ const MARGIN: f64 = 2.0;
 /// Part of a domain's extent across the surface within which its corners belong to the interface: corners of a second row
 /// of domains are just out.
 const MEMBERS: f64 = 0.9;
+
+/// Part of a domain's width by which a corner that is clear of a part stays away from it.
+const CLEAR: f64 = 1e-6;
 
 /// Cosine between normals in the tool's frame above which two places of a part are the same one.
 const SAME_PLACE: f64 = 0.866_025_403_784_438_6;
@@ -43,6 +46,8 @@ pub(super) struct NearCorner<const D: usize> {
     pub states: Vec<CornerState<D>>,
     /// Distance within which places of the surface count `[L]`.
     reach: f64,
+    /// How far the part was at the start of the step, at most `reach` `[L]`.
+    clearance: f64,
 }
 
 /// A place of the tool's surface near a corner under a trial, and what happens there.
@@ -76,19 +81,45 @@ impl<const D: usize> NearCorner<D> {
         self.carriers.iter().map(|&(node, weight)| (node as usize, weight))
     }
 
-    /// What happens at the places of its part that are near, the nearest first.
-    pub fn contacts(&self, at: &At<'_, D>) -> Vec<Contact<D>> {
-        let mut position = self.position;
-        for (node, weight) in self.weights() {
-            position += at.increment[node] * weight;
+    /// The contacts that can have a force: those of [`Self::contacts`], or none where the corner stays clear of the part,
+    /// which spares most corners the search for its nearest places.
+    pub fn forces(&self, at: &At<'_, D>) -> Vec<Contact<D>> {
+        let position = self.moved(at.increment);
+        let stays_clear = self.clearance - self.shift(&position, at) > CLEAR * self.law.width;
+        if stays_clear && self.law.adhesion == 0.0 && !self.may_pull() {
+            return Vec::new();
         }
         self.contacts_at(position, at)
     }
 
-    /// What happens at the places of its part that are near to `position` `[L]`, the nearest first.
+    /// Whether the corner can have a force where it does not touch, beside adhesion.
+    fn may_pull(&self) -> bool {
+        self.states.iter().any(|state| state.held || state.multiplier != 0.0)
+    }
+
+    /// How far a place `[L]` is from that of the corner at the start of the step, as the tool sees it. Distances to its parts
+    /// change by no more.
+    fn shift(&self, position: &Vector<D>, at: &At<'_, D>) -> f64 {
+        (at.pose.recall(position) - at.start.recall(&self.position)).norm()
+    }
+
+    /// Where the corner is after an increment `[L]`.
+    fn moved(&self, increment: &[Vector<D>]) -> Vector<D> {
+        self.weights().fold(self.position, |position, (node, weight)| position + increment[node] * weight)
+    }
+
+    /// What happens at the places of its part that are near, the nearest first.
+    pub fn contacts(&self, at: &At<'_, D>) -> Vec<Contact<D>> {
+        self.contacts_at(self.moved(at.increment), at)
+    }
+
+    /// What happens at the places of its part that are near to `position` `[L]`, the nearest first. Of the others only those
+    /// matter that press or pull, so that what cannot press is not searched for.
     pub fn contacts_at(&self, position: Vector<D>, at: &At<'_, D>) -> Vec<Contact<D>> {
+        let nearest = self.clearance.max(0.0) + self.shift(&position, at) + CLEAR * self.law.width;
+        let reach = if self.may_pull() { self.reach } else { self.reach.min(nearest) };
         let mut near = Vec::new();
-        at.tool.near(self.key.part as usize, at.pose, &position, self.reach, &mut near);
+        at.tool.near(self.key.part as usize, at.pose, &position, reach, &mut near);
         let remembered = self.of_places(at.pose, &near);
         let contacts = near.into_iter().zip(remembered).enumerate().map(|(rank, (near, remembered))| {
             let state = remembered.map_or_else(|| self.untouched(at.start, &near), |k| self.states[k]);
@@ -217,7 +248,7 @@ impl<const D: usize> Search<'_, D> {
                 );
             }
         }
-        self.share_surface(&mut found, samples);
+        self.share_surface(&mut found, step.mesh, samples);
         Ok(found.into_iter().map(|(corner, _)| corner).collect())
     }
 
@@ -268,6 +299,7 @@ impl<const D: usize> Search<'_, D> {
                     law,
                     states: Vec::new(),
                     reach: moved + (1.0 + MARGIN) * (width + radius),
+                    clearance: moved + (1.0 + MARGIN) * (width + radius),
                 };
                 let member = self.take_up(&mut made, corner, &corners, &mut near);
                 found.push((made, member));
@@ -297,6 +329,7 @@ impl<const D: usize> Search<'_, D> {
         near.clear();
         self.tool.near(made.key.part as usize, &self.start, &corner.position, made.reach, near);
         let nearest = *near.first()?;
+        made.clearance = nearest.distance;
         let (width, n) = (made.law.width, nearest.normal);
         let across = corners.iter().map(|it| it.position.dot(&n));
         let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -320,10 +353,12 @@ impl<const D: usize> Search<'_, D> {
         })
     }
 
-    /// Shares the tool's surface among the corners that belong to the interface.
+    /// Shares the tool's surface among the corners that belong to the interface. What lies outside the mesh is no part of it:
+    /// the mesh of a half or a quarter ends at its planes of symmetry, and so do the bodies.
     fn share_surface(
         &self,
         found: &mut [Found<D>],
+        mesh: &Mesh<D>,
         samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
     ) {
         let members = found.iter().filter_map(|(_, member)| member.as_ref());
@@ -334,7 +369,8 @@ impl<const D: usize> Search<'_, D> {
             let all = samples.iter_mut().flatten();
             all.for_each(|sample| sample.area *= TAU * sample.position[0].max(0.0));
         }
-        for (part, samples) in samples.iter().enumerate() {
+        for (part, samples) in samples.iter_mut().enumerate() {
+            samples.retain(|sample| mesh.locate(&self.start.place(&sample.position), 0.0).is_ok());
             let of_part = |it: &Found<D>| it.1.filter(|_| it.0.key.part as usize == part);
             let (places, members): (Vec<usize>, Vec<Member<D>>) =
                 found.iter().enumerate().filter_map(|(k, it)| Some((k, of_part(it)?))).unzip();

@@ -146,6 +146,13 @@ impl<const D: usize> ToolContact<D> {
         sums.add(trial, &unknowns, &force, &vec![0.0; load.len().pow(2)]);
     }
 
+    /// The contacts of every corner that can have a force.
+    pub(super) fn forces(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
+        let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
+        let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
+        each_point(self.corners.len(), &|k| self.corners[k].forces(&at))
+    }
+
     /// What happens at every corner.
     pub(super) fn contacts(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
         let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
