@@ -41,7 +41,11 @@ impl HeldCircles {
 
     /// The corners of a domain at rest that are on one of the circles.
     fn of_domain(&self, point: usize, corners: &[Corner<2>]) -> Vec<Held> {
-        let on = |x: &Vector<2>| self.radii.iter().position(|radius| (x.norm() - radius).abs() < 1e-9);
+        // Parallelograms stand next to the circle by the square of their size.
+        let apart =
+            |a: &Corner<2>| corners.iter().map(|b| (a.position - b.position).norm()).fold(0.0, f64::max);
+        let near = 0.1 * corners.iter().map(apart).fold(0.0, f64::max);
+        let on = |x: &Vector<2>| self.radii.iter().position(|radius| (x.norm() - radius).abs() < near);
         let on_circles = corners.iter().enumerate().filter(|(_, corner)| on(&corner.position).is_some());
         on_circles
             .map(|(k, corner)| {
