@@ -39,7 +39,7 @@ const PUSHED: [Pushed; 4] = [
         adhesion: 0.0,
         scale: of_bar,
         limit: 9.142,
-        tolerances: (0.06, 0.04),
+        tolerances: (0.06, 0.06),
     },
     Pushed {
         tool: "bar",
@@ -48,7 +48,7 @@ const PUSHED: [Pushed; 4] = [
         adhesion: 1.0,
         scale: of_bar,
         limit: 11.940,
-        tolerances: (0.06, 0.04),
+        tolerances: (0.06, 0.06),
     },
     Pushed {
         tool: "ball",
