@@ -51,7 +51,7 @@ pub(super) const VORTEX: Case = Case {
     name: "generalised vortex on splines",
     goal: "Large shear and rotation on splines in a mesh that stays: stress is of second order.",
     setup: "The generalised vortex, a quarter of a radian in 20 load steps, on splines of degree 2 on [-1.5, 1.5]², 24² and 48² cells; domains are polar tiles half a cell wide. Corners on the edges of the ring are held by springs of 10 E/h per length: nothing moves there in the exact solution, and no traction acts. CPDI2q, and CPDI1 with ghost faces.",
-    reference: "The exact motion and its stress; relative mean-square errors of an independent implementation, whose tiles are turned by a part of a tile and have the volumes of sectors.",
+    reference: "The exact motion and its stress; relative mean-square errors of an independent implementation, whose tiles are 1 % wider, turned by a part of a tile, and have the volumes of sectors.",
     run: vortices,
 };
 
@@ -373,7 +373,7 @@ fn vortices(_: Extent) -> Result<Findings, Broken> {
             {
                 let what = format!("{name}: error of the {what} against the reference's (relative)");
                 checks
-                    .push(Check::new(what, (found / expected - 1.0).abs(), 0.02).remark(scientific(found, 4)));
+                    .push(Check::new(what, (found / expected - 1.0).abs(), 0.04).remark(scientific(found, 4)));
             }
         }
         let order = (found[0].stress / found[1].stress).log2();
