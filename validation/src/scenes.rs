@@ -3,7 +3,7 @@
 use crate::Broken;
 use crate::history::History;
 use mpm_io::FolderFiles;
-use mpm_scene::language::{Count, PredictorInput, Scene};
+use mpm_scene::language::{Count, Edited, PredictorInput, Scene, set_value};
 use mpm_scene::{Compiled, compile_with};
 use mpm_solver::{Error, StepFailure, Summary};
 use std::path::{Path, PathBuf};
@@ -50,6 +50,17 @@ pub fn load(name: &str) -> Result<Scene, Broken> {
 /// It cannot be read.
 pub fn load_own(name: &str) -> Result<Scene, Broken> {
     Ok(Scene::from_ron(&own_text(name)?)?)
+}
+
+/// The scene of a text with other values, each a path and what stands there.
+///
+/// # Errors
+/// A path leads nowhere, or the text is no scene.
+pub fn edited(mut text: String, changes: &[(&str, String)]) -> Result<Scene, Broken> {
+    for (path, value) in changes {
+        Edited { text, .. } = set_value(&text, path, value)?;
+    }
+    Ok(Scene::from_ron(&text)?)
 }
 
 /// The scene in another number of load steps.

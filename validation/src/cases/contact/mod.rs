@@ -22,7 +22,7 @@ use crate::history::History;
 use crate::variants::{Method, PlaneScene};
 
 /// A component of what the history tells of a tool.
-fn of_tool(history: &History, tool: &str, column: &str, component: usize) -> Vec<f64> {
+pub(in crate::cases) fn of_tool(history: &History, tool: &str, column: &str, component: usize) -> Vec<f64> {
     history.series(&format!("tool/{tool}/{column}"), component)
 }
 

@@ -1,7 +1,7 @@
 //! Boundary value problems of soil against closed forms and limit loads.
 
 mod at_rest;
-mod cavity;
+pub(super) mod cavity;
 mod circle;
 mod column;
 mod footing;
@@ -16,17 +16,13 @@ pub(super) use limits::{CUT, SLOPE, WALL};
 
 use super::newton_rate::slopes;
 use crate::history::History;
-use crate::scenes::text;
+use crate::scenes::{edited, text};
 use crate::{Broken, Check};
-use mpm_scene::language::{Edited, Scene, set_value};
+use mpm_scene::language::Scene;
 
 /// A scene of `scenes/soil` with other values, each a path and what stands there.
 fn scene(name: &str, changes: &[(&str, String)]) -> Result<Scene, Broken> {
-    let mut scene = text(&format!("soil/{name}"))?;
-    for (path, value) in changes {
-        Edited { text: scene, .. } = set_value(&scene, path, value)?;
-    }
-    Ok(Scene::from_ron(&scene)?)
+    edited(text(&format!("soil/{name}"))?, changes)
 }
 
 /// Newton iterations of all load steps.
