@@ -49,6 +49,21 @@ fn thick_walls_of_revolution() {
 }
 
 #[test]
+fn cavities_of_revolution() {
+    passes("cavities of revolution");
+}
+
+#[test]
+fn flat_elastic_punch() {
+    passes("flat elastic punch");
+}
+
+#[test]
+fn pile_pushed_and_pulled() {
+    passes("pile pushed and pulled");
+}
+
+#[test]
 fn circular_footing() {
     passes("circular footing");
 }

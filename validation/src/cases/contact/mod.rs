@@ -33,7 +33,7 @@ use crate::variants::{Method, PlaneScene};
 use mpm_scene::language::Scene;
 
 /// A component of what the history tells of a tool.
-fn of_tool(history: &History, tool: &str, column: &str, component: usize) -> Vec<f64> {
+pub(in crate::cases) fn of_tool(history: &History, tool: &str, column: &str, component: usize) -> Vec<f64> {
     history.series(&format!("tool/{tool}/{column}"), component)
 }
 

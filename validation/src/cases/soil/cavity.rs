@@ -26,15 +26,17 @@ pub(in crate::cases) const INFINITE: Case = Case {
 };
 
 /// Radii at which the pressure is compared; the load step that ends there is 100 (a − 1).
-const RADII: [f64; 9] = [1.01, 1.02, 1.05, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0];
-const SAND: [f64; 9] = [178.654, 223.236, 304.058, 392.324, 521.909, 731.833, 926.577, 1_121.016, 1_320.310];
-const CLAY: [f64; 9] = [127.159, 144.121, 184.015, 244.330, 366.244, 636.763, 950.079, 1_312.796, 1_727.809];
+pub(in crate::cases) const RADII: [f64; 9] = [1.01, 1.02, 1.05, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0];
+pub(in crate::cases) const SAND: [f64; 9] =
+    [178.654, 223.236, 304.058, 392.324, 521.909, 731.833, 926.577, 1_121.016, 1_320.310];
+pub(in crate::cases) const CLAY: [f64; 9] =
+    [127.159, 144.121, 184.015, 244.330, 366.244, 636.763, 950.079, 1_312.796, 1_727.809];
 
 /// A curve of pressure against radius, found.
-struct Pressed {
+pub(in crate::cases) struct Pressed {
     /// Radius and pressure after every load step.
-    path: Vec<(f64, f64)>,
-    history: History,
+    pub(in crate::cases) path: Vec<(f64, f64)>,
+    pub(in crate::cases) history: History,
 }
 
 impl Pressed {
@@ -43,7 +45,7 @@ impl Pressed {
     }
 
     /// Errors at the radii, of the reference.
-    fn errors(&self, reference: &[f64; 9]) -> Vec<f64> {
+    pub(in crate::cases) fn errors(&self, reference: &[f64; 9]) -> Vec<f64> {
         RADII.iter().zip(reference).map(|(&radius, p)| self.at(radius) / p - 1.0).collect()
     }
 }
@@ -132,7 +134,7 @@ fn under_pressure(findings: &mut Findings) -> Result<(), Broken> {
     Ok(())
 }
 
-fn table(name: &str, reference: &[f64; 9], meshes: &[u32], runs: &[Pressed]) -> Table {
+pub(in crate::cases) fn table(name: &str, reference: &[f64; 9], meshes: &[u32], runs: &[Pressed]) -> Table {
     let counts: Vec<String> = runs.iter().map(|run| iterations(&run.history).to_string()).collect();
     let text = format!(
         "{name}: pressure, and the error on each mesh; Newton iterations in 100 load steps: {}.",

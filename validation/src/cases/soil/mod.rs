@@ -1,7 +1,7 @@
 //! Boundary value problems of soil against closed forms and limit loads.
 
 mod at_rest;
-mod cavity;
+pub(super) mod cavity;
 mod circle;
 mod column;
 mod footing;
