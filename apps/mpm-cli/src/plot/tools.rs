@@ -9,6 +9,8 @@ use mpm_scene::{Scene, ToolOutline, in_plane, tool_outlines};
 /// Tools in the plane and where they stand at every row of the history.
 pub struct Tools {
     fractions: Table,
+    /// Whether they turn in the plane that is drawn, and not about an axis in it.
+    turns: bool,
     tools: Vec<(ToolOutline, Table, Table)>,
 }
 
@@ -28,7 +30,8 @@ impl Tools {
             Ok((outline, position, angle))
         };
         let tools = outlines.into_iter().map(placed).collect::<Result<_, Complaint>>()?;
-        Ok(Self { fractions: column(file, "load_fraction")?, tools })
+        let turns = !matches!(file.scene, Scene::Axisymmetric(_));
+        Ok(Self { fractions: column(file, "load_fraction")?, turns, tools })
     }
 
     /// Segments of all tools at a load fraction.
@@ -36,9 +39,10 @@ impl Tools {
         let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
             return Vec::new();
         };
+        let turns = f64::from(u8::from(self.turns));
         let of_tool = |(outline, position, angle): &(ToolOutline, Table, Table)| {
             let (to, about) = (position.row(row).to_vec(), outline.moment_about);
-            let (sine, cosine) = angle.row(row)[0].to_radians().sin_cos();
+            let (sine, cosine) = (turns * angle.row(row)[0]).to_radians().sin_cos();
             let place = move |x: [f64; 2]| {
                 let arm = [x[0] - about[0], x[1] - about[1]];
                 (to[0] + cosine * arm[0] - sine * arm[1], to[1] + sine * arm[0] + cosine * arm[1])

@@ -19,8 +19,9 @@ use mpm_linear::Symmetry;
 /// Gap over the width of a domain at which augmentation ends.
 const CLOSED: f64 = 1e-12;
 
-/// The longest edge of the cells that hold the corners and the middle of a box, 0 where they lie outside the mesh `[L]`.
-fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>) -> f64 {
+/// The longest edge, of so many directions, of the cells that hold the corners and the middle of a box, 0 where they lie
+/// outside the mesh `[L]`.
+fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>, coordinates: usize) -> f64 {
     if !bounds.is_finite() {
         return 0.0;
     }
@@ -28,7 +29,7 @@ fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>) -> f64 {
     let cells = places.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| mesh.linear_cell(place.cell));
     let edges = cells.map(|cell| {
         let across = cell.jacobian(&Vector::zeros());
-        across.column_iter().map(|column| 2.0 * column.norm()).fold(0.0, f64::max)
+        across.column_iter().take(coordinates).map(|column| 2.0 * column.norm()).fold(0.0, f64::max)
     });
     edges.fold(0.0, f64::max)
 }
@@ -62,6 +63,10 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn describe_unknown(&self, k: usize, axes: [&'static str; 3]) -> String {
         let component = self.rigid.load.as_ref().map_or(k, |load| load.free[k]);
         match Increment::<D>::turn_axis(component) {
+            None if self.rigid.turns => match component == D - 1 {
+                true => "the turn about the axis".into(),
+                false => format!("the shift along {}", axes[component]),
+            },
             None => format!("the shift along {}", axes[component]),
             Some(axis) => format!("the turn about {}", axes[axis]),
         }
@@ -86,7 +91,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             if !of_corner.iter().any(acts) {
                 return None;
             }
-            let force: Vector<D> = of_corner.iter().map(|it| it.response.force).sum();
+            let force: Vector<D> = of_corner.iter().map(Contact::force).sum();
             let stiffness = || of_corner.iter().map(|it| it.stiffness(&pose, trial.is_first, kind)).sum();
             let block = wants_tangent.then(stiffness);
             Some(match &driven {
@@ -114,7 +119,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         let contacts = self.contacts(trial, &self.pose(trial));
         let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
         for (corner, contacts) in self.corners.iter().zip(&contacts) {
-            let force: Vector<D> = contacts.iter().map(|it| it.response.force).sum();
+            let force: Vector<D> = contacts.iter().map(Contact::force).sum();
             for (node, weight) in corner.weights() {
                 nodal[node] += force * weight;
             }
@@ -136,7 +141,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         let load = driven.load.at(trial.end, &driven.increment);
         let mut sizes: Vec<f64> = load.iter().map(|load| load.abs()).collect();
         for contact in self.contacts(trial, &driven.pose).iter().flatten() {
-            let work = driven.work(&contact.position, &contact.response.force);
+            let work = driven.work(&contact.position, &contact.force());
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
         sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
@@ -152,7 +157,9 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     fn remarks(&self, mesh: &Mesh<D>) -> Vec<String> {
-        let (thickness, edge) = (self.rigid.tool.thickness(), longest_edge(mesh, &self.rigid.tool.bounds()));
+        let coordinates = if self.rigid.turns { D - 1 } else { D };
+        let thickness = self.rigid.tool.thickness();
+        let edge = longest_edge(mesh, &self.rigid.tool.bounds(), coordinates);
         let sentence = || {
             format!(
                 "tool `{}` is {} thick, less than a cell around it, which is {}: bodies on both of its sides share nodes",
@@ -179,7 +186,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
                     contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
                 energy.dissipated += contact.dissipated(&corner.left, &self.start, &pose);
             }
-            let sum = |contacts: &[Contact<D>]| contacts.iter().map(|it| it.response.force).sum::<Vector<D>>();
+            let sum = |contacts: &[Contact<D>]| contacts.iter().map(Contact::force).sum::<Vector<D>>();
             let Some(first) = contacts.first() else { continue };
             let (before, after) = (sum(&corner.contacts_at(corner.left, &at)), sum(contacts));
             let moved = first.position - self.start.place(&pose.recall(&first.position));
@@ -272,6 +279,6 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     fn history(&self) -> Vec<Recorded> {
-        self.summary.columns(&self.name)
+        self.summary.columns(&self.name, self.rigid.turns)
     }
 }
