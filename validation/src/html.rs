@@ -140,7 +140,7 @@ fn figure(picture: &Picture) -> Result<String, PlotError> {
     let whole = picture.figure();
     let panels: &[Panel] = whole.panels;
     for k in 0..panels.len() {
-        let panel = Figure { panels: &panels[k..=k], columns: 1, panel: whole.panel };
+        let panel = Figure { panel: whole.panel, ..Figure::new(&panels[k..=k]) };
         if picture.file.ends_with(".svg") {
             text += &panel.svg()?;
         } else {
@@ -199,14 +199,14 @@ fn escaped(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::CASES;
-    use crate::picture::Shapes;
+    use crate::picture::{Patch, Shapes};
 
     /// Curves are drawn as text, bodies as pixels, both within the page; a failure is told as one.
     #[test]
     fn pictures_and_failures_are_in_the_page() {
         let shapes = Shapes {
             range: [(0.0, 1.0); 2],
-            domains: vec![(vec![(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], 1.0)],
+            patches: vec![Patch::new(vec![(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], 1.0)],
             ..Shapes::default()
         };
         let picture = |file| Picture {

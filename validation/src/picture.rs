@@ -2,7 +2,7 @@
 
 use crate::Broken;
 use mpm_plot::Figure;
-pub use mpm_plot::{Curve, Curves, Legend, Panel, Shapes, Stroke};
+pub use mpm_plot::{Curve, Curves, Legend, Panel, Patch, Shapes, Stroke};
 use std::path::Path;
 
 /// A picture, one file.
@@ -51,6 +51,6 @@ impl Picture {
             (false, 1) => (420, 440),
             (false, _) => (270, 290),
         };
-        Figure { panels: &self.panels, columns, panel }
+        Figure { columns, panel, ..Figure::new(&self.panels) }
     }
 }

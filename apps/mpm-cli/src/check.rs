@@ -37,6 +37,9 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
         let mass = volume.mass.map(|mass| format!(", mass {}", six_digits(mass))).unwrap_or_default();
         line("volume", format!("{} of `{}`{off}{mass}", six_digits(volume.points), volume.body));
     }
+    for tool in &it.tools {
+        line("tool", tool.clone());
+    }
     line("cells", format!("{}, {} with material", count(it.cells), count(it.cells_with_material)));
     line("nodes", format!("{}, {} active", count(it.nodes), count(it.active_nodes)));
     line("equations", format!("{} ({} more prescribed)", count(it.equations), count(it.prescribed)));
@@ -67,26 +70,11 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
             bytes(memory.program)
         ),
     );
-    let seconds = &it.seconds;
-    let per_point = 1e9 * seconds.pass / it.points as f64;
-    line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", seconds.pass));
+    let per_point = 1e9 * it.seconds.pass / it.points as f64;
+    line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", it.seconds.pass));
     line("load steps", count(it.steps));
     it.stages.iter().filter(|it| !it.name.is_empty()).for_each(|stage| line("stage", told_of(stage)));
-    let told = if seconds.is_tried { "tried" } else { "counted" };
-    let [least, most] = seconds_of_run(it, scene);
-    line(
-        "time",
-        format!(
-            "{} to {} s of processor, more where load steps are halved; in a load step connecting {:.1e} s, in each of about \
-             {} Newton iterations {:.1e} s for the points and {:.1e} s to solve ({told})",
-            two_digits(least),
-            two_digits(most),
-            seconds.connect + seconds.analyse,
-            seconds.iterations,
-            seconds.pass,
-            seconds.solve
-        ),
-    );
+    line("time", time(it, scene));
 
     for remark in &it.remarks {
         line("note", remark.clone());
@@ -101,6 +89,27 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
         line("warning", warning.clone());
     }
     lines.into_text()
+}
+
+/// How long the run takes.
+fn time(it: &Estimate, scene: &Scene) -> String {
+    let seconds = &it.seconds;
+    let told = if seconds.is_tried { "tried" } else { "counted" };
+    let tools = match it.tools.is_empty() {
+        true => String::new(),
+        false => format!(", {:.1e} s for tools", seconds.tools),
+    };
+    let [least, most] = seconds_of_run(it, scene);
+    format!(
+        "{} to {} s of processor, more where load steps are halved; in a load step connecting {:.1e} s, in each of about \
+         {} Newton iterations {:.1e} s for the points{tools} and {:.1e} s to solve ({told})",
+        two_digits(least),
+        two_digits(most),
+        seconds.connect + seconds.analyse,
+        seconds.iterations,
+        seconds.pass,
+        seconds.solve
+    )
 }
 
 /// A stage: its steps, and the supports that begin with it or end in it.

@@ -90,7 +90,7 @@ fn draw(path: &DrivenPath, title: &str, file: &Path) -> Result<(), Complaint> {
         panel("", ["p", "q"], &path.column("p"), &path.column("q")),
         panel("", [of_strain, "ln J"], &strain, &along("j", f64::ln)),
     ];
-    let figure = Figure { panels: &panels, columns: 3, panel: PANEL };
+    let figure = Figure { columns: 3, panel: PANEL, ..Figure::new(&panels) };
     figure.save(file).map_err(|error| Complaint::input(error.to_string()))
 }
 

@@ -1,9 +1,11 @@
 //! `mpm export`: results for other programs.
 
 use crate::complaint::Complaint;
+use crate::plot::scene_of;
 use clap::{ArgGroup, Args};
-use mpm_io::{Results, Revolution};
-use std::path::PathBuf;
+use mpm_io::{FolderFiles, Results, Revolution};
+use mpm_scene::tool_surfaces;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("format").required(true))]
@@ -13,7 +15,7 @@ pub struct ExportArguments {
     /// Tables: history.csv with a line per load step, points_0000.csv … with a line per material point.
     #[arg(long, group = "format")]
     csv: bool,
-    /// Points, and domains where their outlines are recorded, as VTU files, and a PVD series for ParaView.
+    /// Points, tools, and domains where their outlines are recorded, as VTU files, and a PVD series of each for ParaView.
     #[arg(long, group = "format")]
     vtu: bool,
     /// Domains of a body of revolution as VTU files of so many wedges round the axis each, and a PVD series for ParaView;
@@ -26,6 +28,9 @@ pub struct ExportArguments {
     /// Folder of the files; it need not be there yet [default: the results' name with `_csv`, `_vtu` or `_revolved`].
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
+    /// Folder in which the surfaces of tools lie that the scene names [default: that of the results].
+    #[arg(long, value_name = "FOLDER")]
+    files: Option<PathBuf>,
 }
 
 /// Writes the files and says which: the folder, or the series beside it.
@@ -42,15 +47,35 @@ pub fn export(arguments: &ExportArguments) -> Result<String, Complaint> {
     };
     let beside = || arguments.results.with_file_name(format!("{name}_{ending}"));
     let folder = arguments.output.clone().unwrap_or_else(beside);
-    let written = match revolution {
-        Some(revolution) => results.write_revolved(&folder, revolution),
-        None if arguments.csv => results.write_csv(&folder),
-        None => results.write_vtu(&folder),
-    };
-    let written = written.map_err(complain)?;
+    if let Some(revolution) = revolution {
+        let written = results.write_revolved(&folder, revolution).map_err(complain)?;
+        return Ok(series(&written));
+    }
     if arguments.csv {
+        results.write_csv(&folder).map_err(complain)?;
         return Ok(format!("{}\n", folder.display()));
     }
+    let mut written = results.write_vtu(&folder).map_err(complain)?;
+    if results.columns().iter().any(|column| column.name.starts_with("tool/")) {
+        written.extend(tools(arguments, &results, &folder)?);
+    }
+    Ok(series(&written))
+}
+
+/// A line for each series of files.
+fn series(written: &[PathBuf]) -> String {
     let series = written.iter().filter(|path| path.extension().is_some_and(|it| it == "pvd"));
-    Ok(series.map(|path| format!("{}\n", path.display())).collect())
+    series.map(|path| format!("{}\n", path.display())).collect()
+}
+
+/// Writes the surfaces of the tools.
+fn tools(arguments: &ExportArguments, results: &Results, folder: &Path) -> Result<Vec<PathBuf>, Complaint> {
+    let files = match &arguments.files {
+        Some(folder) => FolderFiles::new(folder),
+        None => FolderFiles::beside(&arguments.results),
+    };
+    let scene = scene_of(results, &arguments.results)?;
+    let surfaces = tool_surfaces(&scene, &files)
+        .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
+    results.write_tools_vtu(folder, &surfaces).map_err(|error| Complaint::input(error.to_string()))
 }

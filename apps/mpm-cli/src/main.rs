@@ -114,7 +114,7 @@ fn main() -> ExitCode {
             reading::apart(&results, || inspect::inspect(&results, json).and_then(|text| say(&text)))
         }
         Command::Plot(arguments) => {
-            reading::apart(&arguments.results, || plot::plot(&arguments).and_then(|text| say(&text)))
+            reading::apart(&arguments.results[0], || plot::plot(&arguments).and_then(|text| say(&text)))
         }
         Command::Export(arguments) => {
             reading::apart(&arguments.results, || export::export(&arguments).and_then(|text| say(&text)))

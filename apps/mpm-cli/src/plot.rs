@@ -1,30 +1,47 @@
 //! `mpm plot`: pictures of a results file.
 
+mod acting;
 mod arguments;
 mod body;
+mod colour;
+mod columns;
 mod drawn;
 mod histories;
+mod seen;
 mod tools;
 
 use crate::complaint::Complaint;
 use crate::run::named_after;
 use arguments::BodyArguments;
 use clap::{Args, ValueEnum};
+use columns::Wanted;
 use drawn::Drawn;
+pub use drawn::scene_of;
 use mpm_plot::{Animation, Figure, Panel, PlotError};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct PlotArguments {
-    /// The results file.
-    pub results: PathBuf,
-    /// Picture, .png or .svg; with `--frames`, the folder of the pictures [default: the results' name with .png, or
+    /// The results file; with `--y`, one or several.
+    #[arg(required = true)]
+    pub results: Vec<PathBuf>,
+    /// Picture, .png, .svg or .pdf; with `--frames`, the folder of the pictures [default: the results' name with .png, or
     /// with `_frames`].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// What is drawn, side by side [default: all that the file holds].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT")]
     show: Vec<Show>,
+    /// A column of the history that is drawn, `reaction/base.y`; several times for several curves. `mpm inspect` lists the
+    /// columns.
+    #[arg(long, value_name = "COLUMN", conflicts_with_all = ["show", "frames"])]
+    y: Vec<String>,
+    /// The column against which it is drawn [default: the load fraction].
+    #[arg(long, value_name = "COLUMN", requires = "y")]
+    x: Option<String>,
+    /// Draw sizes, without signs.
+    #[arg(long, requires = "y")]
+    abs: bool,
     #[command(flatten)]
     body: BodyArguments,
     /// Draw the body at every recorded step: a folder of pictures and an animated GIF beside it.
@@ -52,21 +69,38 @@ enum Show {
     Tool,
 }
 
-/// Size of a panel beside others.
+/// Size of a panel beside others `[pixels]`.
 const PANEL: (u32, u32) = (620, 500);
+/// Size of curves alone `[pixels]`.
+const ALONE: (u32, u32) = (960, 640);
 
 /// Draws what the arguments ask for, and says where.
 pub fn plot(arguments: &PlotArguments) -> Result<String, Complaint> {
-    let file = Drawn::open(&arguments.results)?;
-    let written = match arguments.frames {
-        true => frames(arguments, &file)?,
-        false => vec![picture(arguments, &file)?],
+    let written = match (&arguments.results[..], arguments.y.is_empty()) {
+        (files, false) => vec![compared(arguments, files)?],
+        ([file], true) if arguments.frames => frames(arguments, file)?,
+        ([file], true) => vec![picture(arguments, file)?],
+        (files, true) => {
+            let n = files.len();
+            return Err(Complaint::input(format!("{n} results files can be drawn together by --y alone")));
+        }
     };
     Ok(written.iter().map(|path| format!("{}\n", path.display())).collect())
 }
 
-fn picture(arguments: &PlotArguments, file: &Drawn) -> Result<PathBuf, Complaint> {
-    let path = arguments.output.clone().unwrap_or_else(|| arguments.results.with_extension("png"));
+/// Columns of the histories against each other.
+fn compared(arguments: &PlotArguments, files: &[PathBuf]) -> Result<PathBuf, Complaint> {
+    let beside = || files[0].with_extension("png");
+    let path = arguments.output.clone().unwrap_or_else(beside);
+    let wanted = Wanted { y: &arguments.y, x: arguments.x.as_deref(), absolute: arguments.abs };
+    let panels = [columns::columns(files, &wanted)?];
+    Figure { panel: ALONE, ..Figure::new(&panels) }.legible().save(&path).map_err(refuse)?;
+    Ok(path)
+}
+
+fn picture(arguments: &PlotArguments, results: &Path) -> Result<PathBuf, Complaint> {
+    let file = &Drawn::open(results)?;
+    let path = arguments.output.clone().unwrap_or_else(|| results.with_extension("png"));
     let all = [Show::Body, Show::Reaction, Show::Moment, Show::Tool, Show::Convergence, Show::Energy];
     let asked = !arguments.show.is_empty();
     let mut panels = Vec::new();
@@ -90,22 +124,23 @@ fn picture(arguments: &PlotArguments, file: &Drawn) -> Result<PathBuf, Complaint
             let name = show.to_possible_value().map_or(String::new(), |value| value.get_name().to_string());
             return Err(Complaint::input(format!(
                 "results file {} holds nothing to show as {name}",
-                arguments.results.display()
+                results.display()
             )));
         }
         panels.extend(panel);
     }
     let panel = if let [Panel::Shapes(_)] = panels[..] { alone } else { PANEL };
-    let columns = if panels.len() == 4 { 2 } else { panels.len().clamp(1, 3) };
-    Figure { panels: &panels, columns, panel }.save(&path).map_err(refuse)?;
+    let columns = panels.len().clamp(1, 2);
+    Figure { columns, panel, ..Figure::new(&panels) }.legible().save(&path).map_err(refuse)?;
     Ok(path)
 }
 
 /// A folder of pictures and a GIF, all of one size and on one scale.
-fn frames(arguments: &PlotArguments, file: &Drawn) -> Result<Vec<PathBuf>, Complaint> {
+fn frames(arguments: &PlotArguments, results: &Path) -> Result<Vec<PathBuf>, Complaint> {
+    let file = &Drawn::open(results)?;
     let folder = arguments.output.clone().unwrap_or_else(|| {
-        let name = arguments.results.file_stem().unwrap_or_default().to_string_lossy();
-        arguments.results.with_file_name(format!("{name}_frames"))
+        let name = results.file_stem().unwrap_or_default().to_string_lossy();
+        results.with_file_name(format!("{name}_frames"))
     });
     let failed = |error| Complaint::input(format!("cannot create folder {}: {error}", folder.display()));
     std::fs::create_dir_all(&folder).map_err(failed)?;
@@ -119,7 +154,7 @@ fn frames(arguments: &PlotArguments, file: &Drawn) -> Result<Vec<PathBuf>, Compl
         let panel = body.panel(step, &scales)?;
         let size = body::size(&panel);
         let panels = [Panel::Shapes(panel)];
-        let image = Figure { panels: &panels, columns: 1, panel: size }.image().map_err(refuse)?;
+        let image = Figure { panel: size, ..Figure::new(&panels) }.legible().image().map_err(refuse)?;
         image.save(&folder.join(format!("{step:04}.png"))).map_err(refuse)?;
         let animation = match &mut animation {
             Some(animation) => animation,

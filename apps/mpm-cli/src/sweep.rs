@@ -1,29 +1,35 @@
 //! `mpm sweep`: a scene over a grid of values, each combination a run of its own, one table of results.
 
+mod table;
+
 use crate::complaint::Complaint;
 use crate::reading::{self, Kind};
 use crate::say::say;
 use crate::{input, keeper};
 use clap::Args;
-use mpm_grid::six_digits;
-use mpm_io::{FolderFiles, Results, component_name, shortest};
+use mpm_io::{FolderFiles, Results};
 use mpm_solver::observe::Cancellation;
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 use std::ffi::OsStr;
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
+use table::{Row, csv, table};
 
 #[derive(Args)]
 pub struct SweepArguments {
     /// The scene, a RON file.
     scene: PathBuf,
     /// Values of a field of the scene, as in `materials.clay.young=1e3,2e3`; given several times, every
-    /// combination is run.
+    /// combination is run. Fields whose values go together stand in one, apart by semicolons:
+    /// `mesh.axes[0].cells=8,16; schedule.steps=10,20`.
     #[arg(long, value_name = "PATH=VALUE,…", required = true)]
     set: Vec<String>,
+    /// Columns of the printed table, as `results.csv` names them, or without `last` and `peak` for both [default: the
+    /// totals and the peaks of reactions].
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    show: Vec<String>,
     /// Folder of the runs, a folder each, and of the table `results.csv`; what is finished there is not run again
     /// [default: the scene's name with `_sweep`, in this directory].
     #[arg(short, long, value_name = "FOLDER")]
@@ -70,16 +76,17 @@ pub fn sweep(arguments: &SweepArguments) -> Result<(), Complaint> {
     keeper::listen(cancellation.clone())?;
     run_all(&combinations, jobs, (cores / jobs).max(1), &cancellation)?;
 
-    let rows: Vec<Row> = combinations.iter().map(Row::of).collect();
+    let ended: Vec<(Standing, Row)> = combinations.iter().map(Combination::ended).collect();
+    let unfinished = ended.iter().filter(|(standing, _)| *standing != Standing::Completed).count();
+    let rows: Vec<Row> = ended.into_iter().map(|(_, row)| row).collect();
     let path = folder.join("results.csv");
     std::fs::write(&path, csv(&rows)).map_err(|error| cannot_write(&path, &error))?;
     if arguments.json {
         let rows: Vec<Value> = rows.iter().map(Row::json).collect();
         say(&format!("{:#}\n", Value::Array(rows)))?;
     } else {
-        say(&format!("{}\n{}\n", table(&rows), path.display()))?;
+        say(&format!("{}\n{}\n", table(&rows, &arguments.show)?, path.display()))?;
     }
-    let unfinished = rows.iter().filter(|row| row.standing != Standing::Completed).count();
     if unfinished > 0 {
         let n = rows.len();
         return Err(Complaint::unfinished(format!(
@@ -93,26 +100,19 @@ pub fn sweep(arguments: &SweepArguments) -> Result<(), Complaint> {
 fn combinations(scene: &Path, sets: &[String], folder: &Path) -> Result<Vec<Combination>, Complaint> {
     let mut grid: Vec<Vec<(String, String)>> = vec![Vec::new()];
     for set in sets {
-        let Some((path, values)) = set.split_once('=') else {
-            return Err(Complaint::input(format!(
-                "--set: expected PATH=VALUE,VALUE as in schedule.steps=10,20, got {set}"
-            )));
-        };
-        if grid[0].iter().any(|(other, _)| other == path) {
+        let together = together(set)?;
+        if let Some((path, _)) =
+            together[0].iter().find(|(path, _)| grid[0].iter().any(|(other, _)| other == path))
+        {
             return Err(Complaint::input(format!(
                 "--set: {path} is given twice; expected its values as one list"
             )));
         }
-        let values = split(values);
-        grid = grid
-            .iter()
-            .flat_map(|row| {
-                values.iter().map(move |value| {
-                    let setting = (path.trim().to_string(), value.trim().to_string());
-                    row.iter().cloned().chain([setting]).collect()
-                })
-            })
-            .collect();
+        let with = |row: &Vec<(String, String)>| {
+            let row = row.clone();
+            together.iter().map(move |settings| [row.clone(), settings.clone()].concat())
+        };
+        grid = grid.iter().flat_map(with).collect();
     }
     let text = input::text(scene)?;
     let files = FolderFiles::beside(scene);
@@ -135,15 +135,46 @@ fn combinations(scene: &Path, sets: &[String], folder: &Path) -> Result<Vec<Comb
     Ok(combinations)
 }
 
-/// At commas outside of brackets and quotes.
-fn split(values: &str) -> Vec<&str> {
+/// The settings of one `--set`, one after the other: values of several fields go together.
+fn together(set: &str) -> Result<Vec<Vec<(String, String)>>, Complaint> {
+    let mut settings: Vec<Vec<(String, String)>> = Vec::new();
+    for part in split(set, ';') {
+        let Some((path, values)) = part.split_once('=') else {
+            return Err(Complaint::input(format!(
+                "--set: expected PATH=VALUE,VALUE as in schedule.steps=10,20, got {part}"
+            )));
+        };
+        let (path, values) = (path.trim(), split(values, ','));
+        if settings.is_empty() {
+            settings = vec![Vec::new(); values.len()];
+        }
+        if settings.len() != values.len() {
+            let (n, expected) = (values.len(), settings.len());
+            return Err(Complaint::input(format!(
+                "--set: {path} has {n} values, expected {expected}, as many as the field that it goes with"
+            )));
+        }
+        if settings[0].iter().any(|(other, _)| other == path) {
+            return Err(Complaint::input(format!(
+                "--set: {path} is given twice; expected its values as one list"
+            )));
+        }
+        for (settings, value) in settings.iter_mut().zip(values) {
+            settings.push((path.to_string(), value.trim().to_string()));
+        }
+    }
+    Ok(settings)
+}
+
+/// At separators outside of brackets and quotes.
+fn split(values: &str, separator: char) -> Vec<&str> {
     let (mut depth, mut quoted, mut start, mut parts) = (0, false, 0, Vec::new());
     for (at, c) in values.char_indices() {
         match c {
             '"' => quoted = !quoted,
             '(' | '[' | '{' if !quoted => depth += 1,
             ')' | ']' | '}' if !quoted => depth -= 1,
-            ',' if depth == 0 && !quoted => {
+            c if c == separator && depth == 0 && !quoted => {
                 parts.push(&values[start..at]);
                 start = at + 1;
             }
@@ -191,6 +222,15 @@ impl Combination {
                 },
             },
         }
+    }
+
+    /// How its run stands, and its row of the table.
+    fn ended(&self) -> (Standing, Row) {
+        let standing = self.standing();
+        let is_ours = matches!(standing, Standing::Completed | Standing::Failed(_));
+        let results = Results::open(self.results()).ok().filter(|_| is_ours);
+        let row = Row::of(&self.settings, standing.to_string(), results.as_ref());
+        (standing, row)
     }
 
     /// Runs it in a child process, or resumes it from its checkpoint if there is one.
@@ -273,134 +313,18 @@ impl std::fmt::Display for Standing {
     }
 }
 
-/// A line of the table.
-struct Row {
-    settings: Vec<(String, String)>,
-    standing: Standing,
-    /// Name and value, in the order of the history.
-    numbers: Vec<(String, f64)>,
-}
-
-impl Row {
-    fn of(combination: &Combination) -> Self {
-        let standing = combination.standing();
-        let is_ours = matches!(standing, Standing::Completed | Standing::Failed(_));
-        let results = Results::open(combination.results()).ok().filter(|_| is_ours);
-        let numbers = results.as_ref().map_or(Vec::new(), numbers);
-        Self { settings: combination.settings.clone(), standing, numbers }
-    }
-
-    fn json(&self) -> Value {
-        let settings = self.settings.iter().map(|(path, value)| (path.clone(), json!(value)));
-        let numbers = self.numbers.iter().map(|(name, value)| (name.clone(), json!(value)));
-        json!({
-            "settings": settings.collect::<Map<_, _>>(), "status": self.standing.to_string(),
-            "results": numbers.collect::<Map<_, _>>(),
-        })
-    }
-}
-
-/// Totals of the run, and last value and peak of what the history says of supports, energies and probes.
-fn numbers(results: &Results) -> Vec<(String, f64)> {
-    let sum = |name: &str| results.column(name).map_or(0.0, |table| table.values().iter().sum());
-    let reached = results.column("load_fraction").ok().and_then(|table| table.values().last().copied());
-    let mut numbers = vec![
-        ("load_fraction".to_string(), reached.unwrap_or(0.0)),
-        ("load_steps".to_string(), results.rows().saturating_sub(1) as f64),
-        ("iterations".to_string(), sum("newton_iterations")),
-        ("cuts".to_string(), sum("cuts")),
-        ("seconds".to_string(), sum("wall_seconds")),
-    ];
-    for column in results.columns().iter().filter(|column| column.name.contains('/')) {
-        let Ok(table) = results.column(&column.name) else { continue };
-        for c in 0..table.width() {
-            let values = || (0..table.len()).map(|row| table.row(row)[c]);
-            let name = format!("{}{}", column.name, component_name(results.space(), table.width(), c));
-            let peak = values().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
-            numbers.push((format!("{name} last"), values().next_back().unwrap_or(0.0)));
-            numbers.push((format!("{name} peak"), peak));
-        }
-    }
-    numbers
-}
-
-/// Names of all numbers of the rows; a run that has not begun has none.
-fn names(rows: &[Row]) -> Vec<&String> {
-    let longest = rows.iter().max_by_key(|row| row.numbers.len());
-    longest.map_or(Vec::new(), |row| row.numbers.iter().map(|(name, _)| name).collect())
-}
-
-fn csv(rows: &[Row]) -> String {
-    let quoted = |text: &str| match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_string(),
-    };
-    let names = names(rows);
-    let settings = rows[0].settings.iter().map(|(path, _)| path.as_str());
-    let heads = settings.chain(["status"]).chain(names.iter().map(|name| name.as_str()));
-    let mut text = heads.map(quoted).collect::<Vec<_>>().join(",") + "\n";
-    for row in rows {
-        let mut cells: Vec<String> = row.settings.iter().map(|(_, value)| quoted(value)).collect();
-        cells.push(quoted(&row.standing.to_string()));
-        cells.extend(names.iter().map(|name| {
-            let found = row.numbers.iter().find(|(other, _)| other == *name);
-            found.map_or(String::new(), |(_, value)| shortest(*value))
-        }));
-        text += &(cells.join(",") + "\n");
-    }
-    text
-}
-
-/// What fits on a screen: values, status, totals, and peaks that are not zero throughout.
-fn table(rows: &[Row]) -> String {
-    let shown: Vec<&String> = names(rows)
-        .into_iter()
-        .filter(|name| {
-            let is_told = !name.contains('/') || (name.contains("reaction") && name.ends_with(" peak"));
-            let of = |row: &Row| row.numbers.iter().find(|(other, _)| other == *name).map_or(0.0, |it| it.1);
-            is_told && rows.iter().any(|row| of(row) != 0.0)
-        })
-        .collect();
-    let mut cells: Vec<Vec<String>> = Vec::new();
-    let settings = rows[0].settings.iter().map(|(path, _)| path.clone());
-    cells.push(
-        settings.chain(shown.iter().map(|name| name.to_string())).chain(["status".to_string()]).collect(),
-    );
-    for row in rows {
-        let mut line: Vec<String> = row.settings.iter().map(|(_, value)| value.clone()).collect();
-        line.extend(shown.iter().map(|name| {
-            let found = row.numbers.iter().find(|(other, _)| other == *name);
-            found.map_or(String::new(), |(_, value)| six_digits(*value))
-        }));
-        line.push(row.standing.to_string());
-        cells.push(line);
-    }
-    let columns = cells[0].len();
-    let width = |c: usize| cells.iter().map(|line| line[c].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for line in &cells {
-        for (cell, width) in line[..columns - 1].iter().zip(&widths) {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{cell:>width$}  ");
-        }
-        let _ = writeln!(text, "{}", line[columns - 1]);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn values_part_at_commas_outside_of_brackets() {
-        assert_eq!(split("1,2,3"), ["1", "2", "3"]);
+        assert_eq!(split("1,2,3", ','), ["1", "2", "3"]);
         assert_eq!(
-            split("Cap(cells: 1, a: [2,3]),None,\"a,b\""),
+            split("Cap(cells: 1, a: [2,3]),None,\"a,b\"", ','),
             ["Cap(cells: 1, a: [2,3])", "None", "\"a,b\""]
         );
-        assert_eq!(split(""), [""]);
+        assert_eq!(split("", ','), [""]);
     }
 
     #[test]

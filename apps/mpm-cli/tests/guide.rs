@@ -14,8 +14,16 @@ fn succeeds(name: &str, output: Output) -> String {
 }
 
 /// Pages whose commands are run, in this order, in one folder.
-const PAGES: [&str; 7] =
-    ["first_run.md", "bodies.md", "pushing.md", "stages.md", "running.md", "results.md", "laws/driver.md"];
+const PAGES: [&str; 8] = [
+    "first_run.md",
+    "bodies.md",
+    "pushing.md",
+    "stages.md",
+    "running.md",
+    "pictures.md",
+    "results.md",
+    "laws/driver.md",
+];
 
 /// What a page's blocks hold: files by their names, and the lines of shell that call `mpm`. The validation is another
 /// program, which only a whole build has.

@@ -5,6 +5,7 @@ use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownId, Unknow
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, Ramp};
 use mpm_linear::Symmetry;
+use mpm_material::FieldInfo;
 
 /// Adds to the out-of-balance force and to the tangent of a load step.
 ///
@@ -89,10 +90,17 @@ pub trait Contribution<const D: usize>: Send + Sync {
         Vec::new()
     }
 
-    /// What in it is probably not meant on the mesh at the start, though it can be run: sentences that name it.
-    fn remarks(&self, mesh: &Mesh<D>) -> Vec<String> {
-        let _ = mesh;
+    /// What in it is probably not meant on the mesh and for the bodies at the start, though it can be run: sentences that
+    /// name it.
+    fn remarks(&self, mesh: &Mesh<D>, bodies: &[(&str, &dyn Body<D>)]) -> Vec<String> {
+        let _ = (mesh, bodies);
         Vec::new()
+    }
+
+    /// Where it has a size of its own, what a check tells of that once the first load step has begun.
+    fn size(&self, bodies: &[(&str, &dyn Body<D>)]) -> Option<String> {
+        let _ = bodies;
+        None
     }
 
     /// Whether it takes nodes for the corners of cells, so that it exists on the vertices of a mesh only.
@@ -153,6 +161,36 @@ pub trait Contribution<const D: usize>: Send + Sync {
     fn history(&self) -> Vec<Recorded> {
         Vec::new()
     }
+
+    /// Fields of the material points that it can show in results.
+    fn point_fields(&self) -> &'static [PointField] {
+        &[]
+    }
+
+    /// One of its [fields](Self::point_fields) after the last committed step: all components of every point of `bodies`,
+    /// which are those of the model, body by body.
+    fn point_field(&self, name: &str, bodies: &[&dyn Body<D>]) -> Vec<f64> {
+        let _ = (name, bodies);
+        Vec::new()
+    }
+}
+
+/// A field of the material points that contributions know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PointField {
+    /// Name, components and unit.
+    pub info: FieldInfo,
+    /// What is shown where several contributions have the field.
+    pub joined: Joined,
+}
+
+/// How the values of several contributions make one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Joined {
+    /// Their sum.
+    Sum,
+    /// The least of them.
+    Least,
 }
 
 /// A column of the history, and its values in one row.

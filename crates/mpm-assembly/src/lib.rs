@@ -32,8 +32,8 @@ pub use body::{
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
-    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Recorded,
-    RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
+    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, PointField,
+    Recorded, RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};

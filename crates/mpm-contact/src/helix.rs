@@ -112,6 +112,10 @@ impl Shape<3> for Helix {
         keep_distinct(out, from);
     }
 
+    fn kind(&self) -> &'static str {
+        "helix"
+    }
+
     fn bounds(&self) -> Bounds<3> {
         let axis = self.frame.axes.column(2).into_owned();
         let reach = axis.map(|a| self.sheet.radii[1] * (1.0 - a * a).max(0.0).sqrt());

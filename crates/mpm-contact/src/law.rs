@@ -22,8 +22,10 @@ const TOUCH: f64 = 1e-9;
 pub struct Interface {
     /// Coulomb's coefficient μ `[-]`.
     pub friction: f64,
-    /// Shear strength α of the interface without pressure `[F/L²]`.
+    /// Shear strength of the interface without pressure `[F/L²]`.
     pub adhesion: f64,
+    /// α: such a strength as a part of the undrained shear strength of the body at the surface `[-]`.
+    pub adhesion_factor: f64,
     /// Penetration per width of a domain is the pressure over `stiffness` times Young's modulus `[-]`.
     pub stiffness: f64,
     /// Whether what touched at the start may come off.
@@ -35,7 +37,14 @@ pub struct Interface {
 impl Default for Interface {
     /// Smooth, of stiffness 20, separable, not augmented.
     fn default() -> Self {
-        Self { friction: 0.0, adhesion: 0.0, stiffness: 20.0, separates: true, augment: 0 }
+        Self {
+            friction: 0.0,
+            adhesion: 0.0,
+            adhesion_factor: 0.0,
+            stiffness: 20.0,
+            separates: true,
+            augment: 0,
+        }
     }
 }
 
@@ -43,11 +52,14 @@ impl Interface {
     /// Refuses numbers out of range.
     ///
     /// # Errors
-    /// `friction`, `adhesion`: negative or not finite; `stiffness`: below 1, with which
+    /// `friction`, `adhesion`: negative or not finite; `adhesion_factor`: not between 0 and 1; `stiffness`: below 1, with which
     /// a body would be passed through rather than pressed, or not finite.
     pub fn check(&self) -> Result<(), ContactError> {
         ContactError::unless_not_negative("friction", self.friction)?;
         ContactError::unless_not_negative("adhesion", self.adhesion)?;
+        let is_part = (0.0..=1.0).contains(&self.adhesion_factor);
+        let expected = "between 0 and 1: the body yields where the interface is stronger than it";
+        ContactError::unless(is_part, "adhesion_factor", self.adhesion_factor, expected)?;
         let is_stiff = self.stiffness >= 1.0 && self.stiffness.is_finite();
         ContactError::unless(is_stiff, "stiffness", self.stiffness, "a finite number of at least 1")?;
         Ok(())
@@ -61,7 +73,7 @@ pub struct CornerLaw {
     pub stiffness: f64,
     /// μ `[-]`.
     pub friction: f64,
-    /// a: what adhesion holds, `α A` `[F]`; more than zero for members of the interface only.
+    /// a: what adhesion holds, its strength times the corner's share of the surface `[F]`; more than zero for members of the interface only.
     pub adhesion: f64,
     /// w: width of the point's domain at rest, `(V⁰)^(1/D)` `[L]`.
     pub width: f64,

@@ -48,6 +48,14 @@ impl Shape<3> for InLayer {
     fn thickness(&self) -> f64 {
         self.0.thickness()
     }
+
+    fn kind(&self) -> &'static str {
+        self.0.kind()
+    }
+
+    fn facet_turn(&self) -> f64 {
+        self.0.facet_turn()
+    }
 }
 
 #[cfg(test)]

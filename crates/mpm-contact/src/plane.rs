@@ -91,6 +91,10 @@ impl<const D: usize> Shape<D> for Plane<D> {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "plane"
+    }
+
     fn bounds(&self) -> Bounds<D> {
         let mut bounds = Bounds::everything();
         // A plane along the axes ends at its surface.

@@ -3,7 +3,7 @@
 use crate::bounds::Bounds;
 use crate::error::{ContactError, VERTEX};
 use crate::plane::parts;
-use crate::shape::{Near, Outline, Sample, Shape, keep_distinct};
+use crate::shape::{Near, Outline, SMOOTH, Sample, Shape, keep_distinct};
 use mpm_grid::Vector;
 
 type Vec2 = Vector<2>;
@@ -311,6 +311,14 @@ impl Shape<2> for Polygon {
         let feet = self.feet(x, reach);
         out.extend(feet.iter().map(|it| Near::round(it.distance, it.normal, it.curvature, it.feature)));
         keep_distinct(out, from);
+    }
+
+    fn kind(&self) -> &'static str {
+        "polygon"
+    }
+
+    fn facet_turn(&self) -> f64 {
+        self.sides.iter().map(|side| side.turn.abs()).filter(|turn| *turn < SMOOTH).fold(0.0, f64::max)
     }
 
     fn bounds(&self) -> Bounds<2> {

@@ -161,6 +161,10 @@ impl Shape<3> for Revolution {
         keep_distinct(out, from);
     }
 
+    fn kind(&self) -> &'static str {
+        "body of revolution"
+    }
+
     fn bounds(&self) -> Bounds<3> {
         self.meridian.vertices().fold(Bounds::empty(), |bounds, vertex| {
             let centre = self.through + self.axis * vertex[1];

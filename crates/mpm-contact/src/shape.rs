@@ -77,6 +77,13 @@ pub trait Shape<const D: usize>: Debug + Send + Sync {
     /// nearest one alone.
     fn near(&self, x: &Vector<D>, reach: f64, out: &mut Vec<Near<D>>);
 
+    /// Signed distance φ from `x` to the surface, however far `[L]`.
+    fn distance(&self, x: &Vector<D>) -> f64 {
+        let mut near = Vec::new();
+        self.near(x, f64::INFINITY, &mut near);
+        near.first().map_or(f64::INFINITY, |near| near.distance)
+    }
+
     /// A box around the shape.
     fn bounds(&self) -> Bounds<D>;
 
@@ -90,7 +97,19 @@ pub trait Shape<const D: usize>: Debug + Send + Sync {
 
     /// How far it is through the thinnest part `[L]`, infinite where it has no other side.
     fn thickness(&self) -> f64;
+
+    /// What it is, in a word or two.
+    fn kind(&self) -> &'static str;
+
+    /// The largest angle below 30° between facets that meet `[rad]`: facets that turn by less may stand for a smooth
+    /// surface. 0 where it has none.
+    fn facet_turn(&self) -> f64 {
+        0.0
+    }
 }
+
+/// Facets that turn by less from one to the next may stand for a smooth surface `[rad]`.
+pub(crate) const SMOOTH: f64 = std::f64::consts::PI / 6.0;
 
 /// Cosine of the angle by which the normals of two minima differ at least.
 const APART: f64 = 0.866_025_403_784_438_6;

@@ -80,6 +80,10 @@ impl<const D: usize> Shape<D> for Sphere<D> {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        if D == 2 { "disc" } else { "sphere" }
+    }
+
     fn bounds(&self) -> Bounds<D> {
         if self.outward < 0.0 {
             return Bounds::everything();

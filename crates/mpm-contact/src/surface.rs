@@ -3,7 +3,7 @@
 use crate::bounds::Bounds;
 use crate::error::{ContactError, TRIANGLE};
 use crate::plane::parts;
-use crate::shape::{Near, Outline, Sample, Shape, keep_distinct};
+use crate::shape::{Near, Outline, SMOOTH, Sample, Shape, keep_distinct};
 use crate::tree::{Tree, squared_distance};
 use crate::triangle::{Region, crossed, nearest};
 use mpm_grid::Block;
@@ -234,26 +234,6 @@ impl Surface {
         least
     }
 
-    /// How far facets stand off the smooth surface that they may stand for `[L]`: over edges of less than 30° the
-    /// largest sagitta of an arc that turns by the angle between two facets along the extent of one.
-    pub fn sagitta(&self) -> f64 {
-        let mut largest: f64 = 0.0;
-        for facet in 0..self.facets.len() {
-            let x = self.corners(facet);
-            for side in 0..3 {
-                let beyond = index(self.neighbours[3 * facet + side]);
-                let turn = self.facet_normals[facet].angle(&self.facet_normals[beyond]);
-                let edge = x[(side + 1) % 3] - x[side];
-                // The facet's extent across the edge is its chord there.
-                let chord = (x[(side + 2) % 3] - x[side]).cross(&edge).norm() / edge.norm();
-                if turn < 30_f64.to_radians() {
-                    largest = largest.max(chord * turn / 8.0);
-                }
-            }
-        }
-        largest
-    }
-
     fn sample_facets(&self, spacing: f64, out: &mut Vec<Sample<3>>) {
         for facet in 0..self.facets.len() {
             let (x, normal) = (self.corners(facet), self.facet_normals[facet]);
@@ -336,6 +316,22 @@ impl Shape<3> for Surface {
         out[from..].iter_mut().for_each(|near| near.distance -= self.rounding);
         let within = out[from..].iter().take_while(|near| near.distance < reach).count();
         out.truncate(from + within);
+    }
+
+    fn kind(&self) -> &'static str {
+        "surface"
+    }
+
+    fn facet_turn(&self) -> f64 {
+        let turn =
+            |side: usize| self.facet_normals[side / 3].angle(&self.facet_normals[index(self.neighbours[side])]);
+        (0..self.neighbours.len()).map(turn).filter(|turn| *turn < SMOOTH).fold(0.0, f64::max)
+    }
+
+    /// Looks at the nearest place alone.
+    fn distance(&self, x: &Vector3<f64>) -> f64 {
+        let least = self.tree.least(x, |facet| self.candidate(facet, x).squared);
+        self.minima(x, least).first().map_or(f64::INFINITY, |at| self.near_of(at, x).distance) - self.rounding
     }
 
     fn bounds(&self) -> Bounds<3> {

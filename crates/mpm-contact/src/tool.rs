@@ -45,6 +45,11 @@ impl<const D: usize> Tool<D> {
         out[from..].iter_mut().for_each(|near| *near = near.turned(pose));
     }
 
+    /// Signed distance to the union from a point `[L]` of the tool's frame, however far `[L]`.
+    pub fn distance(&self, x: &Vector<D>) -> f64 {
+        self.parts.iter().map(|part| part.distance(x)).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether a point `[L]` of the tool's frame lies inside one of the parts.
     pub fn contains(&self, x: &Vector<D>) -> bool {
         let mut near = Vec::new();

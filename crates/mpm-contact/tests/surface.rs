@@ -220,12 +220,12 @@ fn samples_have_the_area_of_the_grown_surface() {
 }
 
 #[test]
-fn thickness_and_sagitta_are_told() {
+fn thickness_and_turns_of_facets_are_told() {
     assert!((surface(&prism(&ANGLE), 0.0).thickness() - 1.0).abs() < 1e-12);
     assert!((surface(&cube(), 0.1).thickness() - 1.2).abs() < 1e-12);
-    assert_eq!(surface(&cube(), 0.0).sagitta(), 0.0);
-    let (coarse, fine) = (surface(&sphere(2), 0.0).sagitta(), surface(&sphere(3), 0.0).sagitta());
-    assert!(coarse > 3.0 * fine && coarse < 0.1, "{coarse} {fine}");
+    assert!(surface(&cube(), 0.0).facet_turn() < 1e-7, "edges of a cube are no facets of what is smooth");
+    let [coarse, fine] = [2, 3].map(|level| surface(&sphere(level), 0.0).facet_turn());
+    assert!((coarse / fine - 2.0).abs() < 0.1 && coarse < 0.4, "{coarse} {fine}");
 }
 
 #[test]

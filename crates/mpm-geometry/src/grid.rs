@@ -88,6 +88,7 @@ impl Grid {
     pub(crate) fn surface(&self, solid: &Solid<'_>) -> Triangles {
         match solid {
             Solid::Surface(surface) => self.snapped(surface.triangles()),
+            Solid::Prism(prism) => self.snapped(&prism.surface()),
             Solid::Round(round) => round.surface(ROUNDNESS * self.smallest(&round.across())),
             Solid::Ball(ball) => ball.surface(ROUNDNESS * self.smallest(&[0, 1, 2])),
         }

@@ -1,6 +1,7 @@
-//! What a body can be cut out of: a closed surface, a round body, a sphere.
+//! What a body can be cut out of: a closed surface, a round body, a sphere, a prism.
 
 use crate::ball::Ball;
+use crate::prism::Prism;
 use crate::round::Round;
 use crate::surface::Surface;
 
@@ -19,6 +20,8 @@ pub enum Solid<'a> {
     Round(Round),
     /// A sphere.
     Ball(Ball),
+    /// A polygon drawn out.
+    Prism(&'a Prism),
 }
 
 impl Solid<'_> {
@@ -27,6 +30,7 @@ impl Solid<'_> {
             Solid::Surface(surface) => surface.volume(),
             Solid::Round(round) => round.volume(),
             Solid::Ball(ball) => ball.volume(),
+            Solid::Prism(prism) => prism.volume(),
         }
     }
 
@@ -34,7 +38,7 @@ impl Solid<'_> {
     pub(crate) fn precision(&self) -> f64 {
         match self {
             Solid::Surface(_) => SINGLE,
-            Solid::Round(_) | Solid::Ball(_) => DOUBLE,
+            Solid::Round(_) | Solid::Ball(_) | Solid::Prism(_) => DOUBLE,
         }
     }
 
@@ -51,6 +55,7 @@ impl Solid<'_> {
                 (middle - round.outer, middle + round.outer)
             }
             Solid::Ball(ball) => (ball.centre[d] - ball.radius, ball.centre[d] + ball.radius),
+            Solid::Prism(prism) => prism.ends(d),
         }
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use mpm_scene::ToolSurface;
 use mpm_solver::observe::{Field, Space};
 
 use crate::{Results, ResultsError, Table};
@@ -104,6 +105,40 @@ impl Results {
         Ok(written)
     }
 
+    /// Writes `tools_0000.vtu` and so on into a folder that is there, the surfaces of all tools at every recorded step, and
+    /// beside the folder their series, `<folder>_tools.pvd`, with the same times as that of the points. Cells have the number
+    /// of their tool as `tool`.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`], or what [`Results::column`] returns.
+    pub fn write_tools_vtu(&self, folder: &Path, tools: &[ToolSurface]) -> Result<Vec<PathBuf>, ResultsError> {
+        let fractions = self.column("load_fraction")?;
+        let mut placed = Vec::new();
+        for tool in tools {
+            let name = |column: &str| format!("tool/{}/{column}", tool.name);
+            let is_in_space = self.columns().iter().any(|column| column.name == name("rotation"));
+            let rotation = if is_in_space { "rotation" } else { "angle" };
+            placed.push((tool, self.column(&name("position"))?, self.column(&name(rotation))?));
+        }
+        let mut files = Vec::new();
+        for (step, fraction) in self.fractions().iter().enumerate() {
+            // The history of a resumed run may begin later than its points.
+            let row = fractions.values().iter().position(|at| at == fraction);
+            let mut cells = Cells::by_cell();
+            let mut numbers = Vec::new();
+            for (number, (tool, position, rotation)) in placed.iter().enumerate() {
+                let Some(row) = row else { continue };
+                cells.add_surface(&tool.placed(position.row(row), rotation.row(row)), &tool.facets);
+                numbers.resize(cells.sizes.len(), number as f64);
+            }
+            let path = folder.join(format!("tools_{step:04}.vtu"));
+            write(&path, &vtu(&cells, &[("tool", Table::scalars(numbers))]))?;
+            files.push(path);
+        }
+        let series = self.write_series(folder, "_tools", &files)?;
+        Ok(std::iter::once(series).chain(files).collect())
+    }
+
     /// Writes the series of some files beside their folder, under its name with an ending, and returns its path.
     pub(crate) fn write_series(
         &self,
@@ -163,38 +198,65 @@ fn csv(heads: &[String], columns: &[Vec<&[f64]>]) -> String {
 
 /// VTK's numbers of the kinds of cells.
 const VERTEX: u8 = 1;
+const SEGMENT: u8 = 3;
+const TRIANGLE: u8 = 5;
 const POLYGON: u8 = 7;
 pub(crate) const HEXAHEDRON: u8 = 12;
 pub(crate) const WEDGE: u8 = 13;
 
-/// Cells of an unstructured grid, each with points of its own.
+/// Cells of an unstructured grid.
 pub(crate) struct Cells {
     /// Three coordinates per point `[L]`.
-    pub points: Vec<f64>,
-    /// Points of each cell.
-    pub sizes: Vec<usize>,
+    points: Vec<f64>,
+    /// Numbers of the points of all cells, one cell after the other.
+    corners: Vec<u32>,
+    /// How many each cell has.
+    sizes: Vec<usize>,
     /// VTK's number of the kind of each cell.
-    pub kinds: Vec<u8>,
+    kinds: Vec<u8>,
     /// Whether values belong to cells instead of points.
-    pub by_cell: bool,
+    by_cell: bool,
 }
 
 impl Cells {
     fn vertices(positions: &Table) -> Self {
-        let points = (0..positions.len()).flat_map(|point| positions.row(point).iter().copied()).collect();
-        let n = positions.len();
-        Self { points, sizes: vec![1; n], kinds: vec![VERTEX; n], by_cell: false }
+        let mut cells = Self { by_cell: false, ..Self::by_cell() };
+        (0..positions.len()).for_each(|point| cells.add(VERTEX, positions.row(point).iter().copied()));
+        cells
     }
 
     fn polygons(outlines: &Table) -> Self {
-        let (mut points, mut sizes) = (Vec::new(), Vec::new());
+        let mut cells = Self::by_cell();
         for point in 0..outlines.len() {
             let mut corners: Vec<&[f64]> = outlines.row(point).chunks_exact(2).collect();
             corners.dedup();
-            points.extend(corners.iter().flat_map(|corner| [corner[0], corner[1], 0.0]));
-            sizes.push(corners.len());
+            cells.add(POLYGON, corners.iter().flat_map(|corner| [corner[0], corner[1], 0.0]));
         }
-        Self { points, sizes, kinds: vec![POLYGON; outlines.len()], by_cell: true }
+        cells
+    }
+
+    /// None yet; values belong to cells.
+    pub(crate) fn by_cell() -> Self {
+        Self { points: Vec::new(), corners: Vec::new(), sizes: Vec::new(), kinds: Vec::new(), by_cell: true }
+    }
+
+    /// Adds a cell of a kind with points of its own, by their coordinates.
+    pub(crate) fn add(&mut self, kind: u8, points: impl Iterator<Item = f64>) {
+        let first = self.points.len() as u32 / 3;
+        self.points.extend(points);
+        let end = self.points.len() as u32 / 3;
+        self.corners.extend(first..end);
+        self.sizes.push((end - first) as usize);
+        self.kinds.push(kind);
+    }
+
+    /// Adds segments or triangles that share their vertices.
+    fn add_surface(&mut self, vertices: &[[f64; 3]], facets: &[Vec<u32>]) {
+        let first = self.points.len() as u32 / 3;
+        self.points.extend(vertices.iter().flatten());
+        self.corners.extend(facets.iter().flatten().map(|vertex| first + vertex));
+        self.sizes.extend(facets.iter().map(Vec::len));
+        self.kinds.extend(facets.iter().map(|facet| if facet.len() == 2 { SEGMENT } else { TRIANGLE }));
     }
 }
 
@@ -217,7 +279,12 @@ pub(crate) fn vtu(cells: &Cells, fields: &[(&str, Table)]) -> String {
     text += &format!("</{section}>\n<Points>\n");
     text += &array("Float64", "Points", 3, cells.points.iter().flat_map(|x| x.to_le_bytes()));
     text += "</Points>\n<Cells>\n";
-    text += &array("Int64", "connectivity", 1, (0..n_points as i64).flat_map(i64::to_le_bytes));
+    text += &array(
+        "Int64",
+        "connectivity",
+        1,
+        cells.corners.iter().flat_map(|&corner| i64::from(corner).to_le_bytes()),
+    );
     text += &array("Int64", "offsets", 1, offsets.flat_map(i64::to_le_bytes));
     text += &array("UInt8", "types", 1, cells.kinds.iter().copied());
     text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"

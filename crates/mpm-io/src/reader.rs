@@ -22,6 +22,11 @@ pub struct Table {
 }
 
 impl Table {
+    /// A number per row.
+    pub(crate) fn scalars(values: Vec<f64>) -> Self {
+        Self::new(1, values)
+    }
+
     /// Rows of `width` numbers, one after the other.
     pub(crate) fn new(width: usize, values: Vec<f64>) -> Self {
         Self { width, values }

@@ -43,18 +43,16 @@ impl Revolution {
 
     /// The wedges of all domains, sector by sector.
     fn wedges(&self, outlines: &Table) -> Cells {
-        let mut cells = Cells { points: Vec::new(), sizes: Vec::new(), kinds: Vec::new(), by_cell: true };
+        let mut cells = Cells::by_cell();
         let sections: Vec<Vec<[f64; 2]>> = (0..outlines.len()).map(|p| section(outlines.row(p))).collect();
         for sector in 0..self.sectors {
             // Sections are anticlockwise seen from where the sector ends, and cells begin with the side whose normal points
             // into them.
             let ends = [f64::from(sector) + 1.0, f64::from(sector)].map(|part| self.direction(part));
             for section in &sections {
-                for (cosine, sine) in ends {
-                    cells.points.extend(section.iter().flat_map(|[r, z]| [r * cosine, r * sine, *z]));
-                }
-                cells.sizes.push(2 * section.len());
-                cells.kinds.push(if section.len() == 3 { WEDGE } else { HEXAHEDRON });
+                let kind = if section.len() == 3 { WEDGE } else { HEXAHEDRON };
+                let side = |(cosine, sine)| section.iter().flat_map(move |[r, z]| [r * cosine, r * sine, *z]);
+                cells.add(kind, ends.into_iter().flat_map(side));
             }
         }
         cells

@@ -66,6 +66,12 @@ pub trait Material: Send + Sync {
         None
     }
 
+    /// Undrained shear strength s_u that a point has left [F/L²]; none where shear stress has no bound, or one that
+    /// depends on the pressure.
+    fn undrained_strength(&self, _history: &Self::History) -> Option<f64> {
+        None
+    }
+
     /// Answers principal elastic trial strains `trial` [-] with stress, tangent and the elastic
     /// strain that is left. Non-finite strains give non-finite stresses.
     ///

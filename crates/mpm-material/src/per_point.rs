@@ -76,6 +76,7 @@ trait ErasedLaw: Send + Sync {
     fn fields(&self) -> Vec<FieldInfo>;
     fn show(&self, history: &PointHistory, to: &mut Vec<f64>);
     fn apex(&self, history: &PointHistory) -> Option<Apex>;
+    fn undrained_strength(&self, history: &PointHistory) -> Option<f64>;
     fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn>;
     fn elastic_strain(
         &self,
@@ -110,6 +111,10 @@ impl<M: Varied> ErasedLaw for M {
 
     fn apex(&self, history: &PointHistory) -> Option<Apex> {
         Material::apex(&self.with_own(&history.own), &M::history(&history.numbers))
+    }
+
+    fn undrained_strength(&self, history: &PointHistory) -> Option<f64> {
+        Material::undrained_strength(&self.with_own(&history.own), &M::history(&history.numbers))
     }
 
     fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn> {
@@ -202,6 +207,10 @@ impl Material for PerPoint {
 
     fn apex(&self, history: &PointHistory) -> Option<Apex> {
         self.law.apex(history)
+    }
+
+    fn undrained_strength(&self, history: &PointHistory) -> Option<f64> {
+        self.law.undrained_strength(history)
     }
 
     fn elasticity(&self) -> Elasticity {

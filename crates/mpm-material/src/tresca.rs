@@ -148,6 +148,10 @@ impl Material for Tresca {
         self.elasticity.energy(elastic_strain)
     }
 
+    fn undrained_strength(&self, history: &PlasticShear) -> Option<f64> {
+        Some(self.strength.at(history.0))
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity

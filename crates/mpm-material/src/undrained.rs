@@ -124,6 +124,10 @@ impl<M: Material> Material for Undrained<M> {
         self.skeleton.apex(&history.skeleton)
     }
 
+    fn undrained_strength(&self, history: &Self::History) -> Option<f64> {
+        self.skeleton.undrained_strength(&history.skeleton)
+    }
+
     #[inline]
     fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn> {
         let effective = self.skeleton.update(trial, &history.skeleton)?;

@@ -143,6 +143,10 @@ impl<M: Material> Material for VolumeCorrected<M> {
         self.0.apex(&history.law)
     }
 
+    fn undrained_strength(&self, history: &Self::History) -> Option<f64> {
+        self.0.undrained_strength(&history.law)
+    }
+
     fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn> {
         let apex = self.0.apex(&history.law);
         if let Some(apex) = apex.filter(|_| history.volume > 0.0) {

@@ -137,6 +137,10 @@ impl Material for VonMises {
         self.elasticity.energy(elastic_strain)
     }
 
+    fn undrained_strength(&self, history: &PlasticStrain) -> Option<f64> {
+        Some(self.strength.at(SQRT_2 * history.0))
+    }
+
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity

@@ -80,7 +80,7 @@ impl Legend {
 }
 
 impl Curves {
-    pub(crate) fn draw<DB>(&self, area: &DrawingArea<DB, Shift>) -> Result<(), PlotError>
+    pub(crate) fn draw<DB>(&self, area: &DrawingArea<DB, Shift>, text: u32) -> Result<(), PlotError>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
@@ -96,10 +96,10 @@ impl Curves {
             }
         };
         let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (FONT, 17))
-            .margin(8)
-            .x_label_area_size(42)
-            .y_label_area_size(58)
+            .caption(&self.title, (FONT, text * 5 / 4))
+            .margin(text * 2 / 3)
+            .x_label_area_size(text * 13 / 4)
+            .y_label_area_size(text * 9 / 2)
             .build_cartesian_2d(ends(0), ends(1))
             .map_err(PlotError::draw)?;
         chart
@@ -109,7 +109,7 @@ impl Curves {
             .y_labels(7)
             .x_desc(self.axes[0].as_str())
             .y_desc(self.axes[1].as_str())
-            .label_style((FONT, 13))
+            .label_style((FONT, text))
             .x_label_formatter(&label(0))
             .y_label_formatter(&label(1))
             .draw()
@@ -150,7 +150,7 @@ impl Curves {
         chart
             .configure_series_labels()
             .position(position)
-            .label_font((FONT, 12))
+            .label_font((FONT, text))
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.3))
             .draw()

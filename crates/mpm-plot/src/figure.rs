@@ -1,6 +1,7 @@
 //! Panels side by side, as text or as pixels.
 
 use crate::labels::FONT;
+use crate::pdf::{Page, PdfBackend};
 use crate::{Curves, PlotError, Shapes, palette};
 use plotters::coord::Shift;
 use plotters::prelude::{
@@ -11,6 +12,10 @@ use std::path::Path;
 
 /// Most panels in a row, if nothing else is said.
 const ACROSS: usize = 6;
+/// Height of letters, if nothing else is said `[pixels]`.
+const TEXT: u32 = 13;
+/// Part of the width of a picture that letters of 7 points have on 16 centimetres.
+const LEGIBLE: f64 = 0.0154;
 
 /// One panel of a figure.
 #[derive(Clone, Debug)]
@@ -30,6 +35,8 @@ pub struct Figure<'a> {
     pub columns: usize,
     /// Width and height of a panel `[pixels]`.
     pub panel: (u32, u32),
+    /// Height of letters `[pixels]`.
+    pub text: u32,
 }
 
 /// A drawn figure: red, green and blue of every pixel.
@@ -42,7 +49,13 @@ pub struct Image {
 impl<'a> Figure<'a> {
     /// Panels of 460 × 380 pixels, at most six in a row.
     pub fn new(panels: &'a [Panel]) -> Self {
-        Self { panels, columns: panels.len().clamp(1, ACROSS), panel: (460, 380) }
+        Self { panels, columns: panels.len().clamp(1, ACROSS), panel: (460, 380), text: TEXT }
+    }
+
+    /// With letters that can be read where the picture is 16 centimetres wide.
+    pub fn legible(mut self) -> Self {
+        self.text = TEXT.max((LEGIBLE * f64::from(self.size().0)).ceil() as u32);
+        self
     }
 
     /// Width and height `[pixels]`.
@@ -75,13 +88,24 @@ impl<'a> Figure<'a> {
         Ok(Image { width, pixels })
     }
 
-    /// Draws the figure into a file; its ending, `.svg` or `.png`, says the format.
+    /// The figure as the bytes of a PDF file of one page.
+    ///
+    /// # Errors
+    /// It cannot be drawn.
+    pub fn pdf(&self) -> Result<Vec<u8>, PlotError> {
+        let mut page = Page::new(self.size());
+        self.draw(PdfBackend::on(&mut page).into_drawing_area())?;
+        Ok(page.file())
+    }
+
+    /// Draws the figure into a file; its ending, `.svg`, `.png` or `.pdf`, says the format.
     ///
     /// # Errors
     /// It cannot be drawn, the file cannot be written, or has another ending.
     pub fn save(&self, path: &Path) -> Result<(), PlotError> {
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("svg") => std::fs::write(path, self.svg()?).map_err(|error| PlotError::write(path, error)),
+            Some("pdf") => std::fs::write(path, self.pdf()?).map_err(|error| PlotError::write(path, error)),
             Some("png") => self.image()?.save(path),
             _ => Err(PlotError::Format { path: path.into() }),
         }
@@ -98,8 +122,8 @@ impl<'a> Figure<'a> {
         area.fill(&WHITE).map_err(PlotError::draw)?;
         for (panel, part) in self.panels.iter().zip(area.split_evenly((self.rows(), self.columns))) {
             match panel {
-                Panel::Curves(curves) => curves.draw(&part)?,
-                Panel::Shapes(shapes) => shapes.draw(&part)?,
+                Panel::Curves(curves) => curves.draw(&part, self.text)?,
+                Panel::Shapes(shapes) => shapes.draw(&part, self.text)?,
             }
         }
         area.present().map_err(PlotError::draw)
@@ -173,13 +197,13 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Animation, ColourBar};
+    use crate::{Animation, ColourBar, Patch};
 
     fn panels(value: f64) -> Vec<Panel> {
         vec![Panel::Shapes(Shapes {
             title: "a triangle".into(),
             range: [(0.0, 1.0), (0.0, 1.0)],
-            domains: vec![(vec![(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], value)],
+            patches: vec![Patch::new(vec![(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], value)],
             discs: vec![((0.7, 0.7), 0.0)],
             radius: 0.1,
             bar: Some(ColourBar { label: "rho".into(), range: (0.0, 2.0) }),
@@ -188,10 +212,10 @@ mod tests {
     }
 
     #[test]
-    fn both_formats_are_written_and_no_other() {
+    fn all_formats_are_written_and_no_other() {
         let directory = tempfile::tempdir().unwrap();
         let panels = panels(1.0);
-        for file in ["a.svg", "a.png"] {
+        for file in ["a.svg", "a.png", "a.pdf"] {
             Figure::new(&panels).save(&directory.path().join(file)).unwrap();
             assert!(std::fs::metadata(directory.path().join(file)).unwrap().len() > 500);
         }
@@ -200,7 +224,7 @@ mod tests {
         assert!(svg.contains("<polygon") && svg.contains("a triangle") && svg.contains("#FDE725"), "{svg}");
         assert!(svg.contains("\n0.5\n") && svg.contains("\n1.5\n"), "{svg}");
         let error = Figure::new(&panels).save(&directory.path().join("a.bmp")).unwrap_err();
-        assert!(error.to_string().contains("ends in .svg or .png"), "{error}");
+        assert!(error.to_string().contains("ends in .svg, .png or .pdf"), "{error}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! # In more detail
 //!
-//! Pictures of results: curves over two axes, and bodies with their domains, to scale; as SVG, PNG or an
+//! Pictures of results: curves over two axes, and bodies with their domains, to scale; as SVG, PNG, PDF or an
 //! animated GIF. Everything drawn is plain numbers.
 
 mod animation;
@@ -11,12 +11,15 @@ mod curves;
 mod figure;
 mod labels;
 mod palette;
+mod pdf;
 mod shapes;
+mod shares;
 
 pub use animation::Animation;
 pub use curves::{Curve, Curves, Legend, Stroke};
 pub use figure::{Figure, Image, Panel};
-pub use shapes::{ColourBar, Shapes};
+pub use shapes::{ColourBar, Patch, Shapes, Symbol};
+pub use shares::{Face, Shares, normal};
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +39,7 @@ pub enum PlotError {
         reason: String,
     },
     /// The file's ending is that of no format.
-    #[error("cannot write picture {}: expected a name that ends in .svg or .png", path.display())]
+    #[error("cannot write picture {}: expected a name that ends in .svg, .png or .pdf", path.display())]
     Format {
         /// Path of the file.
         path: PathBuf,

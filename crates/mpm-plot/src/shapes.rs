@@ -1,4 +1,4 @@
-//! Bodies of domains or points, to scale.
+//! Bodies of domains or points, to scale, with what acts on them.
 
 use crate::PlotError;
 use crate::colours::{even, pale};
@@ -11,15 +11,17 @@ use plotters::prelude::{
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont};
 
-/// A body of domains, to scale; what reaches beyond the range is cut off.
+/// Bodies of domains or points, to scale; what reaches beyond the range is cut off.
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     /// Title of the panel.
     pub title: String,
     /// Ends of both axes.
     pub range: [(f64, f64); 2],
-    /// Domains: corners, and a number from 0 to 1 that colours them. The last are on top.
-    pub domains: Vec<(Vec<(f64, f64)>, f64)>,
+    /// What the axes say; no axes are drawn without.
+    pub axes: Option<[String; 2]>,
+    /// Parts of bodies. The last are on top.
+    pub patches: Vec<Patch>,
     /// Points.
     pub points: Vec<(f64, f64)>,
     /// Discs: centre, and a number from 0 to 1 that colours them. The last are on top.
@@ -30,8 +32,53 @@ pub struct Shapes {
     pub lines: Vec<[(f64, f64); 2]>,
     /// Outlines of what is rigid, over everything else.
     pub outlines: Vec<[(f64, f64); 2]>,
+    /// Supports and loads, over everything else.
+    pub symbols: Vec<Symbol>,
+    /// Directions in space as they are seen, by name; drawn in the lower left corner.
+    pub triad: Vec<(&'static str, (f64, f64))>,
     /// What the colours say; drawn at the right.
     pub bar: Option<ColourBar>,
+}
+
+/// A part of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// Its corners.
+    pub corners: Vec<(f64, f64)>,
+    /// A number from 0 to 1 that colours it; grey and without an outline where it is none.
+    pub value: f64,
+    /// How much light falls on it, from 0 to 1.
+    pub light: f64,
+}
+
+impl Patch {
+    /// A part in full light.
+    pub fn new(corners: Vec<(f64, f64)>, value: f64) -> Self {
+        Self { corners, value, light: 1.0 }
+    }
+}
+
+/// What acts on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Symbol {
+    /// A place that is held along some directions.
+    Held {
+        /// The place.
+        at: (f64, f64),
+        /// Whether it is held along the first and the second axis.
+        along: [bool; 2],
+        /// From which side along each axis it is held: -1 from below, 1 from above.
+        from: [f64; 2],
+    },
+    /// An arrow at a place.
+    Arrow {
+        /// The place.
+        at: (f64, f64),
+        /// Its direction.
+        along: (f64, f64),
+        /// Whether it begins at the place and pulls; else its tip is there and pushes.
+        pulls: bool,
+    },
 }
 
 /// What the colours of a body say.
@@ -43,32 +90,43 @@ pub struct ColourBar {
     pub range: (f64, f64),
 }
 
-/// Width of the colour bar with its ticks `[pixels]`.
-const BAR: u32 = 104;
+/// Space round a panel `[pixels]`.
+const MARGIN: u32 = 10;
 /// Domains that are smaller than this on average have no outline, which would cover them `[pixels]`.
 const OUTLINED: f64 = 5.0;
+/// Length of an arrow and size of a support's symbol `[pixels]`.
+const ARROW: f64 = 34.0;
+const HELD: f64 = 9.0;
 
 impl Shapes {
-    pub(crate) fn draw<DB>(&self, area: &DrawingArea<DB, Shift>) -> Result<(), PlotError>
+    pub(crate) fn draw<DB>(&self, area: &DrawingArea<DB, Shift>, text: u32) -> Result<(), PlotError>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
-        let Some(bar) = &self.bar else { return self.draw_body(area, pale) };
+        let area = area.titled(&self.title, (FONT, text * 5 / 4)).map_err(PlotError::draw)?;
+        let Some(bar) = &self.bar else { return self.draw_body(&area, pale, text) };
         let (width, _) = area.dim_in_pixel();
-        let (body, right) = area.split_horizontally(width.saturating_sub(BAR));
-        bar.draw(&right)?;
-        self.draw_body(&body, even)
+        let (body, right) = area.split_horizontally(width.saturating_sub(bar.width(text)));
+        bar.draw(&right, self.axes.as_ref().map_or(0, |_| 3 * text), text)?;
+        self.draw_body(&body, even, text)
     }
 
-    fn draw_body<DB>(&self, area: &DrawingArea<DB, Shift>, shade: fn(f64) -> RGBColor) -> Result<(), PlotError>
+    fn draw_body<DB>(
+        &self,
+        area: &DrawingArea<DB, Shift>,
+        shade: fn(f64) -> RGBColor,
+        text: u32,
+    ) -> Result<(), PlotError>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
+        let labels = if self.axes.is_some() { (9 * text / 2, 3 * text) } else { (0, 0) };
         let (width, height) = area.dim_in_pixel();
-        // What the title and the margins leave; the same scale along both axes.
-        let (wide, high) = ((f64::from(width) - 20.0).max(1.0), (f64::from(height) - 50.0).max(1.0));
+        // What the labels and the margins leave; the same scale along both axes.
+        let left = |all: u32, labels: u32| f64::from(all.saturating_sub(2 * MARGIN + labels).max(1));
+        let (wide, high) = (left(width, labels.0), left(height, labels.1));
         let [x, y] = self.range;
         let scale = ((x.1 - x.0) / wide).max((y.1 - y.0) / high);
         let centred = |(from, to): (f64, f64), pixels: f64| {
@@ -76,23 +134,41 @@ impl Shapes {
             middle - half..middle + half
         };
         let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (FONT, 17))
-            .margin(10)
+            .margin(MARGIN)
+            .x_label_area_size(labels.1)
+            .y_label_area_size(labels.0)
             .build_cartesian_2d(centred(x, wide), centred(y, high))
             .map_err(PlotError::draw)?;
-        let mean_area = self.domains.iter().map(|(corners, _)| extent(corners)).sum::<f64>()
-            / (self.domains.len().max(1) as f64 * scale * scale);
+        if let Some([along, up]) = &self.axes {
+            let (x, y) = (centred(x, wide), centred(y, high));
+            chart
+                .configure_mesh()
+                .disable_mesh()
+                .x_labels((wide / (5.0 * f64::from(text))) as usize)
+                .y_labels((high / (4.0 * f64::from(text))) as usize)
+                .x_desc(along)
+                .y_desc(up)
+                .label_style((FONT, text))
+                .x_label_formatter(&|v| short(*v, (x.start, x.end)))
+                .y_label_formatter(&|v| short(*v, (y.start, y.end)))
+                .draw()
+                .map_err(PlotError::draw)?;
+        }
+        let mean_area = self.patches.iter().map(|patch| extent(&patch.corners)).sum::<f64>()
+            / (self.patches.len().max(1) as f64 * scale * scale);
         let outlined = mean_area >= OUTLINED * OUTLINED;
-        for (corners, value) in &self.domains {
+        for Patch { corners, value, light } in &self.patches {
             let corners = clipped(corners, self.range);
             if corners.is_empty() {
                 continue;
             }
             let outline: Vec<(f64, f64)> = corners.iter().chain(corners.first()).copied().collect();
-            chart.draw_series([Polygon::new(corners, shade(*value).filled())]).map_err(PlotError::draw)?;
-            if outlined {
-                chart.draw_series([PathElement::new(outline, BLACK.mix(0.4))]).map_err(PlotError::draw)?;
-            }
+            let colour = lit(shade(*value), *light);
+            chart.draw_series([Polygon::new(corners, colour.filled())]).map_err(PlotError::draw)?;
+            // Without an outline of its own colour a seam would show between parts that meet.
+            let is_told = outlined && !value.is_nan();
+            let edge = if is_told { BLACK.mix(0.35) } else { colour.to_rgba() };
+            chart.draw_series([PathElement::new(outline, edge)]).map_err(PlotError::draw)?;
         }
         let inside = |at: (f64, f64)| clipped(&[at], self.range).len() == 1;
         let radius = (self.radius / scale).round().max(1.0) as i32;
@@ -102,30 +178,112 @@ impl Shapes {
             .map_err(PlotError::draw)?;
         let grid = RGBColor(200, 30, 30);
         let lines = self.lines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
-        chart.draw_series(lines.map(|line| PathElement::new(line, grid.mix(0.7)))).map_err(PlotError::draw)?;
+        chart.draw_series(lines.map(|line| PathElement::new(line, grid.mix(0.5)))).map_err(PlotError::draw)?;
         let outlines =
             self.outlines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
         let stroke = BLACK.stroke_width(2);
         chart.draw_series(outlines.map(|line| PathElement::new(line, stroke))).map_err(PlotError::draw)?;
         let points = self.points.iter().filter(|at| inside(**at));
         chart.draw_series(points.map(|&at| Circle::new(at, 2, BLACK.filled()))).map_err(PlotError::draw)?;
+        for (polygon, colour) in self.symbols.iter().flat_map(|symbol| symbol.polygons(scale)) {
+            chart.draw_series([Polygon::new(polygon, colour.filled())]).map_err(PlotError::draw)?;
+        }
+        self.draw_triad(area, text)
+    }
+
+    fn draw_triad<DB>(&self, area: &DrawingArea<DB, Shift>, text: u32) -> Result<(), PlotError>
+    where
+        DB: DrawingBackend,
+        DB::ErrorType: 'static,
+    {
+        let long = 2.2 * f64::from(text);
+        let (_, height) = area.dim_in_pixel();
+        let from = (4 * text as i32, height as i32 - 3 * text as i32);
+        for (name, (x, y)) in &self.triad {
+            let at = |part: f64| {
+                (from.0 + (part * long * x).round() as i32, from.1 - (part * long * y).round() as i32)
+            };
+            let line = PathElement::new(vec![from, at(1.0)], BLACK.stroke_width(2));
+            area.draw(&line).map_err(PlotError::draw)?;
+            let style = (FONT, text).into_font().color(&BLACK).pos(Pos::new(HPos::Center, VPos::Center));
+            area.draw(&Text::new(*name, at(1.45), style)).map_err(PlotError::draw)?;
+        }
         Ok(())
     }
 }
 
+impl Symbol {
+    /// Its filled parts, for so many units of the axes to a pixel.
+    fn polygons(&self, scale: f64) -> Vec<(Vec<(f64, f64)>, RGBColor)> {
+        let place = |at: (f64, f64), along: (f64, f64), points: &[(f64, f64)]| {
+            let turned = |&(a, b): &(f64, f64)| {
+                (at.0 + scale * (a * along.0 - b * along.1), at.1 + scale * (a * along.1 + b * along.0))
+            };
+            points.iter().map(turned).collect::<Vec<_>>()
+        };
+        match *self {
+            Symbol::Held { at, along, from } => {
+                let wedge = [(0.0, 0.0), (-HELD, 0.55 * HELD), (-HELD, -0.55 * HELD)];
+                let ground = [
+                    (-HELD - 1.0, 0.8 * HELD),
+                    (-HELD - 3.0, 0.8 * HELD),
+                    (-HELD - 3.0, -0.8 * HELD),
+                    (-HELD - 1.0, -0.8 * HELD),
+                ];
+                let directions = [(-from[0], 0.0), (0.0, -from[1])];
+                let held = (0..2).filter(|&d| along[d]);
+                held.flat_map(|d| [&wedge[..], &ground].map(|it| (place(at, directions[d], it), HOLDS)))
+                    .collect()
+            }
+            Symbol::Arrow { at, along, pulls } => {
+                let size = along.0.hypot(along.1);
+                if !(size > 0.0 && size.is_finite()) {
+                    return Vec::new();
+                }
+                let head = [(0.0, 0.0), (-11.0, 5.0), (-11.0, -5.0)];
+                let shaft = [(-10.0, 1.2), (-ARROW, 1.2), (-ARROW, -1.2), (-10.0, -1.2)];
+                let along = (along.0 / size, along.1 / size);
+                let ahead = if pulls { scale * ARROW } else { 0.0 };
+                let at = (at.0 + ahead * along.0, at.1 + ahead * along.1);
+                [&head[..], &shaft].map(|it| (place(at, along, it), PULLS)).into()
+            }
+        }
+    }
+}
+
+/// Colours of supports and of loads.
+const HOLDS: RGBColor = RGBColor(60, 60, 60);
+const PULLS: RGBColor = RGBColor(180, 0, 90);
+
+/// A colour in less light.
+fn lit(colour: RGBColor, light: f64) -> RGBColor {
+    let dim = |x: u8| (f64::from(x) * light.clamp(0.0, 1.0)).round() as u8;
+    RGBColor(dim(colour.0), dim(colour.1), dim(colour.2))
+}
+
 impl ColourBar {
-    fn draw<DB>(&self, area: &DrawingArea<DB, Shift>) -> Result<(), PlotError>
+    /// Its width with ticks and title `[pixels]`.
+    fn width(&self, text: u32) -> u32 {
+        let ticks = round_values(self.range).into_iter().map(|value| short(value, self.range).len());
+        let digits = ticks.max().unwrap_or(1) as u32;
+        36 + digits * text * 2 / 3 + 2 * text
+    }
+
+    /// Draws it `below` pixels above the lower end of an area.
+    fn draw<DB>(&self, area: &DrawingArea<DB, Shift>, below: u32, text: u32) -> Result<(), PlotError>
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
         const STEPS: i32 = 100;
-        let (_, height) = area.dim_in_pixel();
-        let (left, right) = (8, 24);
-        let (top, bottom) = (50, (height as i32 - 24).max(51));
+        let (width, height) = area.dim_in_pixel();
+        let (left, right) = (4, 22);
+        let top = MARGIN as i32;
+        let bottom = (height as i32 - MARGIN as i32 - below as i32).max(top + 1);
         let at = |part: i32, of: i32| bottom - (bottom - top) * part / of;
         for k in 0..STEPS {
-            let corners = [(left, at(k + 1, STEPS)), (right, at(k, STEPS))];
+            // Up to the end: parts that only meet would show a seam.
+            let corners = [(left, top), (right, at(k, STEPS))];
             let colour = even((f64::from(k) + 0.5) / f64::from(STEPS));
             area.draw(&Rectangle::new(corners, colour.filled())).map_err(PlotError::draw)?;
         }
@@ -134,13 +292,14 @@ impl ColourBar {
             let part = (value - self.range.0) / (self.range.1 - self.range.0);
             let y = bottom - (f64::from(bottom - top) * part).round() as i32;
             area.draw(&PathElement::new(vec![(right, y), (right + 4, y)], BLACK)).map_err(PlotError::draw)?;
-            let tick = Text::new(short(value, self.range), (right + 7, y - 6), (FONT, 12));
+            let style = (FONT, text).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+            let tick = Text::new(short(value, self.range), (right + 8, y), style);
             area.draw(&tick).map_err(PlotError::draw)?;
         }
         // Upwards along the right edge.
-        let font = (FONT, 13).into_font().transform(FontTransform::Rotate270);
+        let font = (FONT, text).into_font().transform(FontTransform::Rotate270);
         let style = font.color(&BLACK).pos(Pos::new(HPos::Center, VPos::Center));
-        let at = (BAR as i32 - 10, (top + bottom) / 2);
+        let at = (width as i32 - text as i32, (top + bottom) / 2);
         area.draw(&Text::new(self.label.as_str(), at, style)).map_err(PlotError::draw)
     }
 }

@@ -41,6 +41,8 @@ pub struct Check<'a> {
     pub seconds: CheckedSeconds,
     /// Volume and mass of every body.
     pub bodies: Vec<CheckedBody<'a>>,
+    /// Rigid tools: of which parts, how large, how they move.
+    pub tools: &'a [String],
     /// What in the scene is probably not meant.
     pub remarks: &'a [String],
     /// Columns of the points that are not stored for any body.
@@ -78,6 +80,7 @@ pub struct CheckedSeconds {
     pub connect: f64,
     pub analyse: f64,
     pub pass: f64,
+    pub tools: f64,
     pub solve: f64,
     pub look: f64,
     pub solution_tried: bool,
@@ -125,6 +128,7 @@ impl<'a> Check<'a> {
             memory: CheckedMemory::of(it),
             seconds: CheckedSeconds::of(it, scene),
             bodies: it.volumes.iter().map(CheckedBody::of).collect(),
+            tools: &it.tools,
             remarks: &it.remarks,
             not_stored_per_point: &it.columns_not_stored,
             fields_not_written: unwritten_fields(scene),
@@ -161,6 +165,7 @@ impl CheckedSeconds {
             connect: seconds.connect,
             analyse: seconds.analyse,
             pass: seconds.pass,
+            tools: seconds.tools,
             solve: seconds.solve,
             look: seconds.look,
             solution_tried: seconds.is_tried,

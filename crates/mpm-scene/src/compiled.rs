@@ -3,7 +3,7 @@
 use crate::error::SceneError;
 use crate::language::{FieldInput, OutputInput};
 use mpm_solver::observe::{Field, Observer};
-use mpm_solver::{Error, Estimate, Model, NamedBody, State, StateLayout, Summary, estimate, resume, run};
+use mpm_solver::{Error, Estimate, Model, State, StateLayout, Summary, estimate, resume, run};
 
 /// A model in the space of its scene.
 pub enum Compiled {
@@ -47,19 +47,21 @@ impl Compiled {
     /// The fields of the points that are recorded.
     ///
     /// # Errors
-    /// A field that is named twice, or one that neither points nor the laws of the scene's bodies have, with those that there are.
+    /// A field that is named twice, or one that neither points, nor the laws of the scene's bodies, nor its tools have, with
+    /// those that there are.
     pub fn fields(&self, output: &OutputInput) -> Result<Vec<Field>, SceneError> {
         match self {
-            Compiled::Plane(model) => fields(&model.bodies, output),
-            Compiled::Solid(model) => fields(&model.bodies, output),
+            Compiled::Plane(model) => fields(model, output),
+            Compiled::Solid(model) => fields(model, output),
         }
     }
 
-    /// All fields that the points have: those of any points, then what their laws remember, each once.
+    /// All fields that the points have: those of any points, then what their laws remember and what contributions
+    /// know of them, each once.
     pub fn known_fields(&self) -> Vec<Field> {
         match self {
-            Compiled::Plane(model) => known_fields(&model.bodies),
-            Compiled::Solid(model) => known_fields(&model.bodies),
+            Compiled::Plane(model) => known_fields(model),
+            Compiled::Solid(model) => known_fields(model),
         }
     }
 
@@ -75,22 +77,26 @@ impl Compiled {
     }
 }
 
-fn known_fields<const D: usize>(bodies: &[NamedBody<D>]) -> Vec<Field> {
-    let mut known = Field::OF_POINTS.to_vec();
-    for field in bodies.iter().flat_map(|named| named.body.history_fields()).map(Field::from) {
-        if !known.contains(&field) {
-            known.push(field);
+/// What the laws of the bodies remember, then what contributions know of points; each once.
+fn further_fields<const D: usize>(model: &Model<D>) -> Vec<Field> {
+    let of_laws = model.bodies.iter().flat_map(|named| named.body.history_fields());
+    let of_contributions =
+        model.contributions.iter().flat_map(|named| named.contribution.point_fields()).map(|it| it.info);
+    let mut further = Vec::new();
+    for field in of_laws.chain(of_contributions).map(Field::from) {
+        if !further.contains(&field) {
+            further.push(field);
         }
     }
-    known
+    further
 }
 
-/// The fields of bodies' points that are recorded; none of them twice.
-pub(crate) fn fields<const D: usize>(
-    bodies: &[NamedBody<D>],
-    output: &OutputInput,
-) -> Result<Vec<Field>, SceneError> {
-    let remembered = || bodies.iter().flat_map(|named| named.body.history_fields()).map(Field::from);
+fn known_fields<const D: usize>(model: &Model<D>) -> Vec<Field> {
+    Field::OF_POINTS.into_iter().chain(further_fields(model)).collect()
+}
+
+/// The fields of points that are recorded; none of them twice.
+pub(crate) fn fields<const D: usize>(model: &Model<D>, output: &OutputInput) -> Result<Vec<Field>, SceneError> {
     let field = |(k, input): (usize, &FieldInput)| {
         if output.fields[..k].contains(input) {
             return Err(SceneError::new(format!("output.fields[{k}]"), "the field is named twice"));
@@ -98,10 +104,9 @@ pub(crate) fn fields<const D: usize>(
         let FieldInput::Remembered(name) = input else {
             return Ok(input.of_points().expect("a field of points"));
         };
-        remembered().find(|field| as_written(field.name()) == *name).ok_or_else(|| {
-            let mut known: Vec<String> = Field::OF_POINTS.map(|field| as_written(field.name())).into();
-            known.extend(remembered().map(|field| as_written(field.name())));
-            known.dedup();
+        further_fields(model).into_iter().find(|field| as_written(field.name()) == *name).ok_or_else(|| {
+            let known: Vec<String> =
+                known_fields(model).into_iter().map(|field| as_written(field.name())).collect();
             let reason = format!("no point has a field `{name}`, expected one of {}", known.join(", "));
             SceneError::new(format!("output.fields[{k}]"), reason)
         })

@@ -23,7 +23,8 @@ pub use check::{
     Check, CheckedBody, CheckedMemory, CheckedSeconds, CheckedStage, seconds_of_run, unwritten_fields,
 };
 pub use compile::{
-    DrivenPath, ToolOutline, compile, compile_with, compile_within, drive, in_plane, mesh_of, tool_outlines,
+    ActingOn, BodyShares, DrawnLoad, DrivenPath, ToolSurface, acting, compile, compile_with, compile_within,
+    drive, in_plane, mesh_of, shares_at_rest, tool_surfaces,
 };
 pub use compiled::Compiled;
 pub use error::SceneError;

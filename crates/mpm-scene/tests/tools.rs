@@ -167,9 +167,19 @@ fn a_tool_that_passes_through_a_body_ends_the_run_by_name() {
 #[test]
 fn a_free_component_that_nothing_resists_is_named() {
     let smooth = PRESS.replace("interface: (friction: 0.3), ", "");
-    let text = smooth.replace("MOTION", "motion: Loaded(free: [X, Y], force: (0, -1))");
-    let error = run(&text).1.unwrap_err().to_string();
-    assert!(error.contains("nothing resists the shift along x of contribution `tool foot`"), "{error}");
+    // A smooth disc turns about its middle against nothing.
+    let disc = smooth
+        .replace(
+            "Polygon(vertices: [(0.6, 1.1), (1.3, 1.1), (1.3, 1.6), (0.6, 1.6)])",
+            "Disc(centre: (0.9, 1.37), radius: 0.3)",
+        )
+        .replace("(0.9, 1.1)", "(0.9, 1.37)");
+    for (text, free, named) in [(&smooth, "X, Y", "the shift along x"), (&disc, "Y, Turn", "the turn about z")]
+    {
+        let motion = format!("motion: Loaded(free: [{free}], force: (0, -1))");
+        let error = run(&text.replace("MOTION", &motion)).1.unwrap_err().to_string();
+        assert!(error.contains(&format!("nothing resists {named} of contribution `tool foot`")), "{error}");
+    }
 }
 
 #[test]
@@ -189,15 +199,73 @@ fn a_tool_thinner_than_a_cell_is_remarked() {
         .replace("MOTION", "rounding: 0.02")
         .replace("points_per_cell: 2", "points_per_cell: 4")
         .replace("(1.3, 1.1), (1.3, 1.6)", "(0.8, 1.1), (0.8, 1.6)");
-    let Compiled::Plane(mut model) = compile(&Scene::from_ron(&text).unwrap()).unwrap() else { panic!() };
-    let estimate = mpm_solver::estimate(&mut model).unwrap();
-    let thin = estimate.remarks.iter().find(|remark| remark.contains("tool `foot` is 0.2 thick"));
-    assert!(thin.is_some(), "{:?}", estimate.remarks);
+    let remarks = remarks(&text);
+    assert!(remarks.iter().any(|remark| remark.contains("tool `foot` is 0.2 thick")), "{remarks:?}");
+}
+
+/// What a check remarks.
+fn remarks(text: &str) -> Vec<String> {
+    let Compiled::Plane(mut model) = compile(&Scene::from_ron(text).unwrap()).unwrap() else { panic!() };
+    mpm_solver::estimate(&mut model).unwrap().remarks
+}
+
+#[test]
+fn facets_that_will_show_are_remarked() {
+    let clay = PRESS.replace("MOTION", "motion: Rest").replace(
+        "Hencky(young: 1e3, poisson: 0.3)",
+        "VonMises(young: 1e3, poisson: 0.3, undrained_strength: Linear(at: 1.1, value: 5, gradient: 2))",
+    );
+    let round = |n: u32| {
+        let corner = |k: u32| {
+            let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
+            format!("({:?}, {:?})", 0.9 + 0.25 * cosine, 1.4 + 0.25 * sine)
+        };
+        let corners = (0..n).map(corner).collect::<Vec<_>>().join(", ");
+        clay.replace("(0.6, 1.1), (1.3, 1.1), (1.3, 1.6), (0.6, 1.6)", &corners)
+            .replace("motion: Rest", "motion: Rest, rounding: 0.001")
+    };
+    let told = |text: &str| remarks(text).into_iter().find(|remark| remark.contains("has facets"));
+    // E/8 times the turn over the strength at the top, that of the point nearest to it.
+    let remark = told(&round(64)).unwrap();
+    assert!(
+        remark.contains("tool `foot` has facets that turn by 5.625°") && remark.contains("body `block`"),
+        "{remark}"
+    );
+    let swing = 1e3 * 5.625_f64.to_radians() / 8.0;
+    let about: f64 = remark.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(swing / 5.2 < about && about < swing / 5.0, "{about} of {swing}");
+    assert_eq!(told(&clay), None, "corners are no facets");
+    let elastic = round(64)
+        .replace("VonMises", "Hencky")
+        .replace(", undrained_strength: Linear(at: 1.1, value: 5, gradient: 2)", "");
+    assert_eq!(told(&elastic), None, "what has no strength is not moved by a part of it");
+}
+
+#[test]
+fn sizes_of_tools_are_told() {
+    let told = |motion: &str| {
+        let text = PRESS.replace("MOTION", motion);
+        let Compiled::Plane(mut model) = compile(&Scene::from_ron(&text).unwrap()).unwrap() else { panic!() };
+        let estimate = mpm_solver::estimate(&mut model).unwrap();
+        assert_eq!(estimate.tools.len(), 1);
+        (estimate.tools[0].clone(), estimate.seconds.tools)
+    };
+    let (tool, seconds) = told("motion: Loaded(free: [Y, Turn], force: (0, -1))");
+    assert!(
+        tool.starts_with(
+            "`foot`: polygon; 0.7 × 0.5; free: the shift along y, the turn about z; 0.5 thick, 4.0 times"
+        ),
+        "{tool}"
+    );
+    assert!(!tool.ends_with(": 0") && seconds > 0.0, "{tool}, {seconds} s");
+    let (tool, seconds) = told("motion: Rest");
+    assert!(tool.contains("; at rest; ") && seconds == 0.0, "{tool}, {seconds} s");
 }
 
 #[test]
 fn steps_in_which_a_tool_could_be_passed_are_cut() {
     let text = PRESS.replace("MOTION", "motion: Move(by: (-1, 0.2))").replace("steps: 5", "steps: 1");
+    assert!(remarks(&text).is_empty(), "a check finds nothing wrong with that");
     let (seen, outcome) = run(&text);
     outcome.unwrap();
     assert!(seen.rows.len() > 3, "{} rows", seen.rows.len());

@@ -50,7 +50,7 @@ impl Column {
             ("tool", "area") => "L^(D-1)",
             ("driven_gap", _) => "cells",
             ("wall_seconds", "") => "s",
-            ("stage", "fraction") | ("tool", "deepest") | (_, "") => "-",
+            ("stage", "fraction") | ("tool", "deepest" | "rotation") | (_, "") => "-",
             _ => "?",
         }
     }
@@ -65,7 +65,8 @@ pub enum Entry {
     Real(Vec<f64>),
 }
 
-/// A quantity of the material points that can be asked for: one of [`Field::OF_POINTS`], or what a law remembers.
+/// A quantity of the material points that can be asked for: one of [`Field::OF_POINTS`], what a law remembers,
+/// or what contributions know of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Field {
     name: &'static str,

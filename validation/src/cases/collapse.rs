@@ -1,7 +1,7 @@
 //! A block that settles and spreads under its own weight (AMPLE's collapse).
 
 use super::{fixed, largest, sweep};
-use crate::picture::{Panel, Picture, Shapes};
+use crate::picture::{Panel, Patch, Picture, Shapes};
 use crate::scenes::{Run, load, run};
 use crate::variants::{PlaneScene, plane, refined, with_points};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
@@ -170,12 +170,16 @@ fn picture(run: &Run) -> Result<Picture, Broken> {
     let history = &run.history;
     let rho = history.field(Field::RHO, history.rows().len() - 1);
     let outline = |corners: &Vec<[f64; 3]>| corners.iter().map(|x| (x[0], x[1])).collect::<Vec<_>>();
-    let domains =
-        history.outlines().iter().zip(rho).map(|(corners, rho)| (outline(corners), rho / 20e3)).collect();
+    let patches = history
+        .outlines()
+        .iter()
+        .zip(rho)
+        .map(|(corners, rho)| Patch::new(outline(corners), rho / 20e3))
+        .collect();
     let shape = Shapes {
         title: format!("{} % of the weight", fixed(100.0 * history.last().fraction, 0)),
         range: [(0.0, 16.0), (0.0, 8.0)],
-        domains,
+        patches,
         lines: super::mesh_lines(&Scene::PlaneStrain(scene(2, 2)?), 1.0)?,
         ..Shapes::default()
     };

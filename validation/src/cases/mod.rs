@@ -28,7 +28,7 @@ mod view;
 mod vortex;
 
 use crate::history::{Frame, History};
-use crate::picture::{Panel, Shapes};
+use crate::picture::{Panel, Patch, Shapes};
 use crate::probe::plane;
 use crate::{Broken, Case};
 use mpm_grid::LoadFraction;
@@ -144,15 +144,16 @@ fn framed(
     shade: impl Fn(&[[f64; 3]]) -> f64,
 ) -> Result<Panel, Broken> {
     let outlines = frame.outlines.iter().filter(|corners| !corners.is_empty());
-    let domains: Vec<_> =
-        outlines.map(|corners| (corners.iter().map(|x| (x[0], x[1])).collect(), shade(corners))).collect();
-    let points = if domains.is_empty() {
+    let patches: Vec<_> = outlines
+        .map(|corners| Patch::new(corners.iter().map(|x| (x[0], x[1])).collect(), shade(corners)))
+        .collect();
+    let points = if patches.is_empty() {
         frame.positions.chunks_exact(3).map(|x| (x[0], x[1])).collect()
     } else {
         Vec::new()
     };
     let lines = mesh_lines(scene, frame.fraction)?;
-    Ok(Panel::Shapes(Shapes { title, range, domains, points, lines, ..Shapes::default() }))
+    Ok(Panel::Shapes(Shapes { title, range, patches, points, lines, ..Shapes::default() }))
 }
 
 /// Edges of the mesh of a scene at a load fraction.

@@ -120,8 +120,12 @@ fn points(findings: &mut Findings) -> Result<(), Broken> {
     let Scene::PlaneStrain(mut scene) = load("points")? else {
         return Err("expected a scene in the plane".into());
     };
-    scene.bodies[0].shape =
-        ShapeInput::Box { from: Coordinates([0.0; 2]), to: Coordinates([1.0, 2.0]), without: Vec::new() };
+    scene.bodies[0].shape = ShapeInput::Box {
+        from: Coordinates([0.0; 2]),
+        to: Coordinates([1.0, 2.0]),
+        without: Vec::new(),
+        cutouts: Vec::new(),
+    };
     scene.bodies[0].points_per_cell = Some(Count(2));
     let [a, b] = [run(&from_table)?.completed()?, run(&Scene::PlaneStrain(scene))?.completed()?];
     let bits = |it: &History| it.reproducible().iter().flat_map(Row::bits).collect::<Vec<u64>>();

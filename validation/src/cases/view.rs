@@ -1,6 +1,6 @@
 //! Bodies in space as one sees them.
 
-use crate::picture::Shapes;
+use crate::picture::{Patch, Shapes};
 
 /// Faces of a box whose corners are lexicographic, round each face.
 const FACES: [[usize; 4]; 6] =
@@ -37,6 +37,6 @@ pub(super) fn view(
         }
     }
     faces.sort_by(|a, b| a.nearness.total_cmp(&b.nearness));
-    let domains = faces.into_iter().map(|it| (it.corners, it.shade)).collect();
-    Shapes { title, range, domains, ..Shapes::default() }
+    let patches = faces.into_iter().map(|it| Patch::new(it.corners, it.shade)).collect();
+    Shapes { title, range, patches, ..Shapes::default() }
 }

@@ -111,7 +111,8 @@ pub(super) const SMALL: &[&str] = &[
     bodies: [
         (name: "pile", material: "a", shape: Cylinder(axis: Z, centre: (2, 2), radius: 0.8, extent: (0, 1)), points_per_cell: 1),
         (name: "ball", material: "a", shape: Sphere(centre: (0, 2, 1), radius: 0.9), symmetry: [X], points_per_cell: 1),
-        (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"]), points_per_cell: 1),
+        (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"], cutouts: [Box(from: (1, 1, 0), to: (1.2, 1.2, 1))]), points_per_cell: 1),
+        (name: "prism", material: "a", shape: Polygon(vertices: [(0, 3), (1, 3), (1, 4), (0, 4)], holes: [[(0.2, 3.2), (0.8, 3.2), (0.8, 3.8)]], axis: Z, extent: (1, 2)), points_per_cell: 1),
     ],
     supports: [
         (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),
@@ -211,7 +212,7 @@ pub(super) const SMALL: &[&str] = &[
         (name: "wheel", parts: [Disc(centre: (0.8, 2.6), radius: 0.6)],
             motion: Move(by: (0, -0.02), ramp: [(0, 0), (0.5, 1)], then: [(by: (0.1, 0), ramp: [(0.5, 0), (1, 1)])],
                 turn: (axis: Z, centre: (0.8, 2.6), angle: -10, ramp: [(0.5, 0), (1, 1)])),
-            interface: (friction: 0.3, adhesion: 1, stiffness: 20, separates: true, augment: 0, exact_friction: false),
+            interface: (friction: 0.3, adhesion: 1, adhesion_factor: 0, stiffness: 20, separates: true, augment: 0, exact_friction: false),
             bodies: ["block"], moment_about: (0.8, 2.6)),
         (name: "weight", parts: [Polygon(vertices: [(1.6, 2), (2.6, 2), (2.6, 3), (1.6, 3)])], rounding: 0.05, moment_about: (2.1, 2),
             motion: Loaded(free: [Y, Turn], force: (0, -2), moment: 0.01, ramp: [(0, 0), (1, 1)], by: (0.01, 0), by_ramp: [(0, 0), (1, 1)])),

@@ -14,7 +14,10 @@ pub struct BodyArguments {
     /// Ends of the colour bar [default: those of the field].
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)]
     pub range: Option<Vec<f64>>,
-    /// Leave the mesh out.
+    /// Draw this body alone.
+    #[arg(long, value_name = "NAME")]
+    pub body: Option<String>,
+    /// Leave the mesh out, with supports and loads.
     #[arg(long)]
     pub no_mesh: bool,
     /// Bodies of revolution: their section on both sides of the axis.
@@ -26,6 +29,9 @@ pub struct BodyArguments {
     /// Three dimensions: only the points next to a plane across an axis, as in `z=0.5`.
     #[arg(long, value_name = "AXIS=AT", value_parser = slice)]
     pub slice: Option<(usize, f64)>,
+    /// Three dimensions: without what stands before a plane across an axis, as in `y=0`; tools are drawn whole.
+    #[arg(long, value_name = "AXIS=AT", value_parser = slice, conflicts_with = "slice")]
+    pub cut: Option<(usize, f64)>,
 }
 
 /// Where one looks from.

@@ -10,8 +10,8 @@ use mpm_scene::mesh_of;
 
 /// Most curves of Newton's method in a panel.
 const MOST_STEPS: usize = 8;
-/// Displacements below this part of the largest are rounding.
-const ROUNDING: f64 = 1e-9;
+/// Numbers below this part of the largest are rounding.
+pub const ROUNDING: f64 = 1e-9;
 
 /// Reactions against displacements of supports that move; where none does, against the load fraction.
 pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
@@ -60,6 +60,10 @@ pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
     if largest <= ROUNDING * moment {
         return Ok(None);
     }
+    // What is rounding beside the others is no curve.
+    let is_more = |line: &(String, Vec<(f64, f64)>)| line.1.iter().any(|at| at.1.abs() > ROUNDING * largest);
+    held.retain(is_more);
+    driven.retain(is_more);
     let is_driven = most > 1e-12 && !driven.is_empty();
     Ok(Some(match is_driven {
         true => curves("Reactions", ["displacement [L]", "reaction [F]"], driven),
@@ -107,6 +111,9 @@ pub fn energies(file: &Drawn) -> Result<Option<Panel>, Complaint> {
         let energy = column(file, &format!("energy/{name}"))?;
         lines.push((name, fractions.values().iter().copied().zip(energy.values().iter().copied()).collect()));
     }
+    let size = |line: &(String, Vec<(f64, f64)>)| line.1.iter().fold(0.0_f64, |size, at| size.max(at.1.abs()));
+    let largest = lines.iter().map(size).fold(0.0, f64::max);
+    lines.retain(|line| size(line) > ROUNDING * largest);
     Ok(Some(curves("Energies", ["load fraction", "energy [F L]"], lines)))
 }
 
@@ -148,7 +155,7 @@ fn lined(lines: Vec<(String, Vec<(f64, f64)>)>, stroke: Stroke) -> Vec<Curve> {
 }
 
 /// Lines over linear axes that just hold them.
-fn curves(title: &str, axes: [&str; 2], lines: Vec<(String, Vec<(f64, f64)>)>) -> Panel {
+pub fn curves(title: &str, axes: [&str; 2], lines: Vec<(String, Vec<(f64, f64)>)>) -> Panel {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let values = lines.iter().flat_map(|line| &line.1).map(of).filter(|x| x.is_finite());
         let (from, to) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));

@@ -2,54 +2,56 @@
 
 use super::drawn::{Drawn, complain};
 use crate::complaint::Complaint;
-use mpm_io::Table;
+use mpm_io::{FolderFiles, Table};
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
-use mpm_scene::{Scene, ToolOutline, in_plane, tool_outlines};
+use mpm_scene::{Scene, ToolSurface, tool_surfaces};
 
-/// Tools in the plane and where they stand at every row of the history.
+/// Tools and where they stand at every row of the history.
 pub struct Tools {
     fractions: Table,
-    /// Whether they turn in the plane that is drawn, and not about an axis in it.
+    /// Whether they turn in what is drawn, and not about an axis in it.
     turns: bool,
-    tools: Vec<(ToolOutline, Table, Table)>,
+    /// Surface, position of its reference point, and angle, in space rotation.
+    tools: Vec<(ToolSurface, Table, Table)>,
 }
 
 impl Tools {
-    /// The tools of a results file; none in space.
+    /// The tools of a results file; in space none where a file that one of them names is not there, or an older program has not
+    /// recorded how they turn.
     pub fn of(file: &Drawn) -> Result<Self, Complaint> {
-        let outlines = match &file.scene {
-            Scene::PlaneStrain(scene) => tool_outlines(scene),
-            Scene::Axisymmetric(scene) => in_plane(scene).and_then(|scene| tool_outlines(&scene)),
-            Scene::Solid(_) => Ok(Vec::new()),
-        };
-        let outlines = outlines
-            .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
-        let placed = |outline: ToolOutline| {
-            let column = |what: &str| column(file, &format!("tool/{}/{what}", outline.name));
-            let (position, angle) = (column("position")?, column("angle")?);
-            Ok((outline, position, angle))
-        };
-        let tools = outlines.into_iter().map(placed).collect::<Result<_, Complaint>>()?;
+        let fractions = column(file, "load_fraction")?;
+        let in_space = matches!(file.scene, Scene::Solid(_));
         let turns = !matches!(file.scene, Scene::Axisymmetric(_));
-        Ok(Self { fractions: column(file, "load_fraction")?, turns, tools })
+        match Self::placed(file, if in_space { "rotation" } else { "angle" }) {
+            Err(_) if in_space => Ok(Self { fractions, turns, tools: Vec::new() }),
+            tools => Ok(Self { fractions, turns, tools: tools? }),
+        }
     }
 
-    /// Segments of all tools at a load fraction.
-    pub fn at(&self, fraction: f64) -> Vec<[(f64, f64); 2]> {
+    fn placed(file: &Drawn, turned: &str) -> Result<Vec<(ToolSurface, Table, Table)>, Complaint> {
+        let surfaces = tool_surfaces(&file.scene, &FolderFiles::beside(&file.path))
+            .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
+        let placed = |surface: ToolSurface| {
+            let column = |what: &str| column(file, &format!("tool/{}/{what}", surface.name));
+            let (position, turned) = (column("position")?, column(turned)?);
+            Ok((surface, position, turned))
+        };
+        surfaces.into_iter().map(placed).collect()
+    }
+
+    /// Facets of all tools at a load fraction: segments in the plane, triangles in space.
+    pub fn at(&self, fraction: f64) -> Vec<Vec<[f64; 3]>> {
         let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
             return Vec::new();
         };
-        let turns = f64::from(u8::from(self.turns));
-        let of_tool = |(outline, position, angle): &(ToolOutline, Table, Table)| {
-            let (to, about) = (position.row(row).to_vec(), outline.moment_about);
-            let (sine, cosine) = (turns * angle.row(row)[0]).to_radians().sin_cos();
-            let place = move |x: [f64; 2]| {
-                let arm = [x[0] - about[0], x[1] - about[1]];
-                (to[0] + cosine * arm[0] - sine * arm[1], to[1] + sine * arm[0] + cosine * arm[1])
-            };
-            outline.segments.iter().map(move |segment| segment.map(&place)).collect::<Vec<_>>()
-        };
-        self.tools.iter().flat_map(of_tool).collect()
+        let mut facets = Vec::new();
+        for (surface, position, turned) in &self.tools {
+            let turned = if self.turns { turned.row(row) } else { &[0.0] };
+            let vertices = surface.placed(position.row(row), turned);
+            let corners = |facet: &Vec<u32>| facet.iter().map(|&vertex| vertices[vertex as usize]).collect();
+            facets.extend(surface.facets.iter().map(corners));
+        }
+        facets
     }
 }
 

@@ -26,6 +26,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("lattice.rs", "direction {direction} has", "axes have cells, and the compiler tells of rings"),
     ("geometry/src/surface.rs", "facet {facet} has a corner", "the reader of STL files says so before"),
     ("ramp.rs", "load fraction {value}", "load fractions are read from 0 to 1"),
+    ("prism.rs", "expected ends that ascend", "the compiler says so before"),
+    ("prism.rs", "the polygon cannot be cut", "of needles that rounding has closed"),
     ("ramp.rs", "stages must increase", "the compiler sorts them"),
     ("added_stages.rs", "", "of scenes to go on with, in `mpm-scene/tests/resume.rs`"),
     (
@@ -79,6 +81,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("basis/src/gimp.rs", "a half length is", "of checkpoints"),
     ("completeness.rs", "relative errors of", "of tests of a basis"),
     ("contact/src/revolution.rs", "a distance from the axis", "cylinders and cones have such profiles"),
+    ("contact/src/revolution.rs", "body of revolution", "the kind of a part in `mpm check`"),
     ("contact/src/surface.rs", "", "the reader of STL files says so before"),
     ("assembly/src/contact/", "", "cut steps and damaged checkpoints, in tests beside and of mpm-scene"),
     ("compile/shapes.rs", "`without`: no tool is named", "of rings, in `tools.rs` of `mpm-scene`"),

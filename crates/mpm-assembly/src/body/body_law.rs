@@ -38,6 +38,9 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
     /// Points that yield there.
     fn points_at_apex(&self, points: &Points<D>) -> usize;
 
+    /// As [`Material::undrained_strength`], of a point.
+    fn undrained_strength(&self, point: usize) -> Option<f64>;
+
     /// Bytes of all histories.
     fn history_bytes(&self) -> usize;
 

@@ -76,6 +76,10 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Young's modulus of its law, of small strains around no stress `[F/L²]`.
     fn young(&self) -> f64;
 
+    /// Undrained shear strength that a point has left, see [`mpm_material::Material::undrained_strength`] `[F/L²]`; none
+    /// where its law has none.
+    fn undrained_strength(&self, point: usize) -> Option<f64>;
+
     /// Where a point and its domain are.
     fn extent(&self, point: usize) -> PointExtent<D>;
 

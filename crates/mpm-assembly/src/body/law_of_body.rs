@@ -103,6 +103,10 @@ impl<const D: usize, M: Material + 'static, const HOOP: bool> BodyLaw<D> for Law
         (0..points.len()).filter(is_there).count()
     }
 
+    fn undrained_strength(&self, point: usize) -> Option<f64> {
+        self.law.undrained_strength(&self.history[point])
+    }
+
     fn history_bytes(&self) -> usize {
         size_of_val(&self.history[..])
     }
@@ -272,6 +276,10 @@ impl<M: Material + 'static> BodyLaw<3> for TurningLaw<M> {
 
     fn points_at_apex(&self, points: &Points<3>) -> usize {
         BodyLaw::<3>::points_at_apex(&self.law, points)
+    }
+
+    fn undrained_strength(&self, point: usize) -> Option<f64> {
+        BodyLaw::<3>::undrained_strength(&self.law, point)
     }
 
     fn history_bytes(&self) -> usize {

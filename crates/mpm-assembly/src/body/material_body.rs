@@ -185,6 +185,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.law.elasticity().young()
     }
 
+    fn undrained_strength(&self, point: usize) -> Option<f64> {
+        self.law.undrained_strength(point)
+    }
+
     fn extent(&self, point: usize) -> PointExtent<D> {
         let dimensions = self.points.space.coordinates::<D>() as f64;
         let width = self.points.reference_size(point).powf(1.0 / dimensions);

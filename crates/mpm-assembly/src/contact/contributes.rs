@@ -2,37 +2,24 @@
 
 use super::areas::samples_of;
 use super::corners::{At, Contact, Dense, Search};
+use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::Standing;
 use super::memory::Memory;
 use super::summary::Summary;
 use super::tool_contact::{RigidTool, ToolContact};
-use crate::body::Space;
+use crate::body::{Body, Space};
 use crate::contribution::{
-    Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
+    Begun, Contribution, ContributionEnergy, Inadmissible, PointField, Recorded, Refused, StepStart,
+    SystemSums, Trial,
 };
 use crate::unknowns::{Couplings, UnknownId, Unknowns};
 use mpm_basis::parallel::each_point;
 use mpm_contact::{Bounds, Increment};
-use mpm_grid::{Mesh, Ramp, Vector, six_digits};
+use mpm_grid::{Mesh, Ramp, Vector};
 use mpm_linear::Symmetry;
 
 /// Gap over the width of a domain at which augmentation ends.
 const CLOSED: f64 = 1e-12;
-
-/// The longest edge, of so many directions, of the cells that hold the corners and the middle of a box, 0 where they lie
-/// outside the mesh `[L]`.
-fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>, coordinates: usize) -> f64 {
-    if !bounds.is_finite() {
-        return 0.0;
-    }
-    let places = bounds.corners().chain([(bounds.from + bounds.to) * 0.5]);
-    let cells = places.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| mesh.linear_cell(place.cell));
-    let edges = cells.map(|cell| {
-        let across = cell.jacobian(&Vector::zeros());
-        across.column_iter().take(coordinates).map(|column| 2.0 * column.norm()).fold(0.0, f64::max)
-    });
-    edges.fold(0.0, f64::max)
-}
 
 impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn begin(&mut self, step: &StepStart<'_, D>, unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
@@ -156,19 +143,12 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         self.rigid.motion.ramps().into_iter().chain(load).collect()
     }
 
-    fn remarks(&self, mesh: &Mesh<D>) -> Vec<String> {
-        let coordinates = if self.rigid.turns { D - 1 } else { D };
-        let thickness = self.rigid.tool.thickness();
-        let edge = longest_edge(mesh, &self.rigid.tool.bounds(), coordinates);
-        let sentence = || {
-            format!(
-                "tool `{}` is {} thick, less than a cell around it, which is {}: bodies on both of its sides share nodes",
-                self.name,
-                six_digits(thickness),
-                six_digits(edge)
-            )
-        };
-        if thickness < edge { vec![sentence()] } else { Vec::new() }
+    fn remarks(&self, mesh: &Mesh<D>, bodies: &[(&str, &dyn Body<D>)]) -> Vec<String> {
+        self.remark_on_thickness(mesh).into_iter().chain(self.remark_on_facets(bodies)).collect()
+    }
+
+    fn size(&self, bodies: &[(&str, &dyn Body<D>)]) -> Option<String> {
+        Some(self.describe_size(bodies))
     }
 
     /// Stored in the springs of contact, dissipated by slip, and done by the tool, whose force is taken to change linearly
@@ -244,7 +224,8 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             }
         }
         summary.check_depth()?;
-        self.prepared = Memory { has_begun: true, touches };
+        let points = self.present.points_after(touched(&self.corners, &contacts, &pose));
+        self.prepared = Memory { has_begun: true, touches, points };
         self.prepared_standing = Standing { pose, angle };
         self.prepared_summary = summary;
         Ok(())
@@ -258,27 +239,38 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
 
     fn save(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
-        if self.rigid.load.is_some() {
-            self.standing.save(&mut numbers);
-        }
+        self.standing.save(&mut numbers);
         self.present.save(&mut numbers);
         numbers
     }
 
     fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
-        let width = if self.rigid.load.is_some() { Standing::<D>::NUMBERS } else { 0 };
-        let (standing, touches) = saved.split_at_checked(width).ok_or_else(|| {
-            format!("has {} numbers, expected {width} for the pose of a loaded tool", saved.len())
-        })?;
-        let present = Memory::restore(touches)?;
-        if width > 0 {
-            self.standing = Standing::restore(standing)?;
-        }
+        let width = Standing::<D>::NUMBERS;
+        let (standing, memory) = saved
+            .split_at_checked(width)
+            .ok_or_else(|| format!("has {} numbers, expected {width} for its pose", saved.len()))?;
+        let present = Memory::restore(memory)?;
+        self.standing = Standing::restore(standing)?;
         self.present = present;
         Ok(())
     }
 
     fn history(&self) -> Vec<Recorded> {
         self.summary.columns(&self.name, self.rigid.turns)
+    }
+
+    fn point_fields(&self) -> &'static [PointField] {
+        FIELDS
+    }
+
+    fn point_field(&self, name: &str, bodies: &[&dyn Body<D>]) -> Vec<f64> {
+        match name {
+            FORCE => {
+                of_touched(&self.present, bodies, 3, |it, to| to[..D].copy_from_slice(it.force.as_slice()))
+            }
+            SLIP => of_touched(&self.present, bodies, 1, |it, to| to[0] = it.slip),
+            GAP => gaps(&self.rigid.tool, &self.standing.pose, bodies),
+            _ => Vec::new(),
+        }
     }
 }

@@ -38,6 +38,8 @@ pub(super) struct NearCorner<const D: usize> {
     pub n_nodes: usize,
     /// Its share of the tool's surface `[L^(D-1)]`.
     pub area: f64,
+    /// Shear strength of the interface without pressure, at the start of the step `[F/L²]`.
+    pub adhesion: f64,
     pub law: CornerLaw,
     /// What it remembers of places that it has touched.
     pub states: Vec<CornerState<D>>,
@@ -211,15 +213,25 @@ impl<const D: usize> Contact<D> {
     /// anchor along the surface, and T₀ the force at the end of the step before, where the corner was `left`; it turns with
     /// the tool. The force is taken to change linearly, as in the work of the tool `[F L]`.
     pub fn dissipated(&self, left: &Vector<D>, start: &Pose<D>, pose: &Pose<D>) -> f64 {
-        let k = self.law.stiffness;
-        let along = |x: Vector<D>| x - self.near.normal * self.near.normal.dot(&x);
-        let away = |x: Vector<D>| along(in_space(x, self.arc));
         let before = match self.remembered {
-            Some(_) => away(pose.rotation() * (start.recall(left) - self.state.anchor)) * -k,
+            Some(_) => {
+                self.along(pose.rotation() * (start.recall(left) - self.state.anchor)) * -self.law.stiffness
+            }
             None => Vector::zeros(),
         };
-        let slip = away(self.position - pose.place(&self.state.anchor)) + self.response.tangential / k;
-        -0.5 * (before + self.response.tangential).dot(&slip)
+        -0.5 * (before + self.response.tangential).dot(&self.slip(pose))
+    }
+
+    /// How far the corner has slipped in the step, along the surface: `d + T/k` `[L]`.
+    pub fn slip(&self, pose: &Pose<D>) -> Vector<D> {
+        let away = self.position - pose.place(&self.state.anchor);
+        self.along(away) + self.response.tangential / self.law.stiffness
+    }
+
+    /// The part of a shift along the surface; an angle is an arc there.
+    fn along(&self, x: Vector<D>) -> Vector<D> {
+        let x = in_space(x, self.arc);
+        x - self.near.normal * self.near.normal.dot(&x)
     }
 }
 
@@ -275,8 +287,8 @@ impl<const D: usize> Search<'_, D> {
         point: usize,
     ) -> Result<Vec<Found<D>>, String> {
         let PointExtent { position, width, radius } = body.extent(point);
+        let adhesion = self.adhesion(body, point);
         let moved = travel(&position, [&self.start, &self.end], self.space).norm();
-
         let (mut corners, mut near, mut found) = (Vec::new(), Vec::new(), Vec::new());
         for part in 0..self.tool.n_parts() {
             near.clear();
@@ -308,6 +320,7 @@ impl<const D: usize> Search<'_, D> {
                     weights: [0.0; 8],
                     n_nodes: 0,
                     area: 0.0,
+                    adhesion,
                     law,
                     states: Vec::new(),
                     arc: self.space.turns::<D>().then(|| corner.position[0].abs()),
@@ -325,6 +338,16 @@ impl<const D: usize> Search<'_, D> {
             }
         }
         Ok(found)
+    }
+
+    /// Shear strength of the interface at a point: by its own strength at the start of the step, so that the tangent is
+    /// exact without the law's. A body whose law has none does not stick.
+    fn adhesion(&self, body: &dyn Body<D>, point: usize) -> f64 {
+        let Interface { adhesion, adhesion_factor, .. } = *self.interface;
+        if adhesion_factor == 0.0 {
+            return adhesion;
+        }
+        adhesion + adhesion_factor * body.undrained_strength(point).unwrap_or(0.0)
     }
 
     /// Gives a corner what it remembers; its foot on the surface, if it belongs to the interface.
@@ -389,7 +412,7 @@ impl<const D: usize> Search<'_, D> {
             for (place, area) in places.into_iter().zip(shares(&members, samples)) {
                 let corner = &mut found[place].0;
                 corner.area = area;
-                corner.law.adhesion = self.interface.adhesion * area;
+                corner.law.adhesion = corner.adhesion * area;
             }
         }
     }

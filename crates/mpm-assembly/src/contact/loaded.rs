@@ -13,6 +13,15 @@ use mpm_contact::{Increment, Pose, cross, force_by_motion};
 use mpm_grid::{Block, LoadFraction, Ramp, Vector};
 use nalgebra::Vector3;
 
+/// Part of its terms below which a sum of them is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A sum of terms of a size, or 0 where they cancel up to rounding, as where a smooth disc turns about its centre: what
+/// nothing resists must not seem to be resisted.
+fn unless_rounding<const D: usize>(sum: Vector<D>, size: f64) -> Vector<D> {
+    if sum.norm() > ROUNDING * size { sum } else { Vector::zeros() }
+}
+
 /// The load on a tool, and the components of its motion that follow from it.
 #[derive(Clone, Debug)]
 pub struct ToolLoad<const D: usize> {
@@ -50,7 +59,7 @@ impl<const D: usize> ToolLoad<D> {
     }
 }
 
-/// The pose of a loaded tool, and how far it has turned `[rad]`.
+/// The pose of a tool, and how far it has turned `[rad]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Standing<const D: usize> {
     pub pose: Pose<D>,
@@ -116,10 +125,12 @@ impl<const D: usize> Driven<'_, D> {
         let Some(block) = block else { return dense };
         let weights: Vec<f64> = corner.weights().map(|(_, weight)| weight).collect();
         // By each unknown of the tool: ∂F/∂q, and what replaces it in the rows of the tool.
-        let by_motion: Vec<Vector<D>> =
-            motions.iter().map(|(velocity, spin)| force_by_motion(block, force, velocity, spin)).collect();
-        let of_motion: Vec<Vector<D>> =
-            motions.iter().map(|(velocity, spin)| block.tr_mul(velocity) + cross(spin, force)).collect();
+        let (mut by_motion, mut of_motion) = (Vec::new(), Vec::new());
+        for (velocity, spin) in &motions {
+            let size = block.norm() * velocity.norm() + cross(spin, force).norm();
+            by_motion.push(unless_rounding(force_by_motion(block, force, velocity, spin), size));
+            of_motion.push(unless_rounding(block.tr_mul(velocity) + cross(spin, force), size));
+        }
         let mut stiffness = Vec::with_capacity(dense.force.len().pow(2));
         for w in &weights {
             for j in 0..D {
@@ -133,12 +144,13 @@ impl<const D: usize> Driven<'_, D> {
             for v in &weights {
                 stiffness.extend((0..D).map(|i| -v * by[i]));
             }
-            for (velocity, spin) in &motions {
-                // A turn's arm changes with a shift, so that the couplings of both are the same either way.
-                let of_shift = Increment::<D>::turn_axis(self.load.free[column]).is_none();
-                let by_arm = if of_shift { cross(spin, force).dot(&motions[column].0) } else { 0.0 };
-                stiffness.push(velocity.dot(by) + by_arm);
-            }
+            // A turn's arm changes with a shift, so that the couplings of both are the same either way.
+            let of_shift = Increment::<D>::turn_axis(self.load.free[column]).is_none();
+            let shift = motions[column].0;
+            stiffness.extend(motions.iter().zip(&of_motion).map(|((velocity, _), of)| match of_shift {
+                true => of.dot(&shift),
+                false => velocity.dot(by),
+            }));
         }
         dense.stiffness = stiffness;
         dense

@@ -38,6 +38,19 @@ pub(super) struct Memory<const D: usize> {
     /// Whether a step has been committed: what was inside the tool before that was there from the start.
     pub has_begun: bool,
     pub touches: Vec<Touch<D>>,
+    /// The points that have touched the tool so far, ascending; only results want them.
+    pub points: Vec<TouchedPoint<D>>,
+}
+
+/// What a point that has touched the tool tells in results.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TouchedPoint<const D: usize> {
+    /// Numbers of the body and of its point.
+    pub place: [u32; 2],
+    /// Force of the tool on it in the last step `[F]`.
+    pub force: Vector<D>,
+    /// How far its corners have slipped so far `[L]`.
+    pub slip: f64,
 }
 
 /// A corner that is looked for after its point has been carried on.
@@ -67,6 +80,21 @@ pub(super) struct Recalled<const D: usize> {
 const SAME: f64 = 0.25;
 
 impl<const D: usize> Memory<D> {
+    /// What points tell after a step in which they have told `of_step`: forces are those of the step, slips are added up.
+    pub fn points_after(&self, of_step: Vec<TouchedPoint<D>>) -> Vec<TouchedPoint<D>> {
+        let before = self.points.iter().map(|it| TouchedPoint { force: Vector::zeros(), ..*it });
+        let mut points: Vec<TouchedPoint<D>> = before.chain(of_step).collect();
+        points.sort_by_key(|it| it.place);
+        points.dedup_by(|next, it| {
+            let is_same = next.place == it.place;
+            if is_same {
+                (it.force, it.slip) = (it.force + next.force, it.slip + next.slip);
+            }
+            is_same
+        });
+        points
+    }
+
     /// What the corner remembers. Where its domain was
     /// shortened, reshaped or split, the nearest corner of before hands on its elastic slip and its multiplier.
     pub fn recall(&self, sought: &Sought<'_, D>) -> Recalled<D> {
@@ -104,6 +132,21 @@ impl<const D: usize> Memory<D> {
         }
         divided.extend_from_slice(after);
         self.touches = divided;
+        self.divide_points(body, parts);
+    }
+
+    /// Parts of a point share its force, and have slipped as far as it has.
+    fn divide_points(&mut self, body: u32, parts: &[(usize, f64)]) {
+        let mut divided = self.points.clone();
+        divided.retain(|it| it.place[0] != body);
+        for (part, &(parent, share)) in parts.iter().enumerate() {
+            if let Ok(at) = self.points.binary_search_by_key(&[body, parent as u32], |it| it.place) {
+                let TouchedPoint { force, slip, .. } = self.points[at];
+                divided.push(TouchedPoint { place: [body, part as u32], force: force * share, slip });
+            }
+        }
+        divided.sort_by_key(|it| it.place);
+        self.points = divided;
     }
 }
 
@@ -159,12 +202,8 @@ impl<const D: usize> Touch<D> {
     }
 
     fn restore(from: &[f64]) -> Result<Self, String> {
-        let count = |at: usize| {
-            let number = from[at];
-            let is_count = number >= 0.0 && number.fract() == 0.0 && number <= f64::from(u32::MAX);
-            if is_count { Ok(number as u32) } else { Err(format!("names a corner by {number}")) }
-        };
-        let key = Key { body: count(0)?, point: count(1)?, part: count(2)?, corner: count(3)? };
+        let at = |k: usize| count(from[k]);
+        let key = Key { body: at(0)?, point: at(1)?, part: at(2)?, corner: at(3)? };
         let vector = |at: usize| Vector::<D>::from_column_slice(&from[at..at + D]);
         let [distance, multiplier, offset, mode, held] = std::array::from_fn(|k| from[4 + D + k]);
         let mode = match mode {
@@ -184,11 +223,35 @@ impl<const D: usize> Touch<D> {
     }
 }
 
+/// A number of a body, a point, a part or a corner.
+fn count(number: f64) -> Result<u32, String> {
+    let is_count = number >= 0.0 && number.fract() == 0.0 && number <= f64::from(u32::MAX);
+    if is_count { Ok(number as u32) } else { Err(format!("names a corner by {number}")) }
+}
+
+impl<const D: usize> TouchedPoint<D> {
+    /// Numbers of a point in a file.
+    const NUMBERS: usize = 3 + D;
+
+    fn save(&self, to: &mut Vec<f64>) {
+        to.extend(self.place.map(f64::from));
+        to.extend(self.force.iter());
+        to.push(self.slip);
+    }
+
+    fn restore(from: &[f64]) -> Result<Self, String> {
+        let force = Vector::from_column_slice(&from[2..2 + D]);
+        Ok(Self { place: [count(from[0])?, count(from[1])?], force, slip: from[2 + D] })
+    }
+}
+
 impl<const D: usize> Memory<D> {
-    /// Appends all as plain numbers: nothing before the first step, then 1 and all touches.
+    /// Appends all as plain numbers: nothing before the first step, then the number of points with one added, the points,
+    /// and all touches.
     pub fn save(&self, to: &mut Vec<f64>) {
         if self.has_begun {
-            to.push(1.0);
+            to.push((self.points.len() + 1) as f64);
+            self.points.iter().for_each(|point| point.save(to));
             self.touches.iter().for_each(|touch| touch.save(to));
         }
     }
@@ -199,19 +262,28 @@ impl<const D: usize> Memory<D> {
     /// What in the numbers no run has saved.
     pub fn restore(saved: &[f64]) -> Result<Self, String> {
         let Some((first, numbers)) = saved.split_first() else { return Ok(Self::default()) };
-        let width = Touch::<D>::NUMBERS;
-        if *first != 1.0 || !numbers.len().is_multiple_of(width) {
-            return Err(format!("has {} numbers, expected 1 and then {width} for each corner", saved.len()));
-        }
-        if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
+        if let Some(number) = saved.iter().find(|number| !number.is_finite()) {
             return Err(format!("has the number {number}, expected finite ones"));
         }
+        let (of_point, width) = (TouchedPoint::<D>::NUMBERS, Touch::<D>::NUMBERS);
+        let of_points = count(*first)?.checked_sub(1).map(|n| n as usize * of_point);
+        let Some((points, touches)) = of_points
+            .and_then(|n| numbers.split_at_checked(n))
+            .filter(|(_, touches)| touches.len().is_multiple_of(width))
+        else {
+            let n = saved.len();
+            return Err(format!(
+                "has {n} numbers, expected {of_point} for each point and {width} for each corner"
+            ));
+        };
+        let points: Vec<TouchedPoint<D>> =
+            points.chunks_exact(of_point).map(TouchedPoint::restore).collect::<Result<_, _>>()?;
         let touches: Vec<Touch<D>> =
-            numbers.chunks_exact(width).map(Touch::restore).collect::<Result<_, _>>()?;
-        if !touches.is_sorted_by_key(|touch| touch.key) {
+            touches.chunks_exact(width).map(Touch::restore).collect::<Result<_, _>>()?;
+        if !touches.is_sorted_by_key(|touch| touch.key) || !points.is_sorted_by_key(|point| point.place) {
             return Err("has corners out of their order".into());
         }
-        Ok(Self { has_begun: true, touches })
+        Ok(Self { has_begun: true, touches, points })
     }
 }
 
@@ -236,7 +308,8 @@ mod tests {
     fn what_was_saved_is_restored() {
         let open = Touch { state: None, ..touch(1, 4, [1.0, 1.0]) };
         let touches = vec![touch(1, 0, [0.0, 0.0]), touch(1, 3, [1.0, 0.0]), open, touch(4, 2, [2.0, 0.5])];
-        let memory = Memory { has_begun: true, touches };
+        let points = vec![told(1, 0.5, 0.1), told(4, 0.0, 0.2)];
+        let memory = Memory { has_begun: true, touches, points };
         let mut wrong = Vec::new();
         memory.save(&mut wrong);
         assert_eq!(Memory::restore(&wrong).unwrap(), memory);
@@ -244,7 +317,9 @@ mod tests {
         assert_eq!(Memory::<2>::restore(&[]).unwrap(), Memory::default());
         wrong[2] = 7.0;
         assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("order"));
-        wrong[2] = 0.5;
+        wrong[0] = 1e6;
+        assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("expected 5 for each point"));
+        (wrong[0], wrong[2]) = (3.0, 0.5);
         assert!(Memory::<2>::restore(&wrong).unwrap_err().contains("0.5"));
         assert!(Memory::<2>::restore(&[1.0, f64::NAN]).is_err());
     }
@@ -252,16 +327,33 @@ mod tests {
     #[test]
     fn a_corner_that_has_touched_nothing_remembers_nothing() {
         let open = Touch { state: None, ..touch(1, 2, [0.0, 1.0]) };
-        let memory = Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), open] };
+        let touches = vec![touch(1, 0, [0.0, 0.0]), open];
+        let memory = Memory { has_begun: true, touches, points: Vec::new() };
         let (key, position, pose) = (open.key, open.position, Pose::identity());
         let sought = Sought { key, position, width: 0.5, distance: 0.3, pose: &pose };
         assert_eq!(memory.recall(&sought).states, []);
     }
 
+    fn told(point: u32, force: f64, slip: f64) -> TouchedPoint<2> {
+        TouchedPoint { place: [0, point], force: Vector::<2>::new(force, 0.0), slip }
+    }
+
+    #[test]
+    fn slips_add_up_and_go_with_the_points() {
+        let mut memory = Memory { points: vec![told(1, 9.0, 0.1), told(4, 9.0, 0.2)], ..Memory::default() };
+        memory.points = memory.points_after(vec![told(0, 1.0, 0.0), told(4, 2.0, 0.3), told(7, 3.0, 0.4)]);
+        assert_eq!(memory.points, [told(0, 1.0, 0.0), told(1, 0.0, 0.1), told(4, 2.0, 0.5), told(7, 3.0, 0.4)]);
+        memory.divide(0, &[(0, 1.0), (1, 1.0), (4, 0.25), (4, 0.75)]);
+        assert_eq!(memory.points, [told(0, 1.0, 0.0), told(1, 0.0, 0.1), told(2, 0.5, 0.5), told(3, 1.5, 0.5)]);
+        let other = memory.clone();
+        memory.divide(1, &[(4, 1.0)]);
+        assert_eq!(memory, other);
+    }
+
     #[test]
     fn corners_of_a_split_domain_take_the_state_of_the_nearest_before() {
-        let mut memory =
-            Memory { has_begun: true, touches: vec![touch(1, 0, [0.0, 0.0]), touch(1, 1, [1.0, 0.0])] };
+        let touches = vec![touch(1, 0, [0.0, 0.0]), touch(1, 1, [1.0, 0.0])];
+        let mut memory = Memory { has_begun: true, touches, points: Vec::new() };
         memory.divide(0, &[(0, 1.0), (1, 0.5), (1, 0.5), (2, 1.0)]);
         let points: Vec<u32> = memory.touches.iter().map(|touch| touch.key.point).collect();
         assert_eq!(points, [1, 1, 2, 2]);

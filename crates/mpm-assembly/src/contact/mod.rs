@@ -8,9 +8,11 @@
 mod areas;
 mod contributes;
 mod corners;
+mod fields;
 mod loaded;
 mod memory;
 mod summary;
+mod told;
 mod tool_contact;
 
 pub use loaded::ToolLoad;

@@ -3,7 +3,7 @@
 use super::corners::{Contact, NearCorner};
 use crate::contribution::{Inadmissible, Recorded};
 use mpm_contact::{Mode, Pose, moment};
-use mpm_grid::{Vector, six_digits};
+use mpm_grid::{Block, Vector, six_digits};
 use nalgebra::Vector3;
 
 /// Penetration over the width of a domain with which no step is accepted: a tool that gets farther passes through.
@@ -19,6 +19,8 @@ pub(super) struct Summary<const D: usize> {
     pub position: Vector<D>,
     /// How far the tool has turned about its axis `[degrees]`.
     pub angle: f64,
+    /// Its rotation since it was at rest.
+    pub rotation: Block<D>,
     /// Area of the tool's surface in the bodies `[L^(D-1)]`.
     pub area: f64,
     /// Corners that press, and corners that slip with a force.
@@ -36,6 +38,7 @@ impl<const D: usize> Summary<D> {
             moment: Vector3::zeros(),
             position: pose.place(about),
             angle: angle.to_degrees(),
+            rotation: *pose.rotation(),
             area: 0.0,
             closed: 0,
             slipping: 0,
@@ -85,7 +88,7 @@ impl<const D: usize> Summary<D> {
         };
         let angle = if turns { self.position[D - 1].to_degrees() } else { self.angle };
         let vector = |v: &Vector<D>| v.iter().take(coordinates).copied().collect::<Vec<_>>();
-        vec![
+        let mut columns = vec![
             Recorded::real(path("force"), vector(&self.force)),
             Recorded::real(path("moment"), moment),
             Recorded::real(path("position"), vector(&self.position)),
@@ -94,6 +97,11 @@ impl<const D: usize> Summary<D> {
             Recorded::count(path("closed"), self.closed),
             Recorded::count(path("slipping"), self.slipping),
             Recorded::real(path("deepest"), [self.deepest]),
-        ]
+        ];
+        // In the plane and about one axis the angle says it all.
+        if D == 3 && !turns {
+            columns.push(Recorded::real(path("rotation"), self.rotation.transpose().as_slice()));
+        }
+        columns
     }
 }

@@ -41,7 +41,7 @@ pub struct RigidTool<const D: usize> {
 pub struct ToolContact<const D: usize> {
     pub(super) name: String,
     pub(super) rigid: RigidTool<D>,
-    /// Where a loaded tool stands: present, and at the end of the step that has been balanced.
+    /// Where the tool stands: present, and at the end of the step that has been balanced.
     pub(super) standing: Standing<D>,
     pub(super) prepared_standing: Standing<D>,
     /// Load fraction and pose at the start of the step.

@@ -103,28 +103,42 @@ fn body(body: &mut BodyInput<2>, path: &str) -> Result<(), SceneError> {
     for (k, direction) in body.symmetry.iter_mut().enumerate() {
         turned(direction, &format!("{path}.symmetry[{k}]"))?;
     }
-    let shape = format!("{path}.shape");
-    match &body.shape {
-        ShapeInput::Box { from, .. } if from.0[0] < 0.0 => {
-            refuse(format!("{shape}.from"), format!("begins at r = {}, expected r of at least 0", from.0[0]))
+    let is_ball = matches!(body.shape, ShapeInput::Sphere { .. });
+    section(&mut body.shape, &format!("{path}.shape"))?;
+    // A disc that the axis cuts in half.
+    if is_ball && !body.symmetry.contains(&Direction::X) {
+        body.symmetry.push(Direction::X);
+    }
+    Ok(())
+}
+
+/// A shape of revolution as its section.
+fn section(shape: &mut ShapeInput<2>, path: &str) -> Result<(), SceneError> {
+    match shape {
+        ShapeInput::Box { from, cutouts, .. } => {
+            if from.0[0] < 0.0 {
+                let reason = format!("begins at r = {}, expected r of at least 0", from.0[0]);
+                return refuse(format!("{path}.from"), reason);
+            }
+            let mut cutouts = cutouts.iter_mut().enumerate();
+            cutouts.try_for_each(|(k, cutout)| section(cutout, &format!("{path}.cutouts[{k}]")))
         }
         ShapeInput::Sphere { centre, radius } => {
             if centre.0[0] != 0.0 {
                 let reason =
                     format!("lies at r = {}, expected 0: a disc beside the axis is no sphere", centre.0[0]);
-                return refuse(format!("{shape}.centre"), reason);
+                return refuse(format!("{path}.centre"), reason);
             }
-            // A disc that the axis cuts in half.
             let centre = PlanePoint((Finite(0.0), Finite(centre.0[1])));
-            body.shape = ShapeInput::Cylinder { axis: Direction::Z, centre, radius: *radius, extent: None };
-            if !body.symmetry.contains(&Direction::X) {
-                body.symmetry.push(Direction::X);
-            }
+            *shape = ShapeInput::Cylinder { axis: Direction::Z, centre, radius: *radius, extent: None };
             Ok(())
+        }
+        ShapeInput::Polygon { vertices, .. } if vertices.iter().any(|point| point.0.0.0 < 0.0) => {
+            refuse(format!("{path}.vertices"), "a corner has a negative r, expected r of at least 0")
         }
         ShapeInput::Cylinder { .. } | ShapeInput::Tube { .. } => {
             let reason = "in (r, z) a cylinder or a tube is a `Box`, and a ball a `Sphere`";
-            refuse(shape, reason)
+            refuse(path, reason)
         }
         _ => Ok(()),
     }

@@ -37,7 +37,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     }
     check_outline(scene)?;
     let of_tools: Vec<_> = scene.tools.iter().map(|tool| (&tool.name[..], solid_part(tool))).collect();
-    let of_tools = tool_shapes(&of_tools, files)?;
+    let of_tools = tool_shapes(&of_tools, layout, files)?;
     let (mut bodies, mut all_faces, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
     let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
@@ -49,10 +49,11 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             ));
         }
         let refuse = |it| SceneError::new(format!("{path}.shape"), it);
-        shapes.push(WithSurface::of(input, files).map_err(refuse)?);
+        shapes.push(WithSurface::of(input, layout, files).map_err(refuse)?);
+        let cutouts = WithSurface::cutouts(input, layout, files).map_err(refuse)?;
         let Some((own, before)) = shapes.split_last() else { continue };
         let others = &scene.bodies[..b];
-        let cut = cut_out(input, others, before, &of_tools).map_err(refuse)?;
+        let cut = cut_out(input, (others, before), &of_tools, &cutouts).map_err(refuse)?;
         let overlapped = others.iter().zip(before).find(|&other| overlap(other, (input, own)));
         if let Some((other, _)) = overlapped {
             let way_out = way_out(input, other);
@@ -114,10 +115,12 @@ fn check_outline<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(), SceneEr
 /// What of tools can be cut out of boxes, with the surfaces that it names.
 fn tool_shapes<'a, const D: usize>(
     tools: &'a [(&'a str, Option<ShapeInput<D>>)],
+    layout: &Layout<D>,
     files: &dyn SceneFiles,
 ) -> Result<Vec<(&'a str, Option<WithSurface<'a, D>>)>, SceneError> {
     let placed = |(k, (name, shape)): (usize, &'a (&'a str, Option<ShapeInput<D>>))| {
-        let shape = shape.as_ref().map(|shape| WithSurface::placed(shape, [false; D], files)).transpose();
+        let shape =
+            shape.as_ref().map(|shape| WithSurface::placed(shape, [false; D], layout, files)).transpose();
         Ok((*name, shape.map_err(|it| SceneError::new(format!("tools[{k}].parts"), it))?))
     };
     tools.iter().enumerate().map(placed).collect()

@@ -3,6 +3,7 @@
 mod axisymmetric;
 mod basis;
 mod bodies;
+mod drawn;
 mod drive;
 mod initial;
 mod law;
@@ -17,6 +18,7 @@ mod stages;
 mod supports;
 mod symmetry;
 mod tool_motion;
+mod tool_surfaces;
 mod tools;
 mod turning;
 
@@ -24,13 +26,14 @@ use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
 use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
-    ControlInput, PlaneBasis, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput,
+    ControlInput, OutputInput, PlaneBasis, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput,
     UnheldMotionInput,
 };
 use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
+pub use drawn::{ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
-pub use tools::{ToolOutline, tool_outlines};
+pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
@@ -87,12 +90,19 @@ pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, M
 
 fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, Space::Cartesian, files, memory)?.whole()?),
+        Scene::PlaneStrain(scene) => {
+            Compiled::Plane(model(scene, Space::Cartesian, files, memory)?.whole(&scene.output)?)
+        }
         Scene::Axisymmetric(scene) => {
             let made = model(&in_plane(scene)?, Space::Axisymmetric, files, memory)?;
-            if scene.twist { Compiled::Solid(made.turning(scene)?) } else { Compiled::Plane(made.whole()?) }
+            match scene.twist {
+                true => Compiled::Solid(made.turning(scene)?),
+                false => Compiled::Plane(made.whole(&scene.output)?),
+            }
         }
-        Scene::Solid(scene) => Compiled::Solid(model(scene, Space::Cartesian, files, memory)?.whole()?),
+        Scene::Solid(scene) => {
+            Compiled::Solid(model(scene, Space::Cartesian, files, memory)?.whole(&scene.output)?)
+        }
     })
 }
 
@@ -110,13 +120,14 @@ struct Made<const D: usize> {
 
 impl<const D: usize> Made<D> {
     /// The model with its contributions, checked.
-    fn whole(mut self) -> Result<Model<D>, SceneError> {
+    fn whole(mut self, output: &OutputInput) -> Result<Model<D>, SceneError> {
         if let Some(factor) = self.ghost {
             self.model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
         }
         for contact in std::mem::take(&mut self.tools) {
             self.model.add_contribution(format!("tool {}", contact.name()), Box::new(contact));
         }
+        fields(&self.model, output)?;
         self.check()?;
         Ok(self.model)
     }
@@ -138,7 +149,8 @@ impl Made<2> {
         self.check()?;
         let Self { model, ghost, tools, torques, memory, .. } = self;
         let model = turning(OfSection { model, tools, torques, ghost }, scene)?;
-        Made { model, ghost: None, tools: Vec::new(), torques: Vec::new(), cuts: Vec::new(), memory }.whole()
+        Made { model, ghost: None, tools: Vec::new(), torques: Vec::new(), cuts: Vec::new(), memory }
+            .whole(&scene.output)
     }
 }
 
@@ -165,7 +177,6 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     }
 
     let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
-    fields(&bodies, &scene.output)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(NodeKind::Vertices, |named| named.body.node_kind());
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;

@@ -3,7 +3,7 @@
 use super::mesh::plane_point;
 use super::shapes::WithSurface;
 use crate::language::{BodyInput, Coordinates, Direction, Finite, PlanePoint, ShapeInput};
-use mpm_geometry::Surface;
+use mpm_geometry::{Prism, Surface};
 
 /// What a body covers.
 enum Cover<'a, const D: usize> {
@@ -23,12 +23,13 @@ enum Cover<'a, const D: usize> {
         radius: f64,
     },
     Surface(&'a Surface),
+    Prism(&'a Prism),
 }
 
 /// A body with its shape.
 type Placed<'a, const D: usize> = (&'a BodyInput<D>, &'a WithSurface<'a, D>);
 
-/// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces beside others than
+/// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces and polygons beside others than
 /// boxes, round bodies whose axes differ, and spheres beside them are left to the user.
 pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Placed<'_, D>) -> bool {
     let (Some(first), Some(second)) = (Cover::of(of_a), Cover::of(of_b)) else { return false };
@@ -91,6 +92,7 @@ impl<'a, const D: usize> Cover<'a, D> {
                 Some(Self::Ball { centre, radius: radius.0 })
             }
             ShapeInput::Surface { .. } => placed.surface.as_ref().map(Self::Surface),
+            ShapeInput::Polygon { .. } => placed.prism.as_ref().map(Self::Prism),
             ShapeInput::Points { .. } => None,
         }
     }
@@ -114,15 +116,25 @@ impl<'a, const D: usize> Cover<'a, D> {
                 let nearest = (0..D).map(|d| away(d) * away(d)).sum::<f64>().sqrt();
                 nearest < radius * (1.0 - 1e-9)
             }
+            // Files have single precision.
             Self::Surface(surface) => {
-                // There are surfaces in three dimensions only.
-                let [from, to] = [from, to].map(|x| std::array::from_fn(|d| x.get(d).copied().unwrap_or(0.0)));
-                let volume: f64 = (0..3).map(|d| to[d] - from[d]).product();
-                // Files have single precision.
+                let (from, to, volume) = in_space(from, to);
                 surface.volume_in(&from, &to) > 1e-6 * surface.volume().min(volume)
+            }
+            Self::Prism(prism) => {
+                let (from, to, volume) = in_space(from, to);
+                prism.volume_in(&from, &to) > 1e-9 * prism.volume().min(volume)
             }
         }
     }
+}
+
+/// A box in space, in the plane of thickness 1, and its volume.
+fn in_space<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; 3], [f64; 3], f64) {
+    let [from, to] = [(from, 0.0), (to, 1.0)]
+        .map(|(x, end)| std::array::from_fn::<f64, 3, _>(|d| x.get(d).copied().unwrap_or(end)));
+    let volume = (0..3).map(|d| to[d] - from[d]).product();
+    (from, to, volume)
 }
 
 #[cfg(test)]
@@ -141,7 +153,8 @@ mod tests {
             panic!("a solid")
         };
         let [a, b] = [&bodies[0], &bodies[1]];
-        let placed = [a, b].map(|body| WithSurface { shape: &body.shape, surface: None, open: [false; 3] });
+        let placed =
+            [a, b].map(|body| WithSurface { shape: &body.shape, surface: None, prism: None, open: [false; 3] });
         overlap((a, &placed[0]), (b, &placed[1]))
     }
 

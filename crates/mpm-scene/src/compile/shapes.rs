@@ -4,7 +4,7 @@ use super::mesh::{check_ring, plane_point};
 use crate::files::SceneFiles;
 use crate::language::{BodyInput, Direction, Finite, PlanePoint, ShapeInput, ToolInput, ToolPartInput};
 use crate::pieces::Shape;
-use mpm_geometry::{Ball, MemoryLimit, Round, Solid, Surface};
+use mpm_geometry::{Ball, MemoryLimit, Prism, PrismError, Round, Solid, Surface};
 use mpm_grid::{Axis, Layout, Mesh, Span};
 
 /// Why a shape has no place in a ring mesh.
@@ -15,33 +15,74 @@ const NEEDS_BOX: &str =
 pub(super) struct WithSurface<'a, const D: usize> {
     pub shape: &'a ShapeInput<D>,
     pub surface: Option<Surface>,
+    /// The polygon that it is, if it is one; a box that is cut out of another one is one, too.
+    pub prism: Option<Prism>,
     /// Directions along which what is outside the mesh is left out.
     pub open: [bool; D],
 }
 
 impl<'a, const D: usize> WithSurface<'a, D> {
-    pub(super) fn of(body: &'a BodyInput<D>, files: &dyn SceneFiles) -> Result<Self, String> {
+    pub(super) fn of(
+        body: &'a BodyInput<D>,
+        layout: &Layout<D>,
+        files: &dyn SceneFiles,
+    ) -> Result<Self, String> {
         let open = std::array::from_fn(|d| body.symmetry.iter().any(|it| it.index() == d));
-        Self::placed(&body.shape, open, files)
+        Self::placed(&body.shape, open, layout, files)
+    }
+
+    /// The shapes that are cut out of a body and are no bodies.
+    pub(super) fn cutouts(
+        body: &'a BodyInput<D>,
+        layout: &Layout<D>,
+        files: &dyn SceneFiles,
+    ) -> Result<Vec<Self>, String> {
+        let cutout = |(k, shape): (usize, &'a ShapeInput<D>)| {
+            let wrong = |reason: String| format!("`cutouts[{k}]`: {reason}");
+            let mut made = Self::placed(shape, [false; D], layout, files).map_err(wrong)?;
+            if let ShapeInput::Box { from, to, without, cutouts } = shape {
+                if !without.is_empty() || !cutouts.is_empty() {
+                    return Err(wrong("a box that is cut out is whole".into()));
+                }
+                made.prism = Some(box_as_prism(&from.0, &to.0).map_err(|it| wrong(it.to_string()))?);
+            }
+            Ok(made)
+        };
+        body.shape.cutouts().iter().enumerate().map(cutout).collect()
     }
 
     /// A shape with its surface.
     pub(super) fn placed(
         shape: &'a ShapeInput<D>,
         open: [bool; D],
+        layout: &Layout<D>,
         files: &dyn SceneFiles,
     ) -> Result<Self, String> {
-        let ShapeInput::Surface { file, scale, shift } = shape else {
-            return Ok(Self { shape, surface: None, open });
-        };
-        let &[x, y, z] = &shift.0[..] else {
-            return Err("a surface encloses a body in three dimensions only".into());
-        };
-        Ok(Self { shape, surface: Some(files.surface(file)?.placed(scale.0, &[x, y, z])), open })
+        let (mut surface, mut prism) = (None, None);
+        match shape {
+            ShapeInput::Surface { file, scale, shift } => {
+                let &[x, y, z] = &shift.0[..] else {
+                    return Err("a surface encloses a body in three dimensions only".into());
+                };
+                surface = Some(files.surface(file)?.placed(scale.0, &[x, y, z]));
+            }
+            ShapeInput::Polygon { vertices, holes, axis, extent } => {
+                let corners = |of: &Vec<PlanePoint>| of.iter().map(plane_point).collect::<Vec<_>>();
+                let holes: Vec<_> = holes.iter().map(corners).collect();
+                let ends = ends_along(layout, *axis, *extent, "a polygon of the plane")?;
+                let made = Prism::new(&corners(vertices), &holes, axis.index(), ends);
+                prism = Some(made.map_err(|it| it.to_string())?);
+            }
+            _ => {}
+        }
+        Ok(Self { shape, surface, prism, open })
     }
 
     /// What it encloses in a box mesh.
     fn solid(&self, layout: &Layout<D>) -> Result<Solid<'_>, String> {
+        if let Some(prism) = &self.prism {
+            return Ok(Solid::Prism(prism));
+        }
         match (self.shape, &self.surface) {
             (_, Some(surface)) => Ok(Solid::Surface(surface)),
             (ShapeInput::Cylinder { axis, centre, radius, extent }, _) => {
@@ -57,7 +98,7 @@ impl<'a, const D: usize> WithSurface<'a, D> {
                 Ok(Solid::Ball(Ball { centre: [x, y, z], radius: radius.0 }))
             }
             _ => {
-                Err("`without`: expected bodies whose shapes are `Cylinder`, `Tube`, `Sphere` or `Surface`"
+                Err("what is cut out of a box: expected a `Cylinder`, `Tube`, `Sphere`, `Polygon` or `Surface`"
                     .into())
             }
         }
@@ -70,6 +111,7 @@ impl<'a, const D: usize> WithSurface<'a, D> {
             ShapeInput::Cylinder { .. }
                 | ShapeInput::Tube { .. }
                 | ShapeInput::Sphere { .. }
+                | ShapeInput::Polygon { .. }
                 | ShapeInput::Surface { .. }
         )
     }
@@ -108,14 +150,14 @@ pub(super) fn solid_part<const D: usize>(tool: &ToolInput<D>) -> Option<ShapeInp
     })
 }
 
-/// The shapes that are cut out of a body: those of bodies before it, and those of tools.
+/// The shapes that are cut out of a body: those of bodies before it, those of tools, and those that are neither.
 pub(super) fn cut_out<'a, const D: usize>(
     body: &BodyInput<D>,
-    before: &[BodyInput<D>],
-    shapes: &'a [WithSurface<'a, D>],
+    (before, shapes): (&[BodyInput<D>], &'a [WithSurface<'a, D>]),
     tools: &'a [(&str, Option<WithSurface<'a, D>>)],
+    cutouts: &'a [WithSurface<'a, D>],
 ) -> Result<Vec<&'a WithSurface<'a, D>>, String> {
-    let mut cut = Vec::new();
+    let mut cut: Vec<&WithSurface<'_, D>> = cutouts.iter().collect();
     for name in body.shape.without() {
         let of_tool = tools.iter().find(|tool| tool.0 == *name);
         let is_box = matches!(body.shape, ShapeInput::Box { .. });
@@ -153,7 +195,9 @@ pub(super) fn shape<'a, const D: usize>(
     let solid = || Ok::<_, String>(Shape::Solid { solid: own.solid(layout)?, open: own.open });
     let in_a_box = matches!(layout, Layout::Box { .. });
     if own.open.contains(&true) && !(own.is_solid() && in_a_box) {
-        return Err("`symmetry` is for a `Cylinder`, `Tube`, `Sphere` or `Surface` in a box mesh".into());
+        return Err(
+            "`symmetry` is for a `Cylinder`, `Tube`, `Sphere`, `Polygon` or `Surface` in a box mesh".into()
+        );
     }
     match own.shape {
         ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
@@ -162,9 +206,10 @@ pub(super) fn shape<'a, const D: usize>(
             in_box(Shape::Rest { from: from.0, to: to.0, without })
         }
         ShapeInput::Points { file } => Ok((Shape::Parts(files.points(file, D)?.parts(mesh)?), mesh.clone())),
-        ShapeInput::Cylinder { .. } | ShapeInput::Sphere { .. } | ShapeInput::Surface { .. } => {
-            in_box(solid()?)
-        }
+        ShapeInput::Cylinder { .. }
+        | ShapeInput::Sphere { .. }
+        | ShapeInput::Polygon { .. }
+        | ShapeInput::Surface { .. } => in_box(solid()?),
         ShapeInput::Ring { inner, outer, .. } if inner.0 <= 0.0 || inner.0 >= outer.0 => {
             Err(format!("expected radii 0 < inner < outer, got {} and {}", inner.0, outer.0))
         }
@@ -260,20 +305,37 @@ fn round<const D: usize>(
     (inner, outer): (f64, f64),
     extent: Option<(Finite, Finite)>,
 ) -> Result<Round, String> {
+    let ends = ends_along(layout, axis, extent, "a disc of the plane")?;
+    Ok(Round { axis: axis.index(), centre: plane_point(centre), inner, outer, ends })
+}
+
+/// Ends of what is drawn out along an axis; in the plane of thickness 1.
+fn ends_along<const D: usize>(
+    layout: &Layout<D>,
+    axis: Direction,
+    extent: Option<(Finite, Finite)>,
+    flat: &str,
+) -> Result<(f64, f64), String> {
     let Layout::Box { axes, .. } = layout else {
         return Err(NEEDS_BOX.into());
     };
-    let ends = match (D, extent) {
-        (2, _) if axis != Direction::Z => return Err("a disc of the plane has its axis along `Z`".into()),
-        (2, Some(_)) => return Err("`extent` is for three dimensions".into()),
-        (2, None) => (0.0, 1.0),
+    match (D, extent) {
+        (2, _) if axis != Direction::Z => Err(format!("{flat} has its axis along `Z`")),
+        (2, Some(_)) => Err("`extent` is for three dimensions".into()),
+        (2, None) => Ok((0.0, 1.0)),
         (_, Some((from, to))) if from.0 >= to.0 => {
-            return Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0));
+            Err(format!("expected `extent` to ascend, got {} and {}", from.0, to.0))
         }
-        (_, Some((from, to))) => (from.0, to.0),
-        (_, None) => (axes[axis.index()].first(), axes[axis.index()].last()),
-    };
-    Ok(Round { axis: axis.index(), centre: plane_point(centre), inner, outer, ends })
+        (_, Some((from, to))) => Ok((from.0, to.0)),
+        (_, None) => Ok((axes[axis.index()].first(), axes[axis.index()].last())),
+    }
+}
+
+/// A box as a polygon drawn out along z; in the plane of thickness 1.
+fn box_as_prism<const D: usize>(from: &[f64; D], to: &[f64; D]) -> Result<Prism, PrismError> {
+    let corners = [[from[0], from[1]], [to[0], from[1]], [to[0], to[1]], [from[0], to[1]]];
+    let ends = if D == 2 { (0.0, 1.0) } else { (from[D - 1], to[D - 1]) };
+    Prism::new(&corners, &[], 2, ends)
 }
 
 fn mean_cell(axis: &Axis) -> f64 {

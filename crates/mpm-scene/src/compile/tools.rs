@@ -1,13 +1,11 @@
 //! Rigid tools.
 
-use super::mesh::layout;
 use super::names::{A_NAME, is_name};
 use super::stages::Stages;
 use super::tool_motion::{load, motion, on_axis};
 use crate::error::SceneError;
-use crate::files::{NoFiles, SceneFiles};
+use crate::files::SceneFiles;
 use crate::language::{Coordinates, PlaneBasis, SceneIn, SolidBasis, ToolInput, ToolPartInput};
-use crate::limits::memory_left;
 use mpm_assembly::{RigidTool, ToolContact};
 use mpm_contact::{
     Bounds, ContactError, Helix, HelixSize, Interface, Plane, Polygon, Revolution, Shape, Sphere, Surface, Tool,
@@ -187,11 +185,16 @@ fn rigid<const D: usize, B: ToolParts<D>>(
     let interface = Interface {
         friction: from.friction.0,
         adhesion: from.adhesion.0,
+        adhesion_factor: from.adhesion_factor.0,
         stiffness: from.stiffness.0,
         separates: from.separates,
         augment: u32::from(from.augment),
     };
     interface.check().map_err(|it| SceneError::new(format!("{path}.interface"), it.to_string()))?;
+    if interface.adhesion > 0.0 && interface.adhesion_factor > 0.0 {
+        let reason = "stands beside an adhesion, expected one of the two";
+        return Err(SceneError::new(format!("{path}.interface.adhesion_factor"), reason));
+    }
     Ok(RigidTool {
         tool,
         motion: motion(&input.motion, stages, &format!("{path}.motion"))?,
@@ -217,6 +220,18 @@ fn check_bodies<const D: usize>(
         }
         if !bodies.iter().any(|named| named.name == *name) {
             return Err(SceneError::new(at, format!("no body is named `{name}`")));
+        }
+    }
+    if input.interface.adhesion_factor.0 > 0.0 {
+        let meets = |named: &&NamedBody<D>| input.bodies.is_empty() || input.bodies.contains(&named.name);
+        let has_none = |named: &&NamedBody<D>| named.body.undrained_strength(0).is_none();
+        if let Some(named) = bodies.iter().filter(meets).find(has_none) {
+            let reason = format!(
+                "the law of body `{}` has no undrained strength of which this could be a part: expected `VonMises` or \
+                 `Tresca`, or `adhesion` in its place",
+                named.name
+            );
+            return Err(SceneError::new(format!("{path}.interface.adhesion_factor"), reason));
         }
     }
     Ok(())
@@ -281,7 +296,7 @@ fn check_place<const D: usize>(
 }
 
 /// A box around the mesh at rest.
-fn mesh_bounds<const D: usize>(layout: &Layout<D>) -> Bounds<D> {
+pub(super) fn mesh_bounds<const D: usize>(layout: &Layout<D>) -> Bounds<D> {
     match layout {
         Layout::Box { axes, .. } => {
             Bounds { from: Vector::from_fn(|d, _| axes[d].first()), to: Vector::from_fn(|d, _| axes[d].last()) }
@@ -298,7 +313,7 @@ fn mesh_bounds<const D: usize>(layout: &Layout<D>) -> Bounds<D> {
 }
 
 /// The smallest edge of a cell at rest `[L]`.
-fn smallest_edge<const D: usize>(layout: &Layout<D>) -> f64 {
+pub(super) fn smallest_edge<const D: usize>(layout: &Layout<D>) -> f64 {
     let least =
         |axis: &Axis| (0..axis.cells()).map(|k| axis.node(k + 1) - axis.node(k)).fold(f64::INFINITY, f64::min);
     match layout {
@@ -312,39 +327,4 @@ fn smallest_edge<const D: usize>(layout: &Layout<D>) -> f64 {
             height.iter().map(least).fold(least(radii).min(around), f64::min)
         }
     }
-}
-
-/// A tool at rest, for drawing, with what places it in the plane.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ToolOutline {
-    /// Its name.
-    pub name: String,
-    /// The point whose position the history tells `[L]`.
-    pub moment_about: [f64; 2],
-    /// Segments of its surface `[L]`.
-    pub segments: Vec<[[f64; 2]; 2]>,
-}
-
-/// The tools of a scene in the plane, for drawing.
-///
-/// # Errors
-/// What is wrong with the mesh or a tool, with its path.
-pub fn tool_outlines(scene: &SceneIn<2, PlaneBasis>) -> Result<Vec<ToolOutline>, SceneError> {
-    let layout = layout(&scene.mesh, memory_left())?;
-    let (within, spacing) = (mesh_bounds(&layout), smallest_edge(&layout));
-    let stages = Stages::of(&scene.schedule);
-    let outline = |(k, input): (usize, &ToolInput<2>)| {
-        let rigid = rigid::<2, PlaneBasis>(input, &format!("tools[{k}]"), &layout, (stages, &NoFiles))?;
-        let outline = rigid.tool.outline(spacing, &within);
-        let place = |vertex: u32| {
-            let x = outline.vertices[vertex as usize];
-            [x[0], x[1]]
-        };
-        Ok(ToolOutline {
-            name: input.name.clone(),
-            moment_about: input.moment_about.0,
-            segments: outline.facets.iter().map(|facet| facet.map(place)).collect(),
-        })
-    };
-    scene.tools.iter().enumerate().map(outline).collect()
 }

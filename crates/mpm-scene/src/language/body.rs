@@ -16,7 +16,7 @@ pub struct BodyInput<const D: usize> {
     pub material: String,
     /// What it fills at rest.
     pub shape: ShapeInput<D>,
-    /// Directions along which the body goes on outside the mesh by symmetry: what a `Cylinder`, `Tube`, `Sphere` or
+    /// Directions along which the body goes on outside the mesh by symmetry: what a `Cylinder`, `Tube`, `Sphere`, `Polygon` or
     /// `Surface` in a box mesh has beyond the mesh's ends is left out. Supports hold the nodes there across the plane.
     #[serde(default)]
     pub symmetry: Vec<Direction>,
@@ -102,12 +102,16 @@ pub enum ShapeInput<const D: usize> {
         from: Coordinates<D>,
         /// Corner with the highest coordinates `[L]`.
         to: Coordinates<D>,
-        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube`, `Sphere` or `Surface`, that are cut out of the
+        /// Names of bodies before this one, of the shapes `Cylinder`, `Tube`, `Sphere`, `Polygon` or `Surface`, that are cut out of the
         /// box, as far as they reach into it. The box then has its ends on mesh lines, and all have equally many
         /// points per cell. Also names of tools: the first of a tool's parts that is a `Cylinder`, a `Disc` or a `Surface` is
         /// cut out like a body, and points that stand inside any of its parts are left out.
         #[serde(default)]
         without: Vec<String>,
+        /// Shapes that are cut out of the box, as far as they reach into it, and are no bodies: `Box`, `Cylinder`, `Tube`,
+        /// `Sphere`, `Polygon` or `Surface`. The box then has its ends on mesh lines.
+        #[serde(default)]
+        cutouts: Vec<ShapeInput<D>>,
     },
     /// A ring. In a ring mesh: all cells between two of its rings of nodes, exactly the polygon's volume. In a box
     /// mesh: a polygon of its own, cut into pieces about as large as the mesh's cells.
@@ -160,6 +164,23 @@ pub enum ShapeInput<const D: usize> {
         #[serde(default)]
         without: Vec<String>,
     },
+    /// A polygon, with holes; in three dimensions drawn out along an axis; in the plane and as a section of a body of
+    /// revolution as it is. Box meshes only. Filled as a `Cylinder` is.
+    Polygon {
+        /// Its corners in order, either way round, by the coordinates across the axis: (x, y) of `Z`, (y, z) of `X`, (x, z) of
+        /// `Y`; edges may not cross or touch `[L]`.
+        vertices: Vec<PlanePoint>,
+        /// Corners of its holes `[L]`.
+        #[serde(default)]
+        holes: Vec<Vec<PlanePoint>>,
+        /// Direction of its axis; `Z` if left out.
+        #[serde(default = "Direction::z")]
+        axis: Direction,
+        /// First and last coordinate along the axis; in three dimensions only, and there all of the mesh if left
+        /// out `[L]`.
+        #[serde(default)]
+        extent: Option<(Finite, Finite)>,
+    },
     /// A sphere; box meshes only, in three dimensions or, with its centre on the axis, as a body of revolution (in plane
     /// strain a disc is a `Cylinder`). Filled as a `Cylinder` is.
     Sphere {
@@ -195,6 +216,14 @@ pub enum ShapeInput<const D: usize> {
 }
 
 impl<const D: usize> ShapeInput<D> {
+    /// Shapes that are cut out of it and are no bodies.
+    pub fn cutouts(&self) -> &[Self] {
+        match self {
+            Self::Box { cutouts, .. } => cutouts,
+            _ => &[],
+        }
+    }
+
     /// Names of the bodies and tools that are cut out of it.
     pub fn without(&self) -> &[String] {
         match self {

@@ -62,7 +62,9 @@ impl Default for ToleranceInput {
 }
 
 /// A quantity of the material points that is recorded: one of these, or what a law remembers, by its name: `PlasticStrain`
-/// of `VonMises`. Points whose law does not have it get 0.
+/// of `VonMises`. Points whose law does not have it get 0. In scenes with tools also `ContactForce` of all tools on the
+/// point `[F]`, `ContactGap`, the least signed distance of a corner of its domain to a tool `[L]`, and `ContactSlip`, how far
+/// it has slipped along tools so far `[L]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename = "Field")]
 pub enum FieldInput {

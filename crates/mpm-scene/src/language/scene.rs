@@ -86,7 +86,8 @@ pub struct SceneIn<const D: usize, B> {
 
 impl<const D: usize, B> SceneIn<D, B> {
     fn files(&self) -> impl Iterator<Item = &str> {
-        let of_bodies = self.bodies.iter().filter_map(|body| match &body.shape {
+        let shapes = self.bodies.iter().flat_map(|body| [&body.shape].into_iter().chain(body.shape.cutouts()));
+        let of_bodies = shapes.filter_map(|shape| match shape {
             ShapeInput::Surface { file, .. } | ShapeInput::Points { file } => Some(file.as_str()),
             _ => None,
         });

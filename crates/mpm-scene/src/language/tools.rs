@@ -225,8 +225,11 @@ pub struct ToolTurnInput<const D: usize> {
 pub struct InterfaceInput {
     /// Coulomb's coefficient of friction μ: a part of the normal force `[-]`.
     pub friction: Finite,
-    /// Shear strength of the surface besides friction, such as α s_u in clay `[F/L²]`.
+    /// Shear strength of the surface besides friction `[F/L²]`.
     pub adhesion: Finite,
+    /// The same as a part α of the undrained strength s_u that the point at the surface has left, between 0 and 1, in the
+    /// place of `adhesion`; its law has to be `VonMises` or `Tresca` `[-]`.
+    pub adhesion_factor: Finite,
     /// Stiffness s of the contact: bodies enter the tool by the part p/(s E) of a point's size under a pressure p `[-]`.
     pub stiffness: Positive,
     /// Whether bodies can part from the tool; if not, what touches it at the start stays on it for good.
@@ -243,6 +246,7 @@ impl Default for InterfaceInput {
         Self {
             friction: Finite(0.0),
             adhesion: Finite(0.0),
+            adhesion_factor: Finite(0.0),
             stiffness: Positive(20.0),
             separates: true,
             augment: 0,

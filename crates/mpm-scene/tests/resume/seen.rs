@@ -1,5 +1,6 @@
 //! Runs that are stopped and go on, compared with those that are not.
 
+use mpm_material::FieldInfo;
 use mpm_scene::Scene;
 use mpm_scene::{Compiled, compile};
 use mpm_solver::observe::{
@@ -57,7 +58,11 @@ impl Observer for Seen {
             self.methods.extend(method);
         }
         let stress = step.fields.field(Field::CAUCHY_STRESS);
-        let fields = [step.fields.positions(), stress, step.fields.field(Field::DISPLACEMENT)];
+        let mut fields = vec![step.fields.positions(), stress, step.fields.field(Field::DISPLACEMENT)];
+        for (name, components) in [("contact_force", 3), ("contact_gap", 1), ("contact_slip", 1)] {
+            let unit = if components == 3 { "F" } else { "L" };
+            fields.push(step.fields.field(Field::from(FieldInfo { name, components, unit })));
+        }
         bits.extend(step.residuals.iter().chain(fields.iter().flatten()).map(|x| x.to_bits()));
         self.rows.push(bits);
         if self.cancel_after == Some(step.index) {

@@ -54,6 +54,8 @@ pub struct Estimate {
     pub stages: Vec<StageSteps>,
     /// Volume and mass of every body.
     pub volumes: Vec<BodyVolume>,
+    /// Rigid tools, and what else has a size of its own: a clause for each.
+    pub tools: Vec<String>,
     /// What in the model is probably not meant: sentences for people.
     pub remarks: Vec<String>,
     /// Columns of the points that are not stored for any body, because the scene needs them nowhere.
@@ -110,6 +112,9 @@ pub struct Memory {
 /// What the smallest run takes, HDF5 and what it holds of an empty results file included: measured (x86-64, Linux)
 /// `[bytes]`.
 const PROGRAM: usize = 28 << 20;
+
+/// Shortest load step, as a part of the load, with which an estimate tries to begin.
+const SHORTEST: f64 = 1e-6;
 
 /// Vectors over all components of displacement that Newton's iteration holds: trial, correction, residual, reaction,
 /// external force, and those of the step before.
@@ -179,10 +184,10 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         steps: stages.iter().fold(0, |sum, stage| stage.steps.saturating_add(sum)),
         stages,
         volumes: model.bodies.iter().map(volume).collect(),
+        tools: sizes_of_tools(model),
         remarks: {
-            let mut remarks = remarks::of(model, &mesh, active);
-            remarks.extend(initial::of(model, &mesh, &connected, &constraints));
-            remarks
+            let unbalanced = initial::of(model, &mesh, &connected, &constraints);
+            remarks::of(model, &mesh, active).into_iter().chain(unbalanced).collect()
         },
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
@@ -290,12 +295,16 @@ fn kept_records(n_points: usize, steps: u32) -> usize {
 /// memory `[s]`.
 fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
     let steps = model.stages.first().map_or(1, |stage| stage.steps);
-    let to = LoadFraction::START.with_value(1.0 / f64::from(steps));
-    let mut once = || {
+    let mut length = 1.0 / f64::from(steps);
+    let mut once = || loop {
         let clock = processor_seconds();
-        let interval = Interval { from: LoadFraction::START, to };
-        let (connected, _) = connect(model, mesh, interval, None).map_err(Error::Start)?;
-        Ok::<_, Error>((connected, processor_seconds() - clock))
+        let interval = Interval { from: LoadFraction::START, to: LoadFraction::START.with_value(length) };
+        match connect(model, mesh, interval, None) {
+            Ok((connected, _)) => return Ok((connected, processor_seconds() - clock)),
+            // The run will cut the step, too.
+            Err(StepFailure::Refused { is_step_too_long: true, .. }) if length > SHORTEST => length *= 0.5,
+            Err(failure) => return Err(Error::Start(failure)),
+        }
     };
     let (first, cold) = once()?;
     if cold > 0.05 {
@@ -304,6 +313,11 @@ fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Co
     drop(first);
     let (connected, warm) = once()?;
     Ok((connected, warm.min(cold)))
+}
+
+fn sizes_of_tools<const D: usize>(model: &Model<D>) -> Vec<String> {
+    let bodies = model.bodies_by_name();
+    model.contributions.iter().filter_map(|named| named.contribution.size(&bodies)).collect()
 }
 
 fn volume<const D: usize>(named: &NamedBody<D>) -> BodyVolume {

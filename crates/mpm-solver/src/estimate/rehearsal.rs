@@ -67,6 +67,8 @@ pub struct Seconds {
     pub analyse: f64,
     /// A pass over the points that sums force and tangent `[s]`.
     pub pass: f64,
+    /// The same of rigid tools `[s]`.
+    pub tools: f64,
     /// Solving a linear system `[s]`.
     pub solve: f64,
     /// Looking at all points, for each field that is recorded `[s]`.
@@ -87,7 +89,7 @@ impl Seconds {
 
     /// The same where no point has left its nodes, so that the connectivity of the step before is kept.
     fn per_connected_step(&self) -> f64 {
-        self.iterations * (self.pass + HARDER * self.solve) + PASSES_BESIDE * self.pass
+        self.iterations * (self.pass + self.tools + HARDER * self.solve) + PASSES_BESIDE * self.pass
     }
 
     /// Least and most of the run, with `fields` columns of the points (their positions are one) recorded every so many
@@ -142,6 +144,11 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
     };
     let pass = shortest(|| assemble(&strained, &mut values)).map_err(Error::Start)?;
     assemble(&rest, &mut values).map_err(Error::Start)?;
+    let tools = if model.contributions.iter().any(|named| named.contribution.moves_with_load()) {
+        shortest(|| sum_tools(stage, &rest)).map_err(Error::Start)?
+    } else {
+        0.0
+    };
     finish_tangent(pattern, constraints, &mut values);
     let tried = try_solution(stage, &values);
     let is_tried = tried.is_some();
@@ -157,6 +164,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
         connect: stage.connect,
         analyse,
         pass,
+        tools,
         solve,
         look,
         is_tried,
@@ -167,6 +175,23 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
             ITERATIONS
         },
     })
+}
+
+/// Force and tangent of what moves with the load, where nothing has moved yet.
+fn sum_tools<const D: usize>(
+    stage: &Rehearsal<'_, D>,
+    increment: &UnknownVector<D>,
+) -> Result<(), StepFailure> {
+    let Rehearsal { model, connected, constraints, .. } = *stage;
+    let pattern = &connected.pattern;
+    let (mut values, mut force) = (vec![0.0; pattern.n_entries()], increment.clone());
+    let tangent = Some(SystemTangent { values: &mut values, lift: None });
+    let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+    let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: true };
+    for named in model.contributions.iter().filter(|named| named.contribution.moves_with_load()) {
+        named.contribution.add(&trial, &mut sums).map_err(|it| StepFailure::Linear(it.to_string()))?;
+    }
+    Ok(())
 }
 
 /// Seconds of preparing for a pattern and of a solution, where they are few and the matrix can be solved at all.

@@ -24,7 +24,8 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     }));
     remarks.extend(driven::of(model, mesh, active));
     remarks.extend(shared(model, mesh, active));
-    remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh)));
+    let bodies = model.bodies_by_name();
+    remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh, &bodies)));
     remarks.extend(jumps(model));
     remarks.extend(knots(model));
     remarks

@@ -107,6 +107,11 @@ impl<const D: usize> Model<D> {
         self.nodes.lattice().nodes().iter().take(self.coordinates()).map(|&nodes| nodes as usize).product()
     }
 
+    /// Its bodies with their names, as contributions see them.
+    pub(crate) fn bodies_by_name(&self) -> Vec<(&str, &dyn Body<D>)> {
+        self.bodies.iter().map(|named| (&*named.name, &*named.body)).collect()
+    }
+
     /// Whether the tangents equal their transposes: those of all bodies and contributions have to.
     pub(crate) fn symmetry(&self) -> Symmetry {
         let of_bodies = self.bodies.iter().map(|named| named.body.symmetry());

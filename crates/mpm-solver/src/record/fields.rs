@@ -1,8 +1,8 @@
 //! Fields of the material points, computed when they are asked for.
 
-use crate::model::NamedBody;
+use crate::model::{NamedBody, NamedContribution};
 use crate::observe::{Field, Fields};
-use mpm_assembly::{PointView, views};
+use mpm_assembly::{Body, Joined, PointView, views};
 use mpm_basis::DomainReport;
 use mpm_grid::{Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
@@ -11,6 +11,7 @@ use nalgebra::Matrix3;
 /// The material points of all bodies, one after the other.
 pub(crate) struct BodyFields<'a, const D: usize> {
     pub bodies: &'a [NamedBody<D>],
+    pub contributions: &'a [NamedContribution<D>],
     /// The mesh in which domains are judged.
     pub mesh: &'a Mesh<D>,
 }
@@ -57,6 +58,24 @@ impl<const D: usize> BodyFields<'_, D> {
         values
     }
 
+    /// What contributions know of the points under the name of the field; none where no contribution has it.
+    fn of_contributions(&self, field: Field) -> Option<Vec<f64>> {
+        let bodies: Vec<&dyn Body<D>> = self.bodies.iter().map(|named| &*named.body).collect();
+        let mut joined: Option<Vec<f64>> = None;
+        for contribution in self.contributions.iter().map(|named| &named.contribution) {
+            let Some(own) = contribution.point_fields().iter().find(|it| Field::from(it.info) == field) else {
+                continue;
+            };
+            let values = contribution.point_field(field.name(), &bodies);
+            joined = Some(match (joined, own.joined) {
+                (None, _) => values,
+                (Some(so_far), Joined::Sum) => so_far.iter().zip(values).map(|(a, b)| a + b).collect(),
+                (Some(so_far), Joined::Least) => so_far.iter().zip(values).map(|(a, b)| a.min(b)).collect(),
+            });
+        }
+        joined
+    }
+
     /// Four corners of (x, y) per point, see [`Field::OUTLINE`].
     fn plane_outlines(&self) -> Vec<f64> {
         let mut values = Vec::with_capacity(self.n_points() * Field::OUTLINE.components());
@@ -92,7 +111,7 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
             _ if Field::OF_POINTS.contains(&field) => {
                 self.collect(field.components(), |body, view, out| point_field(field, body, view, out))
             }
-            _ => self.remembered(field),
+            _ => self.of_contributions(field).unwrap_or_else(|| self.remembered(field)),
         }
     }
 

@@ -148,7 +148,7 @@ impl Record {
             return Ok(());
         }
         let mesh = mesh_after(model, self.at, &Mesh::at_rest(&model.layout));
-        let fields = BodyFields { bodies: &model.bodies, mesh: &mesh };
+        let fields = BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh: &mesh };
         observer.last(self.at.total(), &fields).map_err(Error::Observer)
     }
 
@@ -341,7 +341,7 @@ impl Record {
     ) -> Result<(), Error> {
         let &Shown { mesh, fraction, row, residuals } = shown;
         let so_far = timings.with_skipped();
-        let fields = BodyFields { bodies: &model.bodies, mesh };
+        let fields = BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh };
         let step = LoadStep { index: self.rows, fraction, row, residuals, timings: &so_far, fields: &fields };
         timings.time(Phase::Output, || observer.load_step(&step)).map_err(Error::Observer)?;
         self.rows += 1;
