@@ -63,6 +63,15 @@ impl<const D: usize> Window<D> {
     }
 }
 
+impl ActiveNodes<3> {
+    /// The same nodes in the plane whose layer they are in, with the same numbers; `space` are the nodes of that.
+    pub fn section(&self, space: NodeSpace<2>) -> ActiveNodes<2> {
+        let Window { low, extent, .. } = self.window;
+        let window = Window { space, low: [low[0], low[1]], extent: [extent[0], extent[1]] };
+        ActiveNodes { nodes: self.nodes.clone(), window, number: self.number.clone() }
+    }
+}
+
 impl<const D: usize> ActiveNodes<D> {
     /// Nodes of `space` with `Σ_p (|S_vp| + |∇S_vp|/g_p) > 1e-14` over the points of all bodies, `g_p` the largest
     /// gradient of the point: about `1/h`.

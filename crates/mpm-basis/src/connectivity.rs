@@ -180,6 +180,27 @@ impl<const D: usize> Connectivity<D> {
         &self.set_group[self.set_group_start[set] as usize..self.set_group_start[set + 1] as usize]
     }
 
+    /// The same list with gradients of another number of components.
+    pub(crate) fn with_gradients<const E: usize>(
+        &self,
+        of: impl Fn(&Vector<D>) -> Vector<E>,
+    ) -> Connectivity<E> {
+        let influences = |chunk: &Influences<D>| Influences {
+            value: chunk.value.clone(),
+            gradient: chunk.gradient.iter().map(&of).collect(),
+            mass: chunk.mass.clone(),
+        };
+        Connectivity {
+            groups: self.groups.clone(),
+            n_points: self.n_points,
+            set_start: self.set_start.clone(),
+            node: self.node.clone(),
+            set_group_start: self.set_group_start.clone(),
+            set_group: self.set_group.clone(),
+            chunks: self.chunks.iter().map(influences).collect(),
+        }
+    }
+
     /// Whether the same points have the same nodes as in `other`.
     pub fn is_connected_as(&self, other: &Self) -> bool {
         self.n_points == other.n_points

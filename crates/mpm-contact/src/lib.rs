@@ -12,6 +12,7 @@ mod error;
 mod helix;
 mod helix_surface;
 mod law;
+mod layer;
 mod motion;
 mod plane;
 mod polygon;
@@ -31,6 +32,7 @@ pub use helix::{Helix, HelixSize};
 pub use law::{
     CornerLaw, CornerState, Interface, Mode, Response, Tangent, Trial, force_by_motion, respond, tangent,
 };
+pub use layer::InLayer;
 pub use motion::ToolMotion;
 pub use plane::Plane;
 pub use polygon::Polygon;

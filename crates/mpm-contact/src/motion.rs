@@ -72,6 +72,11 @@ impl<const D: usize> ToolMotion<D> {
         Ok(Self { displacement: None, turn: Some(Turn::new(through, axis, angle, Some(advance))?) })
     }
 
+    /// Displacement without a turn, where it is moved by one `[L]`.
+    pub fn displacement(&self) -> Option<&[Ramp; D]> {
+        self.displacement.as_ref()
+    }
+
     /// The pose at a load fraction: `x = c + R(angle) (X - c) + shift`.
     pub fn pose(&self, at: LoadFraction) -> Pose<D> {
         let mut shift = match &self.displacement {

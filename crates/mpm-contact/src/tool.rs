@@ -22,6 +22,11 @@ impl<const D: usize> Tool<D> {
         Ok(Self { parts })
     }
 
+    /// Its parts.
+    pub fn into_parts(self) -> Vec<Box<dyn Shape<D>>> {
+        self.parts
+    }
+
     /// Number of parts.
     pub fn n_parts(&self) -> usize {
         self.parts.len()

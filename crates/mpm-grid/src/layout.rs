@@ -70,6 +70,9 @@ pub enum LayoutError {
         /// The offending radius.
         radius: f64,
     },
+    /// A layer of a mesh whose functions are splines.
+    #[error("a layer has the functions of vertices, not splines")]
+    LayerOfSplines,
     /// A ring centre that is not finite.
     #[error("the centre of a ring must be finite, not {centre:?}")]
     Centre {

@@ -38,6 +38,23 @@ enum Shape<const D: usize> {
     Ring(PlacedRing),
 }
 
+impl Mesh<3> {
+    /// The mesh of the plane whose layer this is; `flat` is the motion of a bent box in the plane.
+    pub(crate) fn section_by(&self, flat: impl Fn(&PlacedMotion<3>) -> PlacedMotion<2>) -> Mesh<2> {
+        let first_two = |axes: &[Axis; 3]| [axes[0].clone(), axes[1].clone()];
+        let ([n, m, _], [closed, other, _]) = (self.lattice.cells(), self.lattice.periodic());
+        Mesh {
+            lattice: Lattice::new([n, m], [closed, other]).expect("a part of a lattice is one"),
+            shape: match &self.shape {
+                Shape::Rectilinear(axes) => Shape::Rectilinear(first_two(axes)),
+                Shape::Bent { axes, motion } => Shape::Bent { axes: first_two(axes), motion: flat(motion) },
+                Shape::Ring(ring) => Shape::Ring(ring.without_height()),
+            },
+            splines: None,
+        }
+    }
+}
+
 impl<const D: usize> Mesh<D> {
     /// The mesh of a layout without any motion.
     pub fn at_rest(layout: &Layout<D>) -> Self {

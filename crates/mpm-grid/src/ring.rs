@@ -86,6 +86,11 @@ impl PlacedRing {
         valid.then_some(ring)
     }
 
+    /// The section of a ring with a height.
+    pub(crate) fn without_height(&self) -> Self {
+        Self { height: None, ..self.clone() }
+    }
+
     /// Position `[L]` of the node at a multi-index.
     #[inline]
     pub(crate) fn position<const D: usize>(&self, index: &[u32; D]) -> Vector<D> {

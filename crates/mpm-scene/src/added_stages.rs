@@ -115,6 +115,7 @@ fn compare<const D: usize, B: PartialEq>(was: &SceneIn<D, B>, is: &SceneIn<D, B>
     let whole = |name: &str, same: bool| (!same).then(|| name.to_string());
     let first = [
         whole("mesh", was.mesh == is.mesh),
+        whole("twist", was.twist == is.twist),
         whole("motion", was.motion == is.motion),
         whole("basis", was.basis == is.basis),
         whole("domains", was.domains == is.domains),

@@ -341,7 +341,7 @@ const REFUSED: &[(&str, &str, &str, &str)] = &[
         "Move(by: (0, -0.1))",
         "Move(turn: (angle: 1))",
         "tools[0].motion.turn",
-        "turns the tool in the plane (r, z)",
+        "turns the tool, which takes bodies along with `twist: true` only",
     ),
     (
         "Move(by: (0, -0.1))",

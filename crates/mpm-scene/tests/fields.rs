@@ -56,7 +56,7 @@ fn a_name_that_nothing_has_is_refused_with_those_that_there_are() {
     let scene = Scene::from_ron(&SCENE.replace("PlasticStrain", "Temperature")).unwrap();
     let error = compile(&scene).err().expect("refused").to_string();
     assert!(error.contains("no point has a field `Temperature`, expected one of Displacement,"), "{error}");
-    assert!(error.ends_with("Outline, PlasticStrain"), "{error}");
+    assert!(error.ends_with("Outline, Angle, PlasticStrain"), "{error}");
 }
 
 const AT_REST: &str = "Geostatic(surface: 10, unit_weight: 20, k0: 0.6)";

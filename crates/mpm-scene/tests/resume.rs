@@ -52,6 +52,18 @@ const RINGS: &str = r#"Axisymmetric(
     tools: [(name: "punch", parts: [Disc(centre: (0, 4), radius: 1.1)], interface: (friction: 0.2), motion: Move(by: (0, -0.4)))],
 )"#;
 
+/// A block that turns under a disc that turns and sinks.
+const TWIST: &str = r#"Axisymmetric(twist: true,
+    mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4)]),
+    basis: BASIS, stabilisation: Ghost(), schedule: (steps: 5), output: (fields: [CauchyStress, Displacement, Angle]),
+    materials: { "clay": VonMises(young: 1e3, poisson: 0.45, yield_radius: 4, density: 2) },
+    bodies: [(name: "block", material: "clay", shape: Box(from: (0, 0), to: (3, 3)), points_per_cell: 2, mean_dilatation: Points)],
+    supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [Z, Theta])],
+    loads: [BodyForce(acceleration: (0, -1)), Traction(body: "block", axis: R, at: 3, moment: 3)],
+    tools: [(name: "punch", parts: [Disc(centre: (0, 4), radius: 1.1)], interface: (friction: 0.2, adhesion: 0.5),
+        motion: Move(by: (0, -0.4), turn: (angle: 5)))],
+)"#;
+
 #[test]
 fn under_every_basis() {
     for basis in [
@@ -67,6 +79,7 @@ fn under_every_basis() {
     }
     for basis in ["Smpm", "Gimp", "Cpdi1", "Cpdi2q", "Cpdi2t"] {
         goes_on_bit_for_bit(basis, &RINGS.replace("BASIS", basis));
+        goes_on_bit_for_bit(&format!("twist, {basis}"), &TWIST.replace("BASIS", basis));
     }
     for basis in ["Smpm", "Gimp", "Cpdi1", "Cpdi2Hexahedron", "Cpdi2Tetrahedron"] {
         goes_on_bit_for_bit(basis, &SOLID.replace("BASIS", basis));

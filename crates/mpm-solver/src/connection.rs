@@ -87,7 +87,7 @@ pub(crate) fn connect_step<const D: usize>(
     };
     let skipped = &mut timings.skipped;
     kept.count(skipped);
-    skipped.nodes = (model.nodes.lattice().n_nodes() - connected.active.len()) as u64;
+    skipped.nodes = (model.n_nodes() - connected.active.len()) as u64;
     skipped.upper_triangle = match connected.pattern.symmetry() {
         Symmetry::Symmetric => (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64,
         Symmetry::Unsymmetric => 0,

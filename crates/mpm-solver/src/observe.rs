@@ -45,7 +45,7 @@ impl Column {
             ("reaction_moment" | "energy", _) | ("tool", "moment") => "F L",
             ("displacement", _) | ("tool" | "probe", "position") | ("probe", "displacement") => "L",
             ("probe", "cauchy_stress") => "F/L²",
-            ("tool", "angle") => "°",
+            ("tool" | "probe", "angle") | ("angle", _) => "°",
             ("tool", "area") if space.is_axisymmetric() => "L²",
             ("tool", "area") => "L^(D-1)",
             ("driven_gap", _) => "cells",
@@ -103,12 +103,14 @@ impl Field {
     pub const FALLEN_BACK: Self = Self::new("fallen_back", 1, "-");
     /// Number of the body (in the order of the scene) that the point belongs to.
     pub const BODY: Self = Self::new("body", 1, "-");
+    /// Angle by which the point has turned about the axis of its body of revolution; 0 of bodies that do not turn `[rad]`.
+    pub const ANGLE: Self = Self::new("angle", 1, "rad");
     /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
     /// the position, four times, for points without one. Plane strain only `[L]`.
     pub const OUTLINE: Self = Self::new("outline", 8, "L");
 
     /// The fields that points of any law and basis have.
-    pub const OF_POINTS: [Self; 15] = [
+    pub const OF_POINTS: [Self; 16] = [
         Self::DISPLACEMENT,
         Self::DEFORMATION_GRADIENT,
         Self::CAUCHY_STRESS,
@@ -124,6 +126,7 @@ impl Field {
         Self::FALLEN_BACK,
         Self::BODY,
         Self::OUTLINE,
+        Self::ANGLE,
     ];
 
     const fn new(name: &'static str, components: usize, unit: &'static str) -> Self {

@@ -102,6 +102,7 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
     flat.bodies[0].points_per_cell = Some(Count(2));
     flat.stabilisation = Some(StabilisationInput::Ghost { factor: Some(Positive(1.0 / 30.0)) });
     flat.loads = vec![LoadInput::Traction {
+        moment: None,
         body: "beam".into(),
         axis: Direction::X,
         at: Finite(10.0),

@@ -266,6 +266,19 @@ pub(super) const SMALL: &[&str] = &[
     tools: [(name: "t", rounding: 0.05, parts: [Cone(tip: (0, 2), radius: 1, tip_radius: 0.5, length: 1)], motion: Loaded(free: [Z], force: (0, -2)))],
     schedule: (steps: 2), output: (fields: [DeformationGradient, Volume]),
 )"#,
+    r#"Axisymmetric(
+    title: "a cylinder that is twisted", twist: true,
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 4), Uniform(from: 0, to: 3, cells: 4)]),
+    basis: Gimp, stabilisation: Ghost(), materials: { "a": VonMises(young: 1e3, poisson: 0.3, yield_radius: 40, density: 1) },
+    bodies: [(name: "c", material: "a", shape: Box(from: (0, 0), to: (1.5, 2)), points_per_cell: 2, mean_dilatation: Points)],
+    supports: [
+        (name: "base", region: Plane(axis: Z, at: 0), fix: [Z, Theta]),
+        (name: "middle", region: Plane(axis: Z, at: 1.5), displace: [(axis: Theta, by: 2)]),
+    ],
+    loads: [Traction(body: "c", axis: R, at: 1.5, moment: 3)],
+    tools: [(name: "t", parts: [Plane(through: (0, 2), normal: (0, -1))], interface: (friction: 0.2), motion: Move(by: (0, -0.1), turn: (angle: 3)))],
+    schedule: (steps: 2), output: (fields: [Angle, Outline]),
+)"#,
 ];
 
 /// Words of the language that none of the scenes says.
@@ -277,7 +290,6 @@ pub(super) const WORDS: &[&str] = &[
     "Extension",
     "IsochoricPlaneStrain",
     "None",
-    "Outline",
     "SingleCornerNodes",
     "Slash",
     "SmallestCornerWeight",

@@ -9,6 +9,8 @@ use mpm_scene::{Scene, ToolSurface, tool_surfaces};
 /// Tools and where they stand at every row of the history.
 pub struct Tools {
     fractions: Table,
+    /// Whether they turn in what is drawn, and not about an axis in it.
+    turns: bool,
     /// Surface, position of its reference point, and angle, in space rotation.
     tools: Vec<(ToolSurface, Table, Table)>,
 }
@@ -19,9 +21,10 @@ impl Tools {
     pub fn of(file: &Drawn) -> Result<Self, Complaint> {
         let fractions = column(file, "load_fraction")?;
         let in_space = matches!(file.scene, Scene::Solid(_));
+        let turns = !matches!(file.scene, Scene::Axisymmetric(_));
         match Self::placed(file, if in_space { "rotation" } else { "angle" }) {
-            Err(_) if in_space => Ok(Self { fractions, tools: Vec::new() }),
-            tools => Ok(Self { fractions, tools: tools? }),
+            Err(_) if in_space => Ok(Self { fractions, turns, tools: Vec::new() }),
+            tools => Ok(Self { fractions, turns, tools: tools? }),
         }
     }
 
@@ -43,7 +46,8 @@ impl Tools {
         };
         let mut facets = Vec::new();
         for (surface, position, turned) in &self.tools {
-            let vertices = surface.placed(position.row(row), turned.row(row));
+            let turned = if self.turns { turned.row(row) } else { &[0.0] };
+            let vertices = surface.placed(position.row(row), turned);
             let corners = |facet: &Vec<u32>| facet.iter().map(|&vertex| vertices[vertex as usize]).collect();
             facets.extend(surface.facets.iter().map(corners));
         }

@@ -6,6 +6,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     // Refused earlier, by the numbers of the scene's language or by its compiler.
     ("axis.rs", "the ratio of last to first", "ratios are read above 0"),
     ("layout.rs", "the centre of a ring must be finite", "centres are read finite"),
+    ("layout.rs", "a layer has the functions", "the compiler says so before"),
     ("layout.rs", "does not exist", "scenes have two or three dimensions"),
     ("motion.rs", "every number of a mesh motion", "numbers are read finite, and ramps are checked before"),
     ("motion.rs", "a box has {needed} corners", "the compiler gives them all"),

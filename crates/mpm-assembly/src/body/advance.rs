@@ -77,6 +77,7 @@ pub struct Converged<'a, const D: usize> {
 pub(crate) struct PreparedState<const D: usize> {
     deformation_gradient: Vec<Block<D>>,
     hoop_stretch: Vec<f64>,
+    angle: Vec<f64>,
     elastic_excess: Vec<SymmetricTensor>,
     plastic: Vec<bool>,
 }
@@ -98,6 +99,7 @@ impl<const D: usize> PreparedState<D> {
         let n = points.len();
         self.deformation_gradient.resize(n, Block::zeros());
         self.hoop_stretch.resize(points.hoop_stretch.len(), 1.0);
+        self.angle.resize(points.angle.len(), 0.0);
         self.elastic_excess.resize(n, SymmetricTensor::ZERO);
         // Written anew, too; this is for the length.
         next_history.clear();
@@ -106,6 +108,7 @@ impl<const D: usize> PreparedState<D> {
         let columns = StateColumns {
             deformation_gradient: &mut self.deformation_gradient,
             hoop_stretch: &mut self.hoop_stretch,
+            angle: &mut self.angle,
             elastic_excess: &mut self.elastic_excess,
             history: next_history,
             plastic: &mut self.plastic,
@@ -129,8 +132,12 @@ impl<const D: usize> PreparedState<D> {
                         None => trial::<D, M, HOOP>(committed, p, &du, view.point(k))?,
                         Some(step) => trial_of::<D, M, HOOP>(committed, p, step)?,
                     };
-                    if HOOP {
+                    if HOOP && D == 2 {
                         columns.hoop_stretch[at] = state.hoop * points.hoop_stretch[p];
+                    }
+                    if HOOP && D == 3 {
+                        let turns = view.point(k).0.iter().zip(&du).map(|(value, du)| value * du[D - 1]);
+                        columns.angle[at] = points.angle[p] + turns.sum::<f64>();
                     }
                     columns.write::<M>(at, state, &points.deformation_gradient[p]);
                     at += 1;
@@ -149,6 +156,7 @@ impl<const D: usize> PreparedState<D> {
     pub fn swap(&mut self, points: &mut Points<D>) {
         std::mem::swap(&mut self.deformation_gradient, &mut points.deformation_gradient);
         std::mem::swap(&mut self.hoop_stretch, &mut points.hoop_stretch);
+        std::mem::swap(&mut self.angle, &mut points.angle);
         std::mem::swap(&mut self.elastic_excess, &mut points.elastic_excess);
         std::mem::swap(&mut self.plastic, &mut points.plastic);
     }
@@ -243,6 +251,8 @@ struct StateColumns<'a, const D: usize, History> {
     deformation_gradient: &'a mut [Block<D>],
     /// Empty where there is no hoop.
     hoop_stretch: &'a mut [f64],
+    /// Empty where nothing turns.
+    angle: &'a mut [f64],
     elastic_excess: &'a mut [SymmetricTensor],
     history: &'a mut [History],
     plastic: &'a mut [bool],
@@ -260,8 +270,10 @@ impl<const D: usize, History> StateColumns<'_, D, History> {
         self.deformation_gradient[at] = state.step * before;
         self.elastic_excess[at] = state.response.elastic_excess;
         self.history[at] = state.response.history;
-        if M::PLASTIC {
-            self.plastic[at] = state.response.plastic;
+        if M::PLASTIC
+            && let Some(plastic) = self.plastic.get_mut(at)
+        {
+            *plastic = state.response.plastic;
         }
     }
 }
@@ -275,14 +287,16 @@ impl<const D: usize, History: Send> SplitColumns for StateColumns<'_, D, History
     fn split_at(self, at: usize) -> (Self, Self) {
         let (deformation_gradient, deformation_gradient_rest) = self.deformation_gradient.split_at_mut(at);
         let (hoop_stretch, hoop_stretch_rest) = self.hoop_stretch.split_at_mut(at.min(self.hoop_stretch.len()));
+        let (angle, angle_rest) = self.angle.split_at_mut(at.min(self.angle.len()));
         let (elastic_excess, elastic_excess_rest) = self.elastic_excess.split_at_mut(at);
         let (history, history_rest) = self.history.split_at_mut(at);
         let (plastic, plastic_rest) = self.plastic.split_at_mut(at.min(self.plastic.len()));
         (
-            Self { deformation_gradient, hoop_stretch, elastic_excess, history, plastic },
+            Self { deformation_gradient, hoop_stretch, angle, elastic_excess, history, plastic },
             Self {
                 deformation_gradient: deformation_gradient_rest,
                 hoop_stretch: hoop_stretch_rest,
+                angle: angle_rest,
                 elastic_excess: elastic_excess_rest,
                 history: history_rest,
                 plastic: plastic_rest,

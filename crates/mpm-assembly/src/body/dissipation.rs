@@ -60,7 +60,11 @@ pub fn dissipation<const D: usize, M: Material, const HOOP: bool>(
             let mean = tau.trace() / 3.0;
             let deviator = block::<D>(&tau) - Block::identity() * mean;
             for (&node, gradient) in view.nodes.iter().zip(gradients) {
-                gradient_sum[node as usize] += deviator * state.inverse.tr_mul(gradient) * volume;
+                let mut force = deviator * state.inverse.tr_mul(gradient) * volume;
+                if HOOP && D == 3 {
+                    force[D - 1] *= points.position[p][0] * state.hoop;
+                }
+                gradient_sum[node as usize] += force;
             }
             if HOOP {
                 let per_radius = (tau.zz - mean) * volume / (points.position[p][0] * state.hoop);

@@ -145,6 +145,7 @@ impl<const D: usize> Points<D> {
         self.mass.extend(points.mass.get(p).map(|mass| mass * share));
         self.deformation_gradient.push(f);
         self.hoop_stretch.extend(points.hoop_stretch.get(p));
+        self.angle.extend(points.angle.get(p));
         self.elastic_excess.push(points.elastic_excess[p]);
         self.plastic.extend(points.plastic.get(p));
     }

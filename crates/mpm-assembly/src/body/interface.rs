@@ -3,9 +3,9 @@
 use super::occupied::OccupiedCell;
 use crate::body::advance::{AdvanceError, Converged};
 use crate::body::assembly_plan::AssemblyPlan;
-use crate::body::body_law::LawOfBody;
 use crate::body::dilatation::Dilatation;
 use crate::body::domain_control::{Controlled, TooManyPoints};
+use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
@@ -20,6 +20,10 @@ use mpm_material::FieldInfo;
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
+    /// The same body of revolution, of points that may turn about the axis, see [`Space::Axisymmetric`]; none of other
+    /// bodies.
+    fn with_twist(self: Box<Self>) -> Option<Box<dyn Body<3>>>;
+
     /// The space that it lives in; all bodies of a model share one.
     fn space(&self) -> Space;
 

@@ -48,7 +48,8 @@ pub(crate) fn inverse_and_determinant<const D: usize>(m: &Block<D>) -> (Block<D>
 pub(crate) struct StepGradient<const D: usize> {
     /// Of the D coordinates, `Σ_v Δu_v ⊗ ∇S_vp`.
     pub block: Block<D>,
-    /// Of the hoop, `k = Σ_v S_vp Δu_v,r / r_p`; 0 where there is none.
+    /// Of the hoop, `k = Σ_v S_vp Δu_v,r / r_p`; 0 where there is none. With twist (D = 3) it is the last entry of the
+    /// block, too.
     pub hoop: f64,
 }
 
@@ -64,21 +65,29 @@ impl<const D: usize> StepGradient<D> {
         if HOOP {
             hoop = increment.iter().zip(values).map(|(u, value)| u[0] * value).sum::<f64>() / radius;
         }
-        Self { block: gradient(increment, gradients), hoop }
+        let mut block = gradient(increment, gradients);
+        if HOOP && D == 3 {
+            // The angle of the step φ makes `ρ ∂φ/∂r` and `ρ ∂φ/∂z` with the radius at its end.
+            for j in 0..D {
+                block[(D - 1, j)] *= radius * (1.0 + hoop);
+            }
+            block[(D - 1, D - 1)] = hoop;
+        }
+        Self { block, hoop }
     }
 
     /// `det ΔF - 1` without forming the difference.
     #[inline]
     pub fn determinant_excess<const HOOP: bool>(&self) -> f64 {
         let in_plane = determinant_excess(&self.block);
-        if HOOP { in_plane + self.hoop + in_plane * self.hoop } else { in_plane }
+        if HOOP && D == 2 { in_plane + self.hoop + in_plane * self.hoop } else { in_plane }
     }
 
     /// `b_tr - I` from `c = b_e,n - I`, see [`trial_excess`]; of the hoop `2k + k² + c_θθ (1 + k)²`.
     #[inline]
     pub fn trial_excess<const HOOP: bool>(&self, excess: &SymmetricTensor) -> SymmetricTensor {
         let mut trial = trial_excess(&self.block, excess);
-        if HOOP {
+        if HOOP && D == 2 {
             let (k, stretch) = (self.hoop, 1.0 + self.hoop);
             trial.zz = (k + k) + k * k + excess.zz * (stretch * stretch);
         }

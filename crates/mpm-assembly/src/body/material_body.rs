@@ -4,10 +4,11 @@ use super::occupied::{OccupiedCell, occupied, sampled_cells};
 use crate::body::advance::{AdvanceError, Converged, PreparedState};
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::body_domains::{BodyDomains, DomainsOfBody};
-use crate::body::body_law::{BodyLaw, LawOfBody};
+use crate::body::body_law::BodyLaw;
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce, views};
+use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::pressed::pressure_over_shear;
@@ -23,6 +24,7 @@ use mpm_basis::{
 use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
 use mpm_material::{FieldInfo, Material};
+use std::any::Any;
 
 /// The one kind of [`Body`] there is.
 ///
@@ -35,7 +37,7 @@ pub struct MaterialBody<const D: usize> {
     /// The next step's columns, kept for their memory.
     prepared: PreparedState<D>,
     is_prepared: bool,
-    mean_dilatation: Option<MeanDilatation>,
+    pub(super) mean_dilatation: Option<MeanDilatation>,
 }
 
 impl<const D: usize> MaterialBody<D> {
@@ -67,14 +69,17 @@ impl<const D: usize> MaterialBody<D> {
         }
         let mut law = law.0;
         law.begin(&mut points, &[]).expect("a point that begins free of stress is refused by no law");
-        Self {
-            law,
-            domains,
-            points,
-            prepared: PreparedState::default(),
-            is_prepared: false,
-            mean_dilatation: None,
-        }
+        Self::of_columns(points, law, domains)
+    }
+
+    /// A body of points that have begun.
+    pub(super) fn of_columns(
+        points: Points<D>,
+        law: Box<dyn BodyLaw<D>>,
+        domains: Box<dyn BodyDomains<D>>,
+    ) -> Self {
+        let prepared = PreparedState::default();
+        Self { law, domains, points, prepared, is_prepared: false, mean_dilatation: None }
     }
 
     /// The same, with the mass `density · V⁰` `[M]` in every point. A run with body forces refuses bodies without it.
@@ -123,6 +128,13 @@ impl<const D: usize> MaterialBody<D> {
 }
 
 impl<const D: usize> Body<D> for MaterialBody<D> {
+    fn with_twist(self: Box<Self>) -> Option<Box<dyn Body<3>>> {
+        let body = (self as Box<dyn Any>).downcast::<MaterialBody<2>>().ok()?;
+        let turning =
+            |body: MaterialBody<2>| -> Box<dyn Body<3>> { Box::new(MaterialBody::<2>::with_twist(body)) };
+        body.points.space.is_axisymmetric().then(|| turning(*body))
+    }
+
     fn space(&self) -> Space {
         self.points.space
     }
@@ -178,9 +190,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn extent(&self, point: usize) -> PointExtent<D> {
-        let width = self.points.reference_size(point).powf(1.0 / D as f64);
+        let dimensions = self.points.space.coordinates::<D>() as f64;
+        let width = self.points.reference_size(point).powf(1.0 / dimensions);
         // Half the diagonal of a cube, stretched by the norm of F, where there is no domain.
-        let cube = || 0.5 * width * (D as f64).sqrt() * self.points.deformation_gradient[point].norm();
+        let cube = || 0.5 * width * dimensions.sqrt() * self.points.deformation_gradient[point].norm();
         let radius = self.domains.radius(point).unwrap_or_else(cube);
         PointExtent { position: self.points.position[point], width, radius }
     }
@@ -196,7 +209,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         let reference_size = self.points.reference_size(point);
         let is_ring = self.points.space.is_axisymmetric();
         let of = CornerPoint { position, reference_size, volume, is_ring, deformation_gradient };
-        self.domains.corners(mesh, point, &of, to)
+        let first = to.len();
+        self.domains.corners(mesh, point, &of, to)?;
+        self.turn_corners(point, &mut to[first..]);
+        Ok(())
     }
 
     fn has_masses(&self) -> bool {
@@ -315,7 +331,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     ) -> Result<(), OutsideMesh<D>> {
         let (volume, young) = (&self.points.reference_volume[..], self.young());
         if mesh.functions() == NodeKind::Vertices {
-            occupied(connectivity, mesh.lattice(), active, volume, young, out);
+            let points = (volume, self.points.space.coordinates::<D>());
+            occupied(connectivity, mesh.lattice(), active, points, young, out);
             return Ok(());
         }
         let sampled = |point: usize, take: &mut dyn FnMut([u32; D])| {
@@ -373,6 +390,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             reference_size: points.reference_size(point),
             deformation_gradient: points.deformation_gradient[point],
             hoop_stretch: points.hoop_stretch.get(point).copied(),
+            angle: points.angle.get(point).copied(),
             volume_ratio: points.volume_ratio(point),
             elastic_excess: points.elastic_excess[point],
             stored_energy: self.law.stored_energy(points, point),
@@ -402,8 +420,11 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             ("history of the law", self.law.history_bytes()),
             ("plastic state", size_of_val(&points.plastic[..])),
         ];
-        if points.space.is_axisymmetric() {
+        if points.space.is_axisymmetric() && D == 2 {
             columns.push(("hoop stretch", size_of_val(&points.hoop_stretch[..])));
+        }
+        if points.space.turns::<D>() {
+            columns.push(("angle", size_of_val(&points.angle[..])));
         }
         columns
     }

@@ -1,6 +1,6 @@
 //! A body: points of one law under one basis, behind an interface that knows neither.
 //!
-//! A pass is compiled for its law (`body_law.rs`), stencils and convection for their basis (`body_domains.rs`); a
+//! A pass is compiled for its law (`law_of_body.rs`), stencils and convection for their basis (`body_domains.rs`); a
 //! [`Body`] is asked once per pass, so that the solver needs to know only the dimension, and bodies of several laws can
 //! share a grid.
 
@@ -14,6 +14,8 @@ mod dissipation;
 mod domain_control;
 mod interface;
 mod kinematics;
+mod law_of_body;
+mod layer_domains;
 mod material_body;
 mod occupied;
 mod pass;
@@ -29,16 +31,18 @@ mod start;
 mod stored;
 mod strips;
 mod trial;
+mod turning_law;
+mod turning_tangent;
 
 pub use advance::{AdvanceError, Converged};
 pub use assembly_plan::AssemblyPlan;
 pub use body_connectivity::BodyConnectivity;
 pub use body_domains::DomainsOfBody;
-pub use body_law::LawOfBody;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
 pub use interface::{Body, BodyLoads, PointExtent, PointForce, SideForce, SideForces, views};
 pub use kinematics::determinant;
+pub use law_of_body::LawOfBody;
 pub use material_body::MaterialBody;
 pub use occupied::OccupiedCell;
 pub use point_view::PointView;

@@ -15,12 +15,13 @@ pub struct OccupiedCell {
     pub stiffness: f64,
 }
 
-/// Adds the cells all of whose nodes a point of the body influences; `young` `[F/L²]`.
+/// Adds the cells all of whose nodes a point of the body influences; `young` `[F/L²]`. Of a layer, those at the lower side
+/// are looked at, which are those of a section of two `dimensions`.
 pub(crate) fn occupied<const D: usize>(
     connectivity: &Connectivity<D>,
     lattice: &Lattice<D>,
     active: &ActiveNodes<D>,
-    volume: &[f64],
+    (volume, dimensions): (&[f64], usize),
     young: f64,
     out: &mut Vec<OccupiedCell>,
 ) {
@@ -36,7 +37,7 @@ pub(crate) fn occupied<const D: usize>(
             let corners = lattice.corners(index);
             let holds =
                 |corner| active.number(corner).is_some_and(|v| group.nodes.binary_search(&(v as u32)).is_ok());
-            if corners[..1 << D].iter().all(|&corner| holds(corner)) {
+            if corners[..1 << dimensions].iter().all(|&corner| holds(corner)) {
                 out.push(OccupiedCell { cell: lattice.cell(index), volume, stiffness: young * volume });
             }
         }

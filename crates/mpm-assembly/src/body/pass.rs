@@ -14,6 +14,8 @@
 //! * `fⁱⁿᵗ_v = Σ_p V⁰_p (τ_p g_vp + τ_θθ t_vp e_r)`,
 //! * `K_vw = Σ_p V⁰_p (g_vp · a_p · g_wp + c g_vp ⊗ e_r t_wp + e_r t_vp ⊗ c' g_wp + e_r ⊗ e_r t_vp a_θθθθ t_wp)`.
 //!
+//! Of a body that turns about its axis (D = 3) see `turning_tangent.rs`.
+//!
 //! Points that share their nodes are summed densely, wherever they stand in the list of points, and
 //! their sum is added to the global arrays once. The strips of `strips.rs` fix the order of all
 //! sums. A pass allocates nothing, but for bodies with mean dilatation.
@@ -28,6 +30,7 @@ use crate::body::scatter::{
 };
 use crate::body::strips::Strip;
 use crate::body::trial::{Committed, trial};
+use crate::body::turning_tangent::{Turned, add_turning_tangent};
 use mpm_basis::Group;
 use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
@@ -259,9 +262,10 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8, const HOOP: bool>(
 
         let volume = committed.points.reference_volume[p];
         let stress = block::<D>(&trial.response.kirchhoff) * volume;
+        let turned = Turned { stress: &stress, radius: committed.points.position[p][0] * trial.hoop };
         for ((g, force), gradient) in g.iter_mut().zip(&mut *force).zip(gradients) {
             *g = trial.inverse.tr_mul(gradient);
-            *force += stress * *g;
+            *force += if HOOP && D == 3 { turned.force(g) } else { stress * *g };
         }
         if HOOP {
             let stress = trial.response.kirchhoff.zz * volume;
@@ -274,6 +278,13 @@ fn sum_group<const D: usize, M: Material, const TANGENT: u8, const HOOP: bool>(
         if TANGENT != FORCE {
             let modes = &trial.response.tangent;
             let a = modes.spatial_tangent::<D>();
+            if HOOP && D == 3 {
+                match TANGENT == LOWER || !modes.is_symmetric() {
+                    true => add_turning_tangent::<D, TANGENT>((g, t), &a, turned, volume, tangent),
+                    false => add_turning_tangent::<D, LOWER>((g, t), &a, turned, volume, symmetric),
+                }
+                continue;
+            }
             let a = (&a, if HOOP { Some(modes.hoop_tangent()) } else { None });
             // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
             if TANGENT == LOWER {

@@ -2,7 +2,7 @@
 
 use crate::body::kinematics::determinant;
 use crate::body::space::Space;
-use mpm_grid::{Block, Vector};
+use mpm_grid::{Block, Vector, raised};
 use mpm_material::SymmetricTensor;
 use std::f64::consts::TAU;
 
@@ -20,10 +20,12 @@ pub(crate) struct Points<const D: usize> {
     pub reference_volume: Vec<f64>,
     /// `m_p`, kept where a body force acts `[M]`.
     pub mass: Vec<f64>,
-    /// `F_n` `[-]`; in plane strain and of bodies of revolution its in-plane part.
+    /// `F_n` `[-]`; in plane strain and of bodies of revolution without twist its in-plane part.
     pub deformation_gradient: Vec<Block<D>>,
-    /// `F_θθ` of bodies of revolution `[-]`.
+    /// `F_θθ` of bodies of revolution without twist `[-]`; with twist it belongs to F.
     pub hoop_stretch: Vec<f64>,
+    /// By how much each point of a body of revolution has turned about its axis, where it may `[rad]`.
+    pub angle: Vec<f64>,
     /// `b_e,n - I` `[-]`.
     pub elastic_excess: Vec<SymmetricTensor>,
     /// Whether the last load step was plastic; empty for laws that never are.
@@ -59,11 +61,8 @@ impl<const D: usize> Points<D> {
     /// `J = det F` of a point `[-]`; in plane strain `F_zz = 1`.
     #[inline]
     pub fn volume_ratio(&self, point: usize) -> f64 {
-        let in_plane = determinant(&self.deformation_gradient[point]);
-        match self.space {
-            Space::Cartesian => in_plane,
-            Space::Axisymmetric => in_plane * self.hoop_stretch[point],
-        }
+        let determinant = determinant(&self.deformation_gradient[point]);
+        self.hoop_stretch.get(point).map_or(determinant, |hoop| determinant * hoop)
     }
 
     /// Size of what a point stands for at rest: the volume, of a body of revolution the area of its cross section
@@ -72,12 +71,40 @@ impl<const D: usize> Points<D> {
         let volume = self.reference_volume[point];
         match self.space {
             Space::Cartesian => volume,
-            Space::Axisymmetric => volume * self.hoop_stretch[point] / (TAU * self.position[point][0]),
+            Space::Axisymmetric => {
+                let hoop = self.hoop_stretch.get(point).copied();
+                let hoop = hoop.unwrap_or_else(|| self.deformation_gradient[point][(D - 1, D - 1)]);
+                volume * hoop / (TAU * self.position[point][0])
+            }
         }
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
         self.position.len()
+    }
+}
+
+impl Points<2> {
+    /// The points of a body of revolution as those of one that turns, and has not turned yet.
+    pub fn with_twist(&self) -> Points<3> {
+        let gradient = |point: usize| {
+            let mut f = Block::<3>::identity();
+            f.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.deformation_gradient[point]);
+            f[(2, 2)] = self.hoop_stretch[point];
+            f
+        };
+        Points {
+            space: self.space,
+            position: self.position.iter().map(raised).collect(),
+            reference_position: self.reference_position.iter().map(raised).collect(),
+            reference_volume: self.reference_volume.clone(),
+            mass: self.mass.clone(),
+            deformation_gradient: (0..self.len()).map(gradient).collect(),
+            hoop_stretch: Vec::new(),
+            angle: vec![0.0; self.len()],
+            elastic_excess: self.elastic_excess.clone(),
+            plastic: self.plastic.clone(),
+        }
     }
 }

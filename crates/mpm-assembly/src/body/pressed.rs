@@ -40,6 +40,7 @@ mod tests {
             reference_volume: 1.0,
             deformation_gradient: Block::identity(),
             hoop_stretch: None,
+            angle: None,
             reference_size: 1.0,
             volume_ratio: 1.0,
             elastic_excess: SymmetricTensor::default(),

@@ -1,11 +1,13 @@
 //! What bodies of revolution have besides.
 
 use crate::body::body_domains::DomainsOfBody;
-use crate::body::body_law::LawOfBody;
 use crate::body::interface::{SideForce, SideForces};
+use crate::body::kinematics::inverse_and_determinant;
+use crate::body::law_of_body::LawOfBody;
+use crate::body::layer_domains::LayerDomains;
 use crate::body::material_body::MaterialBody;
 use crate::body::space::Space;
-use mpm_basis::{Basis, Group, RingSide, Seed, Stencil};
+use mpm_basis::{Basis, Corner, Group, RingSide, Seed, Stencil};
 use mpm_grid::Vector;
 use mpm_material::Material;
 
@@ -24,9 +26,32 @@ impl MaterialBody<2> {
             seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
         Self::of(LawOfBody::axisymmetric(law), DomainsOfBody::new(basis, domains), places)
     }
+
+    /// The same body of revolution, of points that may turn about the axis: see [`Space::Axisymmetric`].
+    ///
+    /// # Panics
+    /// It is no body of revolution.
+    pub fn with_twist(self) -> MaterialBody<3> {
+        assert!(self.points.space.is_axisymmetric(), "only bodies of revolution turn about their axis");
+        let domains = Box::new(LayerDomains(self.domains));
+        let body = MaterialBody::of_columns(self.points.with_twist(), self.law.with_twist(), domains);
+        body.with_mean_dilatation(self.mean_dilatation)
+    }
 }
 
 impl<const D: usize> MaterialBody<D> {
+    /// Gives the corners of a point that turns about the axis their angles, as third coordinates: with the gradient of the
+    /// angle `F_θJ / r` with respect to positions at rest.
+    pub(super) fn turn_corners(&self, point: usize, corners: &mut [Corner<D>]) {
+        let Some(&angle) = self.points.angle.get(point) else { return };
+        let (x, f) = (&self.points.position[point], &self.points.deformation_gradient[point]);
+        let row = inverse_and_determinant(f).0.row(D - 1).transpose();
+        let by_place = row * (-f[(D - 1, D - 1)] / x[0]);
+        for corner in corners {
+            corner.position[D - 1] = angle + by_place.dot(&(corner.position - x));
+        }
+    }
+
     /// The same cut of shares of an area as one of shares of the volume of a ring, where the body is one: a part has
     /// its area times its radius.
     pub(super) fn by_ring(&self, parts: &mut [(usize, f64)], position: &[Vector<D>]) {

@@ -257,7 +257,7 @@ fn add_lower<const D: usize>(
 }
 
 /// Makes the diagonal of every prescribed component positive: its own stiffness where it has one,
-/// so that the scale of the pivots is that of the problem; on an axis that of the last component.
+/// so that the scale of the pivots is that of the problem; on an axis that of the second component.
 pub fn finish_tangent<const D: usize>(
     pattern: &SparsityPattern<D>,
     constraints: &Constraints<D>,
@@ -266,7 +266,7 @@ pub fn finish_tangent<const D: usize>(
     for node in 0..constraints.n_nodes() {
         if constraints.is_on_axis(node) {
             values[pattern.diagonal(node_equation::<D>(node, 0))] =
-                values[pattern.diagonal(node_equation::<D>(node, D - 1))];
+                values[pattern.diagonal(node_equation::<D>(node, 1))];
         }
         for i in (0..D).filter(|&i| constraints.is_prescribed(node, i)) {
             let value = &mut values[pattern.diagonal(node_equation::<D>(node, i))];

@@ -4,7 +4,7 @@
 //! pass anew. A law or a basis of one's own is compiled where [`LawOfBody::new`] and [`DomainsOfBody::new`] are called.
 
 use crate::body::body_domains::DomainsOfBody;
-use crate::body::body_law::LawOfBody;
+use crate::body::law_of_body::LawOfBody;
 use crate::body::space::Space;
 use mpm_basis::{Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, Smpm};
 use mpm_material::{CamClay, DruckerPrager, Hencky, MohrCoulomb, NeoHooke, PerPoint, Tresca, VonMises};

@@ -8,10 +8,24 @@ pub enum Space {
     Cartesian,
     /// Radius and height (r, z) in the half plane r ≥ 0, D = 2: a body of revolution without twist. Volumes, masses,
     /// forces and energies are those of the whole ring.
+    ///
+    /// With D = 3 the body may turn about its axis, by an angle that varies with r and z: the third component of a
+    /// displacement is an angle, that of a force a torque, that of a position always 0. The mesh is a layer of cells, see
+    /// [`mpm_grid::Layout::as_layer`]. Tensors have the directions (r, z, θ) of where the point stands.
     Axisymmetric,
 }
 
 impl Space {
+    /// Coordinates of a place where displacements have D components: 2 of bodies of revolution.
+    pub fn coordinates<const D: usize>(self) -> usize {
+        if self.is_axisymmetric() { 2 } else { D }
+    }
+
+    /// Whether bodies turn about their axis, where displacements have D components.
+    pub fn turns<const D: usize>(self) -> bool {
+        self.is_axisymmetric() && D == 3
+    }
+
     /// Names of the directions.
     pub fn axes(self) -> [&'static str; 3] {
         match self {

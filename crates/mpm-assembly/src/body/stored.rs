@@ -6,7 +6,7 @@ use mpm_grid::{Block, Vector};
 use mpm_material::SymmetricTensor;
 
 /// Names of the columns that a body's points can have.
-pub const COLUMNS: [&str; 10] = [
+pub const COLUMNS: [&str; 11] = [
     "position",
     "reference_position",
     "reference_volume",
@@ -14,6 +14,7 @@ pub const COLUMNS: [&str; 10] = [
     "domain",
     "deformation_gradient",
     "hoop_stretch",
+    "angle",
     "elastic_excess",
     "history",
     "plastic",
@@ -68,7 +69,8 @@ impl<const D: usize> Points<D> {
             kept(!self.mass.is_empty(), 1),
             widths.domain,
             D * D,
-            kept(self.space.is_axisymmetric(), 1),
+            kept(self.space.is_axisymmetric() && D == 2, 1),
+            kept(self.space.turns::<D>(), 1),
             6,
             widths.history,
             widths.plastic,
@@ -90,6 +92,7 @@ impl<const D: usize> Points<D> {
                     values.extend(self.deformation_gradient.iter().flat_map(|f| f.iter()))
                 }
                 "hoop_stretch" => values.extend(&self.hoop_stretch),
+                "angle" => values.extend(&self.angle),
                 "elastic_excess" => values.extend(self.elastic_excess.iter().flat_map(components)),
                 _ => values.extend(self.plastic.iter().map(|&plastic| f64::from(u8::from(plastic)))),
             }
@@ -155,6 +158,7 @@ impl<const D: usize> Points<D> {
                     next.deformation_gradient = gradients;
                 }
                 "hoop_stretch" => next.hoop_stretch = above_zero()?,
+                "angle" => next.angle.clone_from(values),
                 "elastic_excess" => next.elastic_excess = rows().map(tensor).collect(),
                 _ => {
                     if let Some(p) = values.iter().position(|value| *value != 0.0 && *value != 1.0) {

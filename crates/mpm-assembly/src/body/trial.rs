@@ -129,11 +129,14 @@ pub(crate) fn step_of<const D: usize, const HOOP: bool>(
     let step = Block::identity() + h.block;
     let (inverse, mut determinant) = inverse_and_determinant(&step);
     // Written so that a trial that is not a number is refused as well.
+    let hoop = 1.0 + h.hoop;
+    if HOOP && D == 3 && !(hoop > 0.0 && hoop.is_finite()) {
+        return Err(InadmissiblePoint::reaches_axis(p, hoop));
+    }
     if !(determinant > 0.0 && determinant.is_finite()) {
         return Err(InadmissiblePoint::inverted(p, determinant));
     }
-    let hoop = 1.0 + h.hoop;
-    if HOOP {
+    if HOOP && D == 2 {
         if !(hoop > 0.0 && hoop.is_finite()) {
             return Err(InadmissiblePoint::reaches_axis(p, hoop));
         }

@@ -50,6 +50,10 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn describe_unknown(&self, k: usize, axes: [&'static str; 3]) -> String {
         let component = self.rigid.load.as_ref().map_or(k, |load| load.free[k]);
         match Increment::<D>::turn_axis(component) {
+            None if self.rigid.turns => match component == D - 1 {
+                true => "the turn about the axis".into(),
+                false => format!("the shift along {}", axes[component]),
+            },
             None => format!("the shift along {}", axes[component]),
             Some(axis) => format!("the turn about {}", axes[axis]),
         }
@@ -74,7 +78,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             if !of_corner.iter().any(acts) {
                 return None;
             }
-            let force: Vector<D> = of_corner.iter().map(|it| it.response.force).sum();
+            let force: Vector<D> = of_corner.iter().map(Contact::force).sum();
             let stiffness = || of_corner.iter().map(|it| it.stiffness(&pose, trial.is_first, kind)).sum();
             let block = wants_tangent.then(stiffness);
             Some(match &driven {
@@ -102,7 +106,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         let contacts = self.forces(trial, &self.pose(trial));
         let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
         for (corner, contacts) in self.corners.iter().zip(&contacts) {
-            let force: Vector<D> = contacts.iter().map(|it| it.response.force).sum();
+            let force: Vector<D> = contacts.iter().map(Contact::force).sum();
             for (node, weight) in corner.weights() {
                 nodal[node] += force * weight;
             }
@@ -124,7 +128,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         let load = driven.load.at(trial.end, &driven.increment);
         let mut sizes: Vec<f64> = load.iter().map(|load| load.abs()).collect();
         for contact in self.forces(trial, &driven.pose).iter().flatten() {
-            let work = driven.work(&contact.position, &contact.response.force);
+            let work = driven.work(&contact.position, &contact.force());
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
         sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
@@ -162,7 +166,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
                     contact.response.stored(&contact.law) - if contact.response.closed { carried } else { 0.0 };
                 energy.dissipated += contact.dissipated(&corner.left, &self.start, &pose);
             }
-            let sum = |contacts: &[Contact<D>]| contacts.iter().map(|it| it.response.force).sum::<Vector<D>>();
+            let sum = |contacts: &[Contact<D>]| contacts.iter().map(Contact::force).sum::<Vector<D>>();
             let Some(first) = contacts.first() else { continue };
             let (before, after) = (sum(&corner.contacts_at(corner.left, &at)), sum(contacts));
             let moved = first.position - self.start.place(&pose.recall(&first.position));
@@ -252,7 +256,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     fn history(&self) -> Vec<Recorded> {
-        self.summary.columns(&self.name)
+        self.summary.columns(&self.name, self.rigid.turns)
     }
 
     fn point_fields(&self) -> &'static [PointField] {

@@ -44,6 +44,8 @@ pub(super) struct NearCorner<const D: usize> {
     pub law: CornerLaw,
     /// What it remembers of places that it has touched.
     pub states: Vec<CornerState<D>>,
+    /// Radius at the start of the step, of bodies that turn about their axis: what an angle is an arc of `[L]`.
+    arc: Option<f64>,
     /// Distance within which places of the surface count `[L]`.
     reach: f64,
     /// How far the part was at the start of the step, at most `reach` `[L]`.
@@ -60,7 +62,32 @@ pub(super) struct Contact<const D: usize> {
     pub state: CornerState<D>,
     /// Which of the corner's states it is; none where the place was not touched before.
     pub remembered: Option<usize>,
+    /// Force and gap in space.
     pub response: Response<D>,
+    /// As of its corner.
+    arc: Option<f64>,
+}
+
+/// A vector whose third component is an angle, with the arc in its place.
+fn in_space<const D: usize>(mut x: Vector<D>, arc: Option<f64>) -> Vector<D> {
+    if let Some(radius) = arc {
+        x[D - 1] *= radius;
+    }
+    x
+}
+
+/// The pose of a tool whose shift has an angle, with the arc in its place.
+fn pose_in_space<const D: usize>(pose: &Pose<D>, arc: Option<f64>) -> Pose<D> {
+    if arc.is_none() { *pose } else { Pose::new(*pose.rotation(), in_space(*pose.shift(), arc)) }
+}
+
+/// How far a tool carries what stands at `x` from one pose to another, as far as it goes to another place `[L]`.
+pub(super) fn travel<const D: usize>(x: &Vector<D>, [start, end]: [&Pose<D>; 2], space: Space) -> Vector<D> {
+    let mut moved = end.place(&start.recall(x)) - x;
+    if space.turns::<D>() {
+        moved[D - 1] = 0.0;
+    }
+    moved
 }
 
 /// Where corners are and how the tool stands.
@@ -125,9 +152,11 @@ impl<const D: usize> NearCorner<D> {
             let state = remembered.map_or_else(|| self.untouched(at.start, &near), |k| self.states[k]);
             // Adhesion acts on the nearest place: the corner has one share of the surface.
             let law = if rank == 0 { self.law } else { CornerLaw { adhesion: 0.0, ..self.law } };
-            let trial = Trial { position, near: &near, pose: at.pose, first: at.is_first };
-            let response = respond(&law, &state, &trial);
-            Contact { position, near, law, state, remembered, response }
+            let pose = pose_in_space(at.pose, self.arc);
+            let trial =
+                Trial { position: in_space(position, self.arc), near: &near, pose: &pose, first: at.is_first };
+            let response = respond(&law, &state_in_space(&state, self.arc), &trial);
+            Contact { position, near, law, state, remembered, response, arc: self.arc }
         });
         contacts.collect()
     }
@@ -172,17 +201,41 @@ impl<const D: usize> NearCorner<D> {
     }
 }
 
+/// A state with the arc of its anchor.
+fn state_in_space<const D: usize>(state: &CornerState<D>, arc: Option<f64>) -> CornerState<D> {
+    CornerState { anchor: in_space(state.anchor, arc), ..*state }
+}
+
 impl<const D: usize> Contact<D> {
+    /// F `[F]`; of bodies that turn about their axis its third component is a torque.
+    pub fn force(&self) -> Vector<D> {
+        in_space(self.response.force, self.arc)
+    }
+
     /// `-∂F/∂x` `[F/L]`.
     pub fn stiffness(&self, pose: &Pose<D>, is_first: bool, kind: Tangent) -> Block<D> {
-        let trial = Trial { position: self.position, near: &self.near, pose, first: is_first };
-        tangent(&self.law, &self.state, &trial, &self.response, kind)
+        let (pose, position) = (pose_in_space(pose, self.arc), in_space(self.position, self.arc));
+        let trial = Trial { position, near: &self.near, pose: &pose, first: is_first };
+        let state = state_in_space(&self.state, self.arc);
+        let mut stiffness = tangent(&self.law, &state, &trial, &self.response, kind);
+        if let Some(radius) = self.arc {
+            stiffness.row_mut(D - 1).scale_mut(radius);
+            stiffness.column_mut(D - 1).scale_mut(radius);
+        }
+        stiffness
     }
 
     /// The state at the end of the step.
     pub fn committed(&self, pose: &Pose<D>) -> CornerState<D> {
-        let trial = Trial { position: self.position, near: &self.near, pose, first: false };
-        self.state.committed(&self.law, &trial, &self.response)
+        let (at, position) = (pose_in_space(pose, self.arc), in_space(self.position, self.arc));
+        let trial = Trial { position, near: &self.near, pose: &at, first: false };
+        let mut state = state_in_space(&self.state, self.arc).committed(&self.law, &trial, &self.response);
+        if let Some(radius) = self.arc {
+            // On the axis there is no arc, and nothing slips along it.
+            let angle = state.anchor[D - 1] / radius;
+            state.anchor[D - 1] = if radius > 0.0 { angle } else { pose.recall(&self.position)[D - 1] };
+        }
+        state
     }
 
     /// Energy dissipated by the slip of the step, `-½ (T₀ + T)·s` with `s = d + T/k`: d is what the corner is away from its
@@ -204,7 +257,9 @@ impl<const D: usize> Contact<D> {
         self.along(away) + self.response.tangential / self.law.stiffness
     }
 
+    /// The part of a shift along the surface; an angle is an arc there.
     fn along(&self, x: Vector<D>) -> Vector<D> {
+        let x = in_space(x, self.arc);
         x - self.near.normal * self.near.normal.dot(&x)
     }
 }
@@ -262,7 +317,7 @@ impl<const D: usize> Search<'_, D> {
     ) -> Result<Vec<Found<D>>, String> {
         let PointExtent { position, width, radius } = body.extent(point);
         let adhesion = self.adhesion(body, point);
-        let moved = (self.end.place(&self.start.recall(&position)) - position).norm();
+        let moved = travel(&position, [&self.start, &self.end], self.space).norm();
         let (mut corners, mut near, mut found) = (Vec::new(), Vec::new(), Vec::new());
         for part in 0..self.tool.n_parts() {
             near.clear();
@@ -280,7 +335,8 @@ impl<const D: usize> Search<'_, D> {
             for (number, corner) in corners.iter().enumerate() {
                 let key =
                     Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
-                let mut law = CornerLaw::new(self.interface, young, width, D as u8, 0.0);
+                let dimensions = self.space.coordinates::<D>() as u8;
+                let mut law = CornerLaw::new(self.interface, young, width, dimensions, 0.0);
                 if body.space().is_axisymmetric() {
                     // By the corner's part of the ring: then a flat tool presses a uniform stress evenly.
                     law.stiffness *= TAU * position[0] * corners.len() as f64 * corner.share;
@@ -298,6 +354,7 @@ impl<const D: usize> Search<'_, D> {
                     adhesion,
                     law,
                     states: Vec::new(),
+                    arc: self.space.turns::<D>().then(|| corner.position[0].abs()),
                     reach: moved + (1.0 + MARGIN) * (width + radius),
                     clearance: moved + (1.0 + MARGIN) * (width + radius),
                 };
@@ -345,7 +402,14 @@ impl<const D: usize> Search<'_, D> {
             made.states =
                 inside.map(|near| CornerState::at_rest(&self.start, &corner.position, near)).collect();
         }
-        let recall = |x: &Vector<D>| self.start.recall(x);
+        let recall = |x: &Vector<D>| {
+            let mut place = self.start.recall(x);
+            if self.space.turns::<D>() {
+                // The surface is the same at any angle, and its samples stand at 0.
+                place[D - 1] = 0.0;
+            }
+            place
+        };
         is_member.then(|| {
             let foot = recall(&(corner.position - n * nearest.distance));
             let corners = corners.iter().map(|corner| recall(&corner.position));

@@ -51,7 +51,7 @@ impl<const D: usize> Summary<D> {
         self.area += corner.area;
         for contact in contacts {
             let response = &contact.response;
-            self.force -= response.force;
+            self.force -= contact.force();
             self.moment -= moment(&(contact.position - self.position), &response.force);
             self.closed += u64::from(response.normal_force != 0.0);
             self.slipping += u64::from(response.mode == Mode::Slipping && response.tangential.norm() > 0.0);
@@ -77,22 +77,29 @@ impl<const D: usize> Summary<D> {
     }
 
     /// Columns below `tool/<name>/`.
-    pub fn columns(&self, name: &str) -> Vec<Recorded> {
+    pub fn columns(&self, name: &str, turns: bool) -> Vec<Recorded> {
         let path = |column: &str| format!("tool/{name}/{column}");
-        let moment = if D == 2 { vec![self.moment.z] } else { self.moment.iter().copied().collect() };
-        let vector = |v: &Vector<D>| v.iter().copied().collect::<Vec<_>>();
+        // Of a tool that turns about the axis of bodies of revolution the last components are a torque and an angle.
+        let coordinates = if turns { D - 1 } else { D };
+        let moment = match D {
+            _ if turns => vec![self.force[D - 1]],
+            2 => vec![self.moment.z],
+            _ => self.moment.iter().copied().collect(),
+        };
+        let angle = if turns { self.position[D - 1].to_degrees() } else { self.angle };
+        let vector = |v: &Vector<D>| v.iter().take(coordinates).copied().collect::<Vec<_>>();
         let mut columns = vec![
             Recorded::real(path("force"), vector(&self.force)),
             Recorded::real(path("moment"), moment),
             Recorded::real(path("position"), vector(&self.position)),
-            Recorded::real(path("angle"), [self.angle]),
+            Recorded::real(path("angle"), [angle]),
             Recorded::real(path("area"), [self.area]),
             Recorded::count(path("closed"), self.closed),
             Recorded::count(path("slipping"), self.slipping),
             Recorded::real(path("deepest"), [self.deepest]),
         ];
-        // In the plane the angle says it all.
-        if D == 3 {
+        // In the plane and about one axis the angle says it all.
+        if D == 3 && !turns {
             columns.push(Recorded::real(path("rotation"), self.rotation.transpose().as_slice()));
         }
         columns

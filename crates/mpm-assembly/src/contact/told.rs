@@ -9,8 +9,9 @@ use mpm_grid::{Mesh, Vector, six_digits};
 /// Part of a body's strength by which the pressure may swing where facets slide in it.
 const SWING: f64 = 0.1;
 
-/// The longest edge of the cells that hold the corners and the middle of a box, 0 where they lie outside the mesh `[L]`.
-fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>) -> f64 {
+/// The longest edge, of so many directions, of the cells that hold the corners and the middle of a box, 0 where they lie
+/// outside the mesh `[L]`.
+fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>, coordinates: usize) -> f64 {
     if !bounds.is_finite() {
         return 0.0;
     }
@@ -18,12 +19,17 @@ fn longest_edge<const D: usize>(mesh: &Mesh<D>, bounds: &Bounds<D>) -> f64 {
     let cells = places.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| mesh.linear_cell(place.cell));
     let edges = cells.map(|cell| {
         let across = cell.jacobian(&Vector::zeros());
-        across.column_iter().map(|column| 2.0 * column.norm()).fold(0.0, f64::max)
+        across.column_iter().take(coordinates).map(|column| 2.0 * column.norm()).fold(0.0, f64::max)
     });
     edges.fold(0.0, f64::max)
 }
 
 impl<const D: usize> ToolContact<D> {
+    /// Coordinates of a place: one less than components of a shift, where bodies turn about an axis.
+    fn coordinates(&self) -> usize {
+        if self.rigid.turns { D - 1 } else { D }
+    }
+
     fn parts(&self) -> impl Iterator<Item = &dyn Shape<D>> {
         (0..self.rigid.tool.n_parts()).map(|part| self.rigid.tool.part(part))
     }
@@ -37,7 +43,8 @@ impl<const D: usize> ToolContact<D> {
 
     /// That bodies on both sides of the tool share nodes.
     pub(super) fn remark_on_thickness(&self, mesh: &Mesh<D>) -> Option<String> {
-        let (thickness, edge) = (self.rigid.tool.thickness(), longest_edge(mesh, &self.rigid.tool.bounds()));
+        let thickness = self.rigid.tool.thickness();
+        let edge = longest_edge(mesh, &self.rigid.tool.bounds(), self.coordinates());
         (thickness < edge).then(|| {
             format!(
                 "tool `{}` is {} thick, less than a cell around it, which is {}: bodies on both of its sides share nodes",
@@ -80,7 +87,10 @@ impl<const D: usize> ToolContact<D> {
         kinds.dedup();
         let bounds = self.rigid.tool.bounds();
         let extent = match bounds.is_finite() {
-            true => (bounds.to - bounds.from).iter().map(|&it| six_digits(it)).collect::<Vec<_>>().join(" × "),
+            true => {
+                let sides = (0..self.coordinates()).map(|d| six_digits(bounds.to[d] - bounds.from[d]));
+                sides.collect::<Vec<_>>().join(" × ")
+            }
             false => "without end".into(),
         };
         let motion = match &self.rigid.load {

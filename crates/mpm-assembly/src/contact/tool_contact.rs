@@ -28,6 +28,10 @@ pub struct RigidTool<const D: usize> {
     pub exact_friction: bool,
     /// Names of the bodies that meet it; all if empty.
     pub bodies: Vec<String>,
+    /// Whether it stands in the layer of bodies that turn about their axis: then its parts are
+    /// [figures of revolution](mpm_contact::InLayer), the third component of its motion is an angle, and that of its load a
+    /// torque.
+    pub turns: bool,
     /// Reference point of the tool, about which moments act and are recorded `[L]`.
     pub moment_about: Vector<D>,
 }
@@ -80,6 +84,16 @@ impl<const D: usize> ToolContact<D> {
             samples: None,
             couplings: CoupledPlaces::default(),
         }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the tool is, and its name.
+    pub fn into_rigid(self) -> (String, RigidTool<D>) {
+        (self.name, self.rigid)
     }
 
     /// What the tool is.
@@ -166,7 +180,15 @@ impl<const D: usize> ToolContact<D> {
         if thickness == f64::INFINITY || *end == self.start {
             return Ok(());
         }
-        let moved = self.rigid.tool.bounds().farthest(&self.start, end);
+        let in_section = |pose: &Pose<D>| {
+            let mut shift = *pose.shift();
+            if self.rigid.turns {
+                // A turn about the axis carries no corner through the tool.
+                shift[D - 1] = 0.0;
+            }
+            Pose::new(*pose.rotation(), shift)
+        };
+        let moved = self.rigid.tool.bounds().farthest(&in_section(&self.start), &in_section(end));
         if moved < MOST_MOVED * thickness {
             return Ok(());
         }

@@ -46,12 +46,16 @@ pub struct GhostFaces<const D: usize> {
     node: Vec<u32>,
     /// `γ h/3 ∫ [∇N_v]·[∇N_w] dΓ` for v ≥ w, column by column, of every face in turn `[F/L]`.
     stiffness: Vec<f64>,
+    /// Radius of the middle of every face, whose square is the part of the stiffness that the turn has, of bodies that turn
+    /// about their axis; else empty `[L]`.
+    radius: Vec<f64>,
 }
 
 impl<const D: usize> GhostFaces<D> {
     /// The faces between occupied cells at least one of which has an empty neighbour. `factor` is γ over
     /// Young's modulus; `cells` as the bodies gave them, in any order. Faces of bodies of revolution are whole rings:
-    /// their stiffness is that per length times `2π r` of their middle.
+    /// their stiffness is that per length times `2π r` of their middle; of those that turn, the stiffness of the turn is that
+    /// of an arc, `2π r³`.
     ///
     /// The edge of the mesh is no empty neighbour: a body that ends there fills its cells.
     ///
@@ -89,7 +93,7 @@ impl<const D: usize> GhostFaces<D> {
             })
         };
 
-        let mut faces = Self { node_start: vec![0], node: Vec::new(), stiffness: Vec::new() };
+        let mut faces = Self::none();
         for lower in &cells {
             let index = lattice.cell_index(lower.cell);
             for d in 0..D {
@@ -110,6 +114,10 @@ impl<const D: usize> GhostFaces<D> {
         faces
     }
 
+    fn none() -> Self {
+        Self { node_start: vec![0], node: Vec::new(), stiffness: Vec::new(), radius: Vec::new() }
+    }
+
     /// Number of faces.
     pub fn len(&self) -> usize {
         self.node_start.len() - 1
@@ -127,10 +135,13 @@ impl<const D: usize> GhostFaces<D> {
 
     /// The face between two cells, the second above the first in a direction.
     fn push(&mut self, (mesh, active, cells, direction): Face<'_, D>, (mut penalty, space): (f64, Space)) {
+        // Of a layer only the lower side has nodes.
+        let is_layer = space.is_axisymmetric() && D == 3;
+        let n_corners = if is_layer { 4 } else { 1 << D };
         let corners = cells.map(|cell| {
             let corners = mesh.lattice().corners(cell);
             let number = |c: usize| active.number(corners[c]).expect("nodes of occupied cells are active");
-            (0..1 << D).map(|c| number(c) as u32).collect::<Vec<u32>>()
+            (0..n_corners).map(|c| number(c) as u32).collect::<Vec<u32>>()
         });
         let mut nodes: Vec<u32> = corners.iter().flatten().copied().collect();
         nodes.sort_unstable();
@@ -147,8 +158,14 @@ impl<const D: usize> GhostFaces<D> {
             for (which, sign) in [(0, -1.0), (1, 1.0)] {
                 let mut local = side;
                 local[direction] = -sign;
+                if is_layer {
+                    local[D - 1] = -1.0;
+                }
                 let gradients = linear[which].gradients(&local);
-                for (node, gradient) in corners[which].iter().zip(gradients) {
+                for (node, mut gradient) in corners[which].iter().zip(gradients) {
+                    if is_layer {
+                        gradient[D - 1] = 0.0;
+                    }
                     let v = nodes.binary_search(node).expect("listed above");
                     jump[v] += gradient * sign;
                 }
@@ -168,7 +185,11 @@ impl<const D: usize> GhostFaces<D> {
         if space.is_axisymmetric() {
             let mut middle = Vector::zeros();
             middle[direction] = 1.0;
-            penalty *= TAU * linear[0].position(&middle)[0];
+            let radius = linear[0].position(&middle)[0];
+            penalty *= TAU * radius;
+            if is_layer {
+                self.radius.push(radius);
+            }
         }
         let extent = linear.iter().map(LinearCell::volume).sum::<f64>() / (2.0 * area);
         for value in &mut self.stiffness[first..] {
@@ -214,27 +235,32 @@ impl<const D: usize> GhostFaces<D> {
             let n = nodes.len();
             let stiffness = &self.stiffness[at..at + n * (n + 1) / 2];
             at += stiffness.len();
+            let mut factors = Vector::repeat(1.0);
+            if let Some(radius) = self.radius.get(face) {
+                factors[D - 1] = radius * radius;
+            }
             let pairs = || (0..n).flat_map(|w| (w..n).map(move |v| (v, w))).zip(stiffness);
             for ((v, w), &value) in pairs() {
                 let [v, w] = [v, w].map(|k| nodes[k] as usize);
-                sums.internal[v] += input.increment[w] * value;
+                sums.internal[v] += (input.increment[w] * value).component_mul(&factors);
                 if v != w {
-                    sums.internal[w] += input.increment[v] * value;
+                    sums.internal[w] += (input.increment[v] * value).component_mul(&factors);
                 }
             }
             let Some(tangent) = &mut sums.tangent else { continue };
             if let Some(lift) = &mut tangent.lift {
                 for ((v, w), &value) in pairs() {
                     let [v, w] = [v, w].map(|k| nodes[k] as usize);
-                    lift[v] += input.constraints.increment()[w] * value;
+                    lift[v] += (input.constraints.increment()[w] * value).component_mul(&factors);
                     if v != w {
-                        lift[w] += input.constraints.increment()[v] * value;
+                        lift[w] += (input.constraints.increment()[v] * value).component_mul(&factors);
                     }
                 }
             }
             let slots = &slots[slot..slot + input.pattern.n_slots(n)];
             slot += slots.len();
-            input.pattern.add_isotropic(nodes, slots, stiffness, input.constraints, tangent.values);
+            let stiffness = (stiffness, &factors);
+            input.pattern.add_by_component(nodes, slots, stiffness, input.constraints, tangent.values);
         }
     }
 }
@@ -262,8 +288,7 @@ impl<const D: usize> GhostStabilisation<D> {
 
     /// `factor` is γ over Young's modulus `[-]`.
     pub fn new(factor: f64) -> Self {
-        let faces = GhostFaces { node_start: vec![0], node: Vec::new(), stiffness: Vec::new() };
-        Self { factor, faces, slots: Vec::new() }
+        Self { factor, faces: GhostFaces::none(), slots: Vec::new() }
     }
 }
 

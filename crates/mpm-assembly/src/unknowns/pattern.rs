@@ -7,6 +7,7 @@
 use super::numbering::node_equation;
 use super::{Constraints, Couplings, UnknownId, Unknowns};
 use mpm_basis::parallel::each;
+use mpm_grid::Vector;
 use mpm_linear::Symmetry;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
@@ -217,13 +218,13 @@ impl<const D: usize> SparsityPattern<D> {
         slots
     }
 
-    /// Adds `stiffness · I` for each pair of nodes (columns in turn from the diagonal down, the same both ways), leaving
-    /// out what is prescribed; `slots` as from [`SparsityPattern::slots`].
-    pub(crate) fn add_isotropic(
+    /// Adds `stiffness`, times a factor for each component, for each pair of nodes (columns in turn from the diagonal down,
+    /// the same both ways), leaving out what is prescribed; `slots` as from [`SparsityPattern::slots`].
+    pub(crate) fn add_by_component(
         &self,
         nodes: &[u32],
         slots: &[u32],
-        stiffness: &[f64],
+        (stiffness, factors): (&[f64], &Vector<D>),
         constraints: &Constraints<D>,
         values: &mut [f64],
     ) {
@@ -235,13 +236,14 @@ impl<const D: usize> SparsityPattern<D> {
             let diagonal = stiffness.next().expect("one for each pair");
             for j in 0..D {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
-                values[self.diagonal(node_equation::<D>(column, j))] += diagonal;
+                values[self.diagonal(node_equation::<D>(column, j))] += diagonal * factors[j];
             }
             for (v, &row) in nodes.iter().enumerate().skip(w + 1) {
                 let (row, value) = (row as usize, stiffness.next().expect("one for each pair"));
                 let free =
                     |j: &usize| !constraints.is_prescribed(column, *j) && !constraints.is_prescribed(row, *j);
                 for j in (0..D).filter(free) {
+                    let value = value * factors[j];
                     let column_start = self.column_start[node_equation::<D>(column, j)];
                     if is_symmetric {
                         values[column_start + (D - j) + node_equation::<D>(slots[slot] as usize, j)] += value;

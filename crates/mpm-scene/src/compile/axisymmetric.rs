@@ -1,11 +1,12 @@
 //! Bodies of revolution: what a scene in (r, z) is as one in the coordinates (x, y) of a plane mesh, and what such a scene
 //! cannot have.
 
+use super::loads::NO_MOMENT;
 use crate::error::SceneError;
 use crate::language::{
-    BodyInput, Coordinates, CornerWeightsInput, Direction, Finite, FreeInput, LoadInput, MotionInput,
-    PlaneBasis, PlanePoint, RegionInput, SceneIn, ShapeInput, SupportInput, ToolInput, ToolMotionInput,
-    ToolPartInput,
+    BodyInput, Coordinates, CornerWeightsInput, Direction, Finite, FreeInput, LoadInput, MeanDilatationInput,
+    MotionInput, PlaneBasis, PlanePoint, RegionInput, SceneIn, ShapeInput, SupportInput, ToolInput,
+    ToolMotionInput, ToolPartInput, ToolTurnInput,
 };
 
 use mpm_solver::{Model, ModelError};
@@ -24,17 +25,23 @@ pub fn in_plane(scene: &RingScene) -> Result<RingScene, SceneError> {
         return Err(SceneError::new("domains.corner_weights", reason));
     }
     motion(&mut scene.motion)?;
+    let twist = scene.twist;
     for (k, body) in scene.bodies.iter_mut().enumerate() {
-        self::body(body, &format!("bodies[{k}]"))?;
+        let path = format!("bodies[{k}]");
+        if twist && body.mean_dilatation == Some(MeanDilatationInput::Cell) {
+            let reason = "is that of cells, expected `Points` for bodies that turn about their axis";
+            return refuse(format!("{path}.mean_dilatation"), reason);
+        }
+        self::body(body, &path)?;
     }
     for (k, support) in scene.supports.iter_mut().enumerate() {
-        self::support(support, &format!("supports[{k}]"))?;
+        self::support(support, twist, &format!("supports[{k}]"))?;
     }
     for (k, load) in scene.loads.iter_mut().enumerate() {
-        self::load(load, &format!("loads[{k}]"))?;
+        self::load(load, twist, &format!("loads[{k}]"))?;
     }
     for (k, tool) in scene.tools.iter_mut().enumerate() {
-        self::tool(tool, &format!("tools[{k}]"))?;
+        self::tool(tool, twist, &format!("tools[{k}]"))?;
     }
     Ok(scene)
 }
@@ -72,6 +79,7 @@ fn turned(direction: &mut Direction, path: &str) -> Result<(), SceneError> {
             let reason = format!("{direction:?} is no direction of an `Axisymmetric` scene, expected R or Z");
             return refuse(path, reason);
         }
+        Direction::Theta => return refuse(path, "Theta is no direction in the half plane, expected R or Z"),
     };
     Ok(())
 }
@@ -149,15 +157,27 @@ fn region(region: &mut RegionInput<2>, path: &str) -> Result<(), SceneError> {
     }
 }
 
-fn support(support: &mut SupportInput<2>, path: &str) -> Result<(), SceneError> {
-    region(&mut support.region, &format!("{path}.region"))?;
-    for (name, directions) in [("fix", &mut support.fix), ("follow_mesh", &mut support.follow_mesh)] {
-        for (k, direction) in directions.iter_mut().enumerate() {
-            turned(direction, &format!("{path}.{name}[{k}]"))?;
+/// As [`turned`]; the angle about the axis is left as it is.
+fn turned_or_angle(direction: &mut Direction, twist: bool, path: &str) -> Result<(), SceneError> {
+    match direction {
+        Direction::Theta if twist => Ok(()),
+        Direction::Theta => {
+            refuse(path, "is the angle about the axis, which bodies turn by with `twist: true` only")
         }
+        _ => turned(direction, path),
+    }
+}
+
+fn support(support: &mut SupportInput<2>, twist: bool, path: &str) -> Result<(), SceneError> {
+    region(&mut support.region, &format!("{path}.region"))?;
+    for (k, direction) in support.fix.iter_mut().enumerate() {
+        turned_or_angle(direction, twist, &format!("{path}.fix[{k}]"))?;
+    }
+    for (k, direction) in support.follow_mesh.iter_mut().enumerate() {
+        turned(direction, &format!("{path}.follow_mesh[{k}]"))?;
     }
     for (k, displace) in support.displace.iter_mut().enumerate() {
-        turned(&mut displace.axis, &format!("{path}.displace[{k}].axis"))?;
+        turned_or_angle(&mut displace.axis, twist, &format!("{path}.displace[{k}].axis"))?;
     }
     if support.turn.is_some() {
         return refuse(
@@ -174,8 +194,9 @@ fn support(support: &mut SupportInput<2>, path: &str) -> Result<(), SceneError> 
     Ok(())
 }
 
-fn load(load: &mut LoadInput<2>, path: &str) -> Result<(), SceneError> {
+fn load(load: &mut LoadInput<2>, twist: bool, path: &str) -> Result<(), SceneError> {
     match load {
+        LoadInput::Traction { moment: Some(_), .. } if !twist => refuse(format!("{path}.moment"), NO_MOMENT),
         LoadInput::BodyForce { acceleration, .. } if acceleration.0[0] != 0.0 => {
             let reason =
                 format!("is {} along r, expected 0: a body force acts along the axis", acceleration.0[0]);
@@ -202,9 +223,9 @@ fn load(load: &mut LoadInput<2>, path: &str) -> Result<(), SceneError> {
     }
 }
 
-fn tool(tool: &mut ToolInput<2>, path: &str) -> Result<(), SceneError> {
+fn tool(tool: &mut ToolInput<2>, twist: bool, path: &str) -> Result<(), SceneError> {
     let no_turn =
-        |path: String| refuse(path, "turns the tool in the plane (r, z), which no figure of revolution does");
+        |path: String| refuse(path, "turns the tool, which takes bodies along with `twist: true` only");
     let along_r = |by: &Coordinates<2>, path: String| match by.0[0] {
         0.0 => Ok(()),
         r => refuse(path, format!("moves the tool by {r} along r, expected 0: it moves along the axis")),
@@ -216,14 +237,28 @@ fn tool(tool: &mut ToolInput<2>, path: &str) -> Result<(), SceneError> {
             for (k, shift) in then.iter().enumerate() {
                 along_r(&shift.by, format!("{path}.motion.then[{k}].by"))?;
             }
-            if turn.is_some() {
-                return no_turn(format!("{path}.motion.turn"));
+            match turn.take() {
+                None => {}
+                Some(_) if !twist => return no_turn(format!("{path}.motion.turn")),
+                // The turn itself is no motion in the half plane, see `turning.rs`.
+                Some(ToolTurnInput { axis: Direction::Z, centre, .. }) if centre.0[0] == 0.0 => {}
+                Some(ToolTurnInput { axis, centre, .. }) => {
+                    let reason = format!(
+                        "is a turn about {axis:?} through r = {}, expected one about Z through 0",
+                        centre.0[0]
+                    );
+                    return refuse(format!("{path}.motion.turn"), reason);
+                }
             }
         }
-        ToolMotionInput::Screw { .. } => return no_turn(format!("{path}.motion")),
+        ToolMotionInput::Screw { .. } => {
+            let reason =
+                "is no motion of a figure of revolution, expected `Move`, which can turn with `twist: true`";
+            return refuse(format!("{path}.motion"), reason);
+        }
         ToolMotionInput::Loaded { free, by, force, moment, .. } => {
             along_r(by, format!("{path}.motion.by"))?;
-            if force.0[0] != 0.0 || moment.0 != 0.0 {
+            if force.0[0] != 0.0 || (moment.0 != 0.0 && !twist) {
                 return refuse(
                     format!("{path}.motion"),
                     "a load on a figure of revolution acts along the axis",
@@ -232,6 +267,7 @@ fn tool(tool: &mut ToolInput<2>, path: &str) -> Result<(), SceneError> {
             for (k, free) in free.iter_mut().enumerate() {
                 *free = match free {
                     FreeInput::Z => FreeInput::Y,
+                    FreeInput::Turn if twist => FreeInput::Turn,
                     _ => {
                         let reason = format!("{free:?} is no motion of a figure of revolution, expected Z");
                         return refuse(format!("{path}.motion.free[{k}]"), reason);

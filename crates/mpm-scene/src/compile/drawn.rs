@@ -147,7 +147,9 @@ fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, Sce
             LoadInput::PointForce { body, near, force, ramp, active, .. } => {
                 (ActingOn::Position { body: body.clone(), near: near.0 }, force.0, ramp, active)
             }
-            LoadInput::Traction { body, axis, at, within, resultant, value, ramp, active } => {
+            LoadInput::Traction { body, axis, at, within, resultant, value, ramp, active, .. } => {
+                // A torque about the axis has no direction in the section.
+                let Some(along) = resultant.as_ref().or(value.as_ref()) else { continue };
                 let axis = component::<2>(*axis, &format!("{path}.axis"))?;
                 let ends = |it: &BoundsInput<2>| (it.from.0, it.to.0);
                 let on = ActingOn::Boundary {
@@ -156,7 +158,7 @@ fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, Sce
                     at: at.0,
                     within: within.as_ref().map(ends),
                 };
-                (on, resultant.as_ref().or(value.as_ref()).map_or([0.0; 2], |it| it.0), ramp, active)
+                (on, along.0, ramp, active)
             }
             LoadInput::Vortex { .. } => continue,
         };

@@ -12,26 +12,29 @@ use mpm_solver::{Loads, NamedBody, PointLoad, Probe, Share, Side, SideLoad};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+/// A torque on sides of rings, with the parts of it at their ends.
+pub(super) struct Torque<const D: usize = 2> {
+    pub body: usize,
+    pub sides: Vec<Side<D>>,
+    /// At full load `[F L]`.
+    pub moment: f64,
+    pub ramp: Ramp,
+}
+
+/// Forces, and torques about the axis of bodies of revolution.
 pub(super) fn loads<const D: usize, B>(
     scene: &SceneIn<D, B>,
     bodies: &[NamedBody<D>],
     start: &Mesh<D>,
     faces: Vec<Vec<Vec<FaceShare<D>>>>,
-) -> Result<Loads<D>, SceneError> {
+) -> Result<(Loads<D>, Vec<Torque<D>>), SceneError> {
     let stages = Stages::of(&scene.schedule);
     let mut loads = Loads::default();
+    let mut torques = Vec::new();
     let mut faces: Vec<_> = faces.into_iter().map(Vec::into_iter).collect();
     for (k, input) in scene.loads.iter().enumerate() {
         let path = format!("loads[{k}]");
-        let find = |name: &str| {
-            bodies.iter().position(|named| named.name == name).ok_or_else(|| {
-                let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
-                SceneError::new(
-                    format!("{path}.body"),
-                    format!("no body named `{name}`; the scene has: {}", known.join(", ")),
-                )
-            })
-        };
+        let find = |name: &str| body_named(bodies, name, &path);
         match input {
             LoadInput::BodyForce { acceleration, ramp, active } => {
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
@@ -61,7 +64,7 @@ pub(super) fn loads<const D: usize, B>(
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
-            LoadInput::Traction { body: name, axis, at, resultant, value, ramp, active, .. } => {
+            LoadInput::Traction { body: name, axis, at, resultant, value, moment, ramp, active, .. } => {
                 let body = find(name)?;
                 let areas = faces[body].next().expect("one list of points per traction");
                 if areas.is_empty() {
@@ -74,10 +77,20 @@ pub(super) fn loads<const D: usize, B>(
                 let points_of = &*bodies[body].body;
                 if points_of.space().is_axisymmetric() {
                     refuse_split(scene, &path)?;
+                    if let Some(moment) = moment {
+                        let sides = torque_sides(points_of, axis.index(), &areas);
+                        torques.push(Torque { body, sides, moment: moment.0, ramp: ramp.clone() });
+                        if resultant.is_none() && value.is_none() {
+                            continue;
+                        }
+                    }
                     let (sides, whole) = sides(points_of, axis.index(), &areas);
                     let force = whole_force(resultant, value, whole, &path)?;
                     loads.side_loads.push(SideLoad { body, sides, force, ramp });
                     continue;
+                }
+                if moment.is_some() {
+                    return Err(SceneError::new(format!("{path}.moment"), NO_MOMENT));
                 }
                 let whole: f64 = areas.iter().map(|share| share.area).sum();
                 let share = |it: FaceShare<D>| Share { point: it.point, part: it.area / whole, arm: it.arm };
@@ -87,8 +100,22 @@ pub(super) fn loads<const D: usize, B>(
             }
         }
     }
-    Ok(loads)
+    Ok((loads, torques))
 }
+
+fn body_named<const D: usize>(bodies: &[NamedBody<D>], name: &str, path: &str) -> Result<usize, SceneError> {
+    bodies.iter().position(|named| named.name == name).ok_or_else(|| {
+        let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
+        SceneError::new(
+            format!("{path}.body"),
+            format!("no body named `{name}`; the scene has: {}", known.join(", ")),
+        )
+    })
+}
+
+/// What a moment of a traction needs.
+pub(super) const NO_MOMENT: &str =
+    "acts about the axis of bodies of revolution, which need `twist: true` to turn";
 
 /// The force of a traction on an area.
 fn whole_force<const D: usize>(
@@ -109,16 +136,36 @@ fn whole_force<const D: usize>(
 /// The sides of rings that lie on a plane across an axis, with the parts of a uniform traction at their ends, and the
 /// area of all. The part of a side of length L at the end with the radius a is `2π L (a/3 + b/6)`, b the other's.
 fn sides<const D: usize>(body: &dyn Body<D>, across: usize, shares: &[FaceShare<D>]) -> (Vec<Side<D>>, f64) {
-    let whole: f64 = shares.iter().map(|it| it.area * (body.point(it.point).position[0] + it.arm[0])).sum();
+    let (sides, whole) = weighed(body, across, shares, |a, b| a / 3.0 + b / 6.0);
+    (sides, TAU * whole)
+}
+
+/// The same with the parts of the torque of a shear traction about the axis that grows with r: with a linear weight of the end,
+/// `∫ w r³ ds = L (4a³ + 3a²b + 2ab² + b³)/20`.
+fn torque_sides<const D: usize>(body: &dyn Body<D>, across: usize, shares: &[FaceShare<D>]) -> Vec<Side<D>> {
+    let moment = |a: f64, b: f64| (4.0 * a * a * a + 3.0 * a * a * b + 2.0 * a * b * b + b * b * b) / 20.0;
+    weighed(body, across, shares, moment).0
+}
+
+/// Sides, with parts at their ends in proportion to a weight by the radii of this end and of the other, per length; and the
+/// sum of all weights.
+fn weighed<const D: usize>(
+    body: &dyn Body<D>,
+    across: usize,
+    shares: &[FaceShare<D>],
+    weight: impl Fn(f64, f64) -> f64,
+) -> (Vec<Side<D>>, f64) {
     let side = |it: &FaceShare<D>| {
         let mut half = Vector::zeros();
         half[1 - across] = 0.5 * it.area;
         let arms = [it.arm - half, it.arm + half];
         let [a, b] = arms.map(|arm| body.point(it.point).position[0] + arm[0]);
-        let parts = [a / 3.0 + b / 6.0, b / 3.0 + a / 6.0].map(|radius| it.area * radius / whole);
-        Side { point: it.point, arms, parts }
+        Side { point: it.point, arms, parts: [weight(a, b), weight(b, a)].map(|weight| it.area * weight) }
     };
-    (shares.iter().map(side).collect(), TAU * whole)
+    let mut sides: Vec<Side<D>> = shares.iter().map(side).collect();
+    let whole: f64 = sides.iter().flat_map(|side| side.parts).sum();
+    sides.iter_mut().for_each(|side| side.parts = side.parts.map(|part| part / whole));
+    (sides, whole)
 }
 
 /// Parts of points that are split do not know which of them have the side.

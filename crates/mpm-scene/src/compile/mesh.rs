@@ -84,6 +84,12 @@ pub(super) fn component<const D: usize>(direction: Direction, path: &str) -> Res
     if direction == Direction::R {
         return Err(SceneError::new(path, "R is a direction of `Axisymmetric` scenes only"));
     }
+    if direction == Direction::Theta {
+        return Err(SceneError::new(
+            path,
+            "Theta is a direction of `Axisymmetric` scenes with `twist: true` only",
+        ));
+    }
     if index < D {
         return Ok(index);
     }

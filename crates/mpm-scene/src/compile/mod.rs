@@ -21,12 +21,14 @@ mod symmetry;
 mod tool_motion;
 mod tool_surfaces;
 mod tools;
+mod turning;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
 use crate::files::{NoFiles, SceneFiles};
 use crate::language::{
-    ControlInput, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput, UnheldMotionInput,
+    ControlInput, OutputInput, PlaneBasis, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput,
+    UnheldMotionInput,
 };
 use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
@@ -36,18 +38,19 @@ pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
 use basis::{FillBody, check_domains, domain_limit};
 use bodies::bodies;
-use loads::{loads, probes};
+use loads::{Torque, loads, probes};
 use mesh::{layout, motion};
-use mpm_assembly::{GhostStabilisation, Space};
+use mpm_assembly::{GhostStabilisation, Space, ToolContact};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
-use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeSpace};
+use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
 use supports::supports;
-use symmetry::check_planes;
-use tools::{ToolParts, add_tools};
+use symmetry::{Sides, check_planes};
+use tools::{ToolParts, tools};
+use turning::{OfSection, turning};
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
 ///
@@ -88,12 +91,68 @@ pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, M
 
 fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {
     Ok(match scene {
-        Scene::PlaneStrain(scene) => Compiled::Plane(model(scene, Space::Cartesian, files, memory)?),
-        Scene::Axisymmetric(scene) => {
-            Compiled::Plane(model(&in_plane(scene)?, Space::Axisymmetric, files, memory)?)
+        Scene::PlaneStrain(scene) => {
+            Compiled::Plane(model(scene, Space::Cartesian, files, memory)?.whole(&scene.output)?)
         }
-        Scene::Solid(scene) => Compiled::Solid(model(scene, Space::Cartesian, files, memory)?),
+        Scene::Axisymmetric(scene) => {
+            let made = model(&in_plane(scene)?, Space::Axisymmetric, files, memory)?;
+            match scene.twist {
+                true => Compiled::Solid(made.turning(scene)?),
+                false => Compiled::Plane(made.whole(&scene.output)?),
+            }
+        }
+        Scene::Solid(scene) => {
+            Compiled::Solid(model(scene, Space::Cartesian, files, memory)?.whole(&scene.output)?)
+        }
     })
+}
+
+/// What is made of a scene, until its contributions are put together.
+struct Made<const D: usize> {
+    /// The model without contributions.
+    model: Model<D>,
+    ghost: Option<f64>,
+    tools: Vec<ToolContact<D>>,
+    torques: Vec<Torque<D>>,
+    /// The sides on which bodies are cut by the ends of the mesh.
+    cuts: Vec<Sides<D>>,
+    memory: MemoryLimit,
+}
+
+impl<const D: usize> Made<D> {
+    /// The model with its contributions, checked.
+    fn whole(mut self, output: &OutputInput) -> Result<Model<D>, SceneError> {
+        if let Some(factor) = self.ghost {
+            self.model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
+        }
+        for contact in std::mem::take(&mut self.tools) {
+            self.model.add_contribution(format!("tool {}", contact.name()), Box::new(contact));
+        }
+        fields(&self.model, output)?;
+        self.check()?;
+        Ok(self.model)
+    }
+
+    fn check(&self) -> Result<(), SceneError> {
+        let Self { model, cuts, memory, .. } = self;
+        let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
+        let mesh = mesh.map_err(|it| SceneError::new("motion", it))?;
+        model.check_nodes().map_err(|it| SceneError::new("basis", it))?;
+        axisymmetric::check(model)?;
+        check_start(model, &mesh, *memory)?;
+        check_planes(cuts, model, &mesh)
+    }
+}
+
+impl Made<2> {
+    /// The model of bodies that turn about their axis; `scene` is that in R and Z.
+    fn turning(self, scene: &SceneIn<2, PlaneBasis>) -> Result<Model<3>, SceneError> {
+        self.check()?;
+        let Self { model, ghost, tools, torques, memory, .. } = self;
+        let model = turning(OfSection { model, tools, torques, ghost }, scene)?;
+        Made { model, ghost: None, tools: Vec::new(), torques: Vec::new(), cuts: Vec::new(), memory }
+            .whole(&scene.output)
+    }
 }
 
 fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
@@ -101,7 +160,10 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     space: Space,
     files: &dyn SceneFiles,
     memory: MemoryLimit,
-) -> Result<Model<D>, SceneError> {
+) -> Result<Made<D>, SceneError> {
+    if scene.twist && !space.is_axisymmetric() {
+        return Err(SceneError::new("twist", "bodies turn about an axis in `Axisymmetric` scenes only"));
+    }
     check_domains(&scene.basis, &scene.domains)?;
     if scene.output.checkpoint.as_ref().is_some_and(|it| it.every.is_none() && it.seconds.is_none()) {
         return Err(SceneError::new("output.checkpoint", "expected `every` or `seconds`"));
@@ -116,6 +178,12 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     }
 
     splines::check(scene, &mesh)?;
+    if scene.twist && mesh.functions() != NodeKind::Vertices {
+        return Err(SceneError::new(
+            "twist",
+            "bodies that turn about their axis have `Linear` functions of the mesh",
+        ));
+    }
     let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(mesh.functions(), |named| named.body.node_kind(&mesh));
@@ -123,21 +191,17 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
     model.supports = supports(scene, (&model.layout, &model.nodes), space)?;
-    model.loads = loads(scene, &bodies, &mesh, faces)?;
+    let torques;
+    (model.loads, torques) = loads(scene, &bodies, &mesh, faces)?;
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
     model.stages = made;
     refuse_jumps_along_a_path(&model)?;
     refuse_resets(&model, matches!(scene.domains.control, Some(ControlInput::Split { .. })))?;
-    if let Some(StabilisationInput::Ghost { factor }) = scene.stabilisation {
-        let factor = factor.map_or_else(|| GhostStabilisation::<D>::usual_factor(mesh.functions()), |it| it.0);
-        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
-    }
     if !scene.tools.is_empty() {
         splines::check_tools(&model.bodies, &mesh)?;
     }
-    add_tools(scene, &mut model, files)?;
-    fields(&model, &scene.output)?;
+    let tools = tools(scene, &model, files)?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;
@@ -152,11 +216,12 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         SolverInput::Iterative => Choice::Iterative,
     });
     model.tolerance = tolerance(&scene.tolerance)?;
-    model.check_nodes().map_err(|it| SceneError::new("basis", it))?;
-    axisymmetric::check(&model)?;
-    check_start(&model, &mesh, memory)?;
-    check_planes(&cuts, &model, &mesh)?;
-    Ok(model)
+    let usual = || GhostStabilisation::<D>::usual_factor(mesh.functions());
+    let ghost = scene
+        .stabilisation
+        .as_ref()
+        .map(|StabilisationInput::Ghost { factor }| factor.map_or_else(usual, |it| it.0));
+    Ok(Made { model, ghost, tools, torques, cuts, memory })
 }
 
 fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {

@@ -77,19 +77,32 @@ pub(super) fn supports<const D: usize, B>(
         supports.push(Support {
             name: input.name.clone(),
             nodes,
-            components: components(input, (stages, active), bodies.directions(), &path)?,
+            components: components(input, (stages, active), (bodies, scene.twist), &path)?,
             moment_about: moment_about::<D>(input, &path)?,
             active,
         });
     }
+    check_supports(&supports, (layout, space), bodies)?;
+    Ok(supports)
+}
+
+/// Refuses supports that contradict each other in any stage.
+///
+/// # Errors
+/// The first pair of supports.
+pub(super) fn check_supports<const D: usize>(
+    supports: &[Support<D>],
+    (layout, space): (&Layout<D>, &NodeSpace<D>),
+    bodies: Space,
+) -> Result<(), SceneError> {
     // Supports begin and end with stages.
     let mut begins: Vec<u32> = supports.iter().map(|support| support.active.from).collect();
     begins.sort_unstable();
     begins.dedup();
     for stage in begins {
-        refuse_contradictions(&supports, stage, (layout, space), bodies.axes())?;
+        refuse_contradictions(supports, stage, (layout, space), bodies.axes())?;
     }
-    Ok(supports)
+    Ok(())
 }
 
 /// Why a region holds no node: where nodes stand instead, if that can be said.
@@ -126,7 +139,7 @@ fn no_node<const D: usize>(region: &Region<D>, layout: &Layout<D>, names: [&str;
 fn components<const D: usize>(
     input: &SupportInput<D>,
     (stages, active): (Stages<'_>, Active),
-    names: [&str; 3],
+    (bodies, twist): (Space, bool),
     path: &str,
 ) -> Result<[Option<Prescribed>; D], SceneError> {
     let held = input.fix.iter().map(|axis| Ok((*axis, Prescribed::Held)));
@@ -141,9 +154,15 @@ fn components<const D: usize>(
         let directions = [Direction::X, Direction::Y, Direction::Z];
         turn.across().map(|axis| Ok((directions[axis], Prescribed::Turned(turn.clone()))))
     });
+    let (names, mut turns) = (bodies.directions(), false);
     let mut components = [const { None }; D];
     for entry in held.chain(following).chain(driven).chain(turned) {
         let (axis, prescribed) = entry?;
+        if axis == Direction::Theta && twist {
+            // What is prescribed of the angle is no component in the half plane, see `turning.rs`.
+            turns = true;
+            continue;
+        }
         let component = component::<D>(axis, path)?;
         if components[component].is_some() {
             let reason = format!("component {} is prescribed twice", names[component]);
@@ -151,7 +170,7 @@ fn components<const D: usize>(
         }
         components[component] = Some(prescribed);
     }
-    if components.iter().all(Option::is_none) {
+    if components.iter().all(Option::is_none) && !turns {
         return Err(SceneError::new(
             path,
             "expected `fix`, `displace` or `follow_mesh` with at least one direction, or `turn`",

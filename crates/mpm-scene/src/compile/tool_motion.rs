@@ -17,7 +17,7 @@ pub(super) fn on_axis(axis: Direction, centre: &PlanePoint, along: f64) -> Vecto
     match axis {
         Direction::X | Direction::R => Vector3::new(along, a.0, b.0),
         Direction::Y => Vector3::new(a.0, along, b.0),
-        Direction::Z => Vector3::new(a.0, b.0, along),
+        Direction::Z | Direction::Theta => Vector3::new(a.0, b.0, along),
     }
 }
 
@@ -111,7 +111,7 @@ pub(super) fn load<const D: usize>(
 }
 
 /// The ramp of a tool, which is there in all stages.
-fn ramp(stages: Stages<'_>, input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
+pub(super) fn ramp(stages: Stages<'_>, input: &RampInput, scale: f64, path: &str) -> Result<Ramp, SceneError> {
     stages.ramp(input, scale, Active::default(), path)
 }
 

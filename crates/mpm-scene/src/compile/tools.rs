@@ -109,12 +109,13 @@ fn disc<const D: usize>(centre: &Coordinates<D>, radius: f64) -> Result<Sphere<D
     Sphere::new(Vector::from(centre.0), radius).map_err(told)
 }
 
-/// Puts the tools of a scene behind the other contributions of its model, whose bodies are made.
-pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
+/// The tools of a scene, whose bodies are made.
+pub(super) fn tools<const D: usize, B: ToolParts<D>>(
     scene: &SceneIn<D, B>,
-    model: &mut Model<D>,
+    model: &Model<D>,
     files: &dyn SceneFiles,
-) -> Result<(), SceneError> {
+) -> Result<Vec<ToolContact<D>>, SceneError> {
+    let mut tools = Vec::with_capacity(scene.tools.len());
     let stages = Stages::of(&scene.schedule);
     for (k, input) in scene.tools.iter().enumerate() {
         let path = format!("tools[{k}]");
@@ -128,9 +129,9 @@ pub(super) fn add_tools<const D: usize, B: ToolParts<D>>(
         refuse_along_a_path(input, &rigid, &path, model)?;
         let contact = ToolContact::new(&input.name, rigid);
         check_place(&contact, &path, model)?;
-        model.add_contribution(format!("tool {}", input.name), Box::new(contact));
+        tools.push(contact);
     }
-    Ok(())
+    Ok(tools)
 }
 
 /// Path control begins at rest, and cannot balance a step again.
@@ -201,6 +202,7 @@ fn rigid<const D: usize, B: ToolParts<D>>(
         interface,
         exact_friction: from.exact_friction,
         bodies: input.bodies.clone(),
+        turns: false,
         moment_about: Vector::from(input.moment_about.0),
     })
 }

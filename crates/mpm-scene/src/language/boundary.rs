@@ -101,7 +101,7 @@ pub struct SupportInput<const D: usize> {
 pub struct DisplaceInput {
     /// The component.
     pub axis: Direction,
-    /// Displacement in all `[L]`.
+    /// Displacement in all `[L]`; of `Theta` an angle `[degrees]`.
     pub by: Finite,
     /// Part of it against the load fraction; linear if left out. Bodies begin at rest: a ramp that is not 0 at load
     /// fraction 0 jumps in the first load step.
@@ -195,6 +195,10 @@ pub enum LoadInput<const D: usize> {
         /// The traction, in place of the whole force `[F/L²]`.
         #[serde(default)]
         value: Option<Coordinates<D>>,
+        /// Torque about the axis of a body of revolution with `twist`, besides the force or alone: a shear traction about the
+        /// axis in proportion to r `[F L]`.
+        #[serde(default)]
+        moment: Option<Finite>,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,

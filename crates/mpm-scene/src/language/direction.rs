@@ -14,6 +14,9 @@ pub enum Direction {
     Z,
     /// Away from the axis of revolution; in an `Axisymmetric` scene only.
     R,
+    /// About the axis of revolution, from r towards where a right-handed turn about z leads; in an `Axisymmetric` scene with
+    /// `twist` only. Displacements are angles in degrees.
+    Theta,
 }
 
 impl Direction {
@@ -21,12 +24,12 @@ impl Direction {
         Direction::Z
     }
 
-    /// 0, 1 or 2 in Cartesian coordinates; R is none of them, and counts as the first.
+    /// 0, 1 or 2 in Cartesian coordinates; R and Theta are none of them, and count as the first and the third.
     pub fn index(self) -> usize {
         match self {
             Direction::X | Direction::R => 0,
             Direction::Y => 1,
-            Direction::Z => 2,
+            Direction::Z | Direction::Theta => 2,
         }
     }
 }

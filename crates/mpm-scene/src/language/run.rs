@@ -99,6 +99,8 @@ pub enum FieldInput {
     /// Corners of the point's domain round its outline, four of (x, y), the last repeated where there are three;
     /// the position, four times, for points without one. Plane strain only `[L]`.
     Outline,
+    /// Angle by which the point has turned about the axis of its body of revolution; 0 without `twist` `[rad]`.
+    Angle,
     /// What a law remembers, by its name.
     #[schemars(skip)]
     Remembered(String),
@@ -122,6 +124,7 @@ impl FieldInput {
             "FallenBack" => Self::FallenBack,
             "Body" => Self::Body,
             "Outline" => Self::Outline,
+            "Angle" => Self::Angle,
             _ => Self::Remembered(name),
         }
     }
@@ -144,6 +147,7 @@ impl FieldInput {
             Self::FallenBack => Some(Field::FALLEN_BACK),
             Self::Body => Some(Field::BODY),
             Self::Outline => Some(Field::OUTLINE),
+            Self::Angle => Some(Field::ANGLE),
             Self::Remembered(_) => None,
         }
     }

@@ -36,6 +36,10 @@ pub struct SceneIn<const D: usize, B> {
     pub title: String,
     /// The background mesh at rest.
     pub mesh: MeshInput,
+    /// Whether bodies of revolution may turn about their axis, by an angle that varies with r and z; in an `Axisymmetric`
+    /// scene only.
+    #[serde(default)]
+    pub twist: bool,
     /// How the mesh moves with the load fraction.
     #[serde(default)]
     pub motion: MotionInput<D>,

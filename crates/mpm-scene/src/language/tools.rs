@@ -183,7 +183,7 @@ pub enum FreeInput {
     Y,
     /// Displacement along z, in space only.
     Z,
-    /// Turn about an axis along z.
+    /// Turn about an axis along z; of bodies of revolution with `twist` about theirs.
     Turn,
     /// Turn about an axis along x, in space only.
     TurnX,
@@ -206,7 +206,7 @@ pub struct ShiftInput<const D: usize> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToolTurnInput<const D: usize> {
-    /// Direction of the axis; `Z` if left out, and in the plane.
+    /// Direction of the axis; `Z` if left out, in the plane, and of bodies of revolution, which need `twist`.
     #[serde(default = "Direction::z")]
     pub axis: Direction,
     /// A point of the axis at rest `[L]`.

@@ -126,8 +126,9 @@ fn passes<const D: usize>(
     let mut leak = None;
     for &node in support.nodes.iter().filter(|&&node| active.number(node).is_some()) {
         let motion = farthest(model, support, mesh, node);
-        let size = around(node).map(|cell| diameter(mesh, cell)).fold(f64::INFINITY, f64::min);
-        if motion.norm() * (D as f64).sqrt() <= FEW * size {
+        let size =
+            around(node).map(|cell| diameter(mesh, cell, model.coordinates())).fold(f64::INFINITY, f64::min);
+        if motion.norm() * (model.coordinates() as f64).sqrt() <= FEW * size {
             continue;
         }
         let along = motion.iamax();
@@ -162,6 +163,8 @@ fn farthest<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<
     let displacement = |at: LoadFraction| {
         let moved = model.motion.mesh_at(&model.layout, at).map_or(x, |mesh| mesh.position(node));
         Vector::from_fn(|d, _| match &support.components[d] {
+            // A turn about the axis leads to no other place.
+            _ if d >= model.coordinates() => 0.0,
             Some(Prescribed::Driven(ramp)) => ramp.from_rest(at),
             Some(Prescribed::Turned(turn)) => turn.displacement(&x, LoadFraction::START, at)[d],
             Some(Prescribed::FollowMesh) => moved[d] - x[d],
@@ -178,8 +181,8 @@ fn farthest<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<
     all.pop().unwrap_or_else(Vector::zeros)
 }
 
-/// The longest diagonal of a cell from its first corner `[L]`.
-fn diameter<const D: usize>(mesh: &Mesh<D>, cell: [u32; D]) -> f64 {
+/// The longest diagonal of a cell from its first corner, in so many coordinates `[L]`.
+fn diameter<const D: usize>(mesh: &Mesh<D>, cell: [u32; D], coordinates: usize) -> f64 {
     let corners = mesh.corner_positions(cell);
-    (corners[(1 << D) - 1] - corners[0]).norm()
+    (corners[(1 << coordinates) - 1] - corners[0]).norm()
 }

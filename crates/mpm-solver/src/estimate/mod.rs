@@ -170,11 +170,11 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let stages: Vec<StageSteps> = (0..model.stages.len() as u32).map(|stage| steps_of(model, stage)).collect();
     let (entries, n) = (pattern.n_entries(), pattern.n_equations());
     Ok(Estimate {
-        dimensions: D,
+        dimensions: model.coordinates(),
         points: n_points,
         cells: mesh.lattice().n_cells(),
         cells_with_material: cells_with_material(model, &mesh),
-        nodes: model.nodes.lattice().n_nodes(),
+        nodes: model.n_nodes(),
         active_nodes: active.len(),
         equations: constraints.n_free(),
         prescribed: n - constraints.n_free(),

@@ -43,7 +43,8 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
     let name = &named.name;
     let over = |(cell, (filled, _)): &(&[u32; D], &(f64, Vector<D>))| filled / volume(cell);
     let fullest = cells.iter().max_by(|a, b| over(a).total_cmp(&over(b)))?;
-    if over(&fullest) > f64::from(1 << D) {
+    let coordinates = named.body.space().coordinates::<D>();
+    if over(&fullest) > f64::from(1 << coordinates) {
         let (cell, (filled, at)) = fullest;
         return Some(format!(
             "points of body `{name}` in the cell at {} have volume {}, the cell has {}: are their volumes in other units?",
@@ -53,8 +54,9 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
         ));
     }
     let is_inside = |cell: &[u32; D]| {
-        (0..3_u32.pow(D as u32)).all(|k| {
-            let around = from_fn(|d| (cell[d] + k / 3_u32.pow(d as u32) % 3).wrapping_sub(1));
+        (0..3_u32.pow(coordinates as u32)).all(|k| {
+            let by = |d: usize| if d < coordinates { k / 3_u32.pow(d as u32) % 3 } else { 1 };
+            let around = from_fn(|d| (cell[d] + by(d)).wrapping_sub(1));
             cells.contains_key(&around)
         })
     };
@@ -76,7 +78,8 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
 
 /// A position by the names of its coordinates.
 pub(super) fn place<const D: usize>(space: Space, x: &Vector<D>) -> String {
-    let told: Vec<String> = (0..D).map(|d| format!("{} = {}", space.axes()[d], six_digits(x[d]))).collect();
+    let told: Vec<String> =
+        (0..space.coordinates::<D>()).map(|d| format!("{} = {}", space.axes()[d], six_digits(x[d]))).collect();
     told.join(", ")
 }
 

@@ -96,6 +96,21 @@ impl<const D: usize> Model<D> {
         self.bodies.first().map_or(Space::default(), |named| named.body.space())
     }
 
+    /// Coordinates of a place: one less than components of a displacement, where bodies turn about an axis.
+    pub(crate) fn coordinates(&self) -> usize {
+        self.space().coordinates::<D>()
+    }
+
+    /// Whether bodies turn about their axis of revolution.
+    pub fn turns(&self) -> bool {
+        self.space().turns::<D>()
+    }
+
+    /// Number of nodes of the mesh; of a layer those of its section.
+    pub(crate) fn n_nodes(&self) -> usize {
+        self.nodes.lattice().nodes().iter().take(self.coordinates()).map(|&nodes| nodes as usize).product()
+    }
+
     /// Its bodies with their names, as contributions see them.
     pub(crate) fn bodies_by_name(&self) -> Vec<(&str, &dyn Body<D>)> {
         self.bodies.iter().map(|named| (&*named.name, &*named.body)).collect()
@@ -111,9 +126,12 @@ impl<const D: usize> Model<D> {
     /// The choice among the shipped solvers, if one of them is to be taken. Path control takes the signs of pivots to see
     /// limit points, which conjugate gradients in the plane can pass without notice, and GMRES never sees.
     pub(crate) fn choice(&self) -> Option<Choice> {
-        let needs_pivots = || self.follows_path() && (D == 2 || self.symmetry() == Symmetry::Unsymmetric);
+        let needs_pivots =
+            || self.follows_path() && (self.coordinates() == 2 || self.symmetry() == Symmetry::Unsymmetric);
         match self.solver {
             SolverChoice::Automatic(Choice::Auto) if needs_pivots() => Some(Choice::Direct),
+            // Forces and torques have no common measure that iterations could be ended by.
+            SolverChoice::Automatic(Choice::Auto) if self.turns() => Some(Choice::Direct),
             SolverChoice::Automatic(choice) => Some(choice),
             SolverChoice::Custom(_) => None,
         }

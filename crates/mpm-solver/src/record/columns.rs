@@ -1,7 +1,7 @@
 //! The columns of the history of a model.
 
 use super::grip::driven;
-use crate::model::{Model, Probe};
+use crate::model::Model;
 use crate::observe::{Column, ColumnKind};
 use mpm_assembly::RecordedValues;
 use mpm_basis::DomainControl;
@@ -9,19 +9,27 @@ use mpm_linear::Choice;
 
 /// The columns, in the order in which [`super::history::Record`] fills them.
 pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
+    let (width, turns) = (model.coordinates(), model.turns());
     let mut columns = columns_of_every_run();
     if model.has_named_stages() {
         columns.extend([count(STAGE), real("stage/fraction", 1)]);
     }
     if !model.supports.is_empty() {
-        columns.push(real(&format!("reaction/{TOTAL}"), D));
+        columns.push(real(&format!("reaction/{TOTAL}"), width));
+        if turns {
+            columns.push(real(&format!("reaction_moment/{TOTAL}"), 1));
+        }
     }
     for support in driven(model) {
         columns.push(real(&format!("{GAP}{}", support.name), 1));
     }
     for support in &model.supports {
-        columns.push(real(&format!("reaction/{}", support.name), D));
-        columns.push(real(&format!("displacement/{}", support.name), D));
+        columns.push(real(&format!("reaction/{}", support.name), width));
+        columns.push(real(&format!("displacement/{}", support.name), width));
+        if turns {
+            columns.push(real(&format!("reaction_moment/{}", support.name), 1));
+            columns.push(real(&format!("angle/{}", support.name), 1));
+        }
         if support.moment_about.is_some() {
             columns.push(real(&format!("reaction_moment/{}", support.name), moments(D)));
         }
@@ -64,7 +72,7 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
                 .map(|name| real(&format!("energy/{name}"), 1)),
         );
     }
-    columns.extend(model.probes.iter().flat_map(Probe::columns));
+    columns.extend(model.probes.iter().flat_map(|probe| probe.columns(model.space())));
     columns
 }
 
@@ -123,6 +131,6 @@ pub(crate) fn may_iterate<const D: usize>(model: &Model<D>) -> bool {
     match model.choice() {
         Some(Choice::Direct) => false,
         Some(Choice::Iterative) | None => true,
-        Some(Choice::Auto) => D == 3 || model.nodes.lattice().n_nodes() > SMALL,
+        Some(Choice::Auto) => model.coordinates() == 3 || model.n_nodes() > SMALL,
     }
 }

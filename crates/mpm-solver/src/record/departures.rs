@@ -31,6 +31,8 @@ pub(crate) struct Departures<'a, const D: usize> {
     /// Along rings of nodes about whose centre the support turns: by how much. Their cells are straight, places on the arc
     /// between two nodes are not in them `[cells]`.
     along_ring: Option<f64>,
+    /// Coordinates of a place.
+    coordinates: usize,
 }
 
 impl<'a, const D: usize> Departures<'a, D> {
@@ -43,7 +45,7 @@ impl<'a, const D: usize> Departures<'a, D> {
         let begun = model.motion.mesh_at(&model.layout, from);
         let begun = begun.unwrap_or_else(|_| Mesh::at_rest(&model.layout));
         let along_ring = along_ring(model, support, [from, at]);
-        Self { support, begun: (from, begun), mesh, at, along_ring }
+        Self { support, begun: (from, begun), mesh, at, along_ring, coordinates: model.coordinates() }
     }
 
     /// How far material has passed a node, at most 1; none where none passes, as far as the cells around it tell in which
@@ -137,6 +139,8 @@ impl<'a, const D: usize> Departures<'a, D> {
         sign: f64,
     ) -> Vector<D> {
         Vector::from_fn(|d, _| match &self.support.components[d] {
+            // A turn about the axis of a body of revolution leads to no other place.
+            _ if d >= self.coordinates => 0.0,
             Some(Prescribed::Driven(ramp)) => ramp.from_rest(to) - ramp.from_rest(from),
             Some(Prescribed::Turned(turn)) => turn.displacement(x, from, to)[d],
             Some(Prescribed::Held) => 0.0,
@@ -176,7 +180,7 @@ impl<'a, const D: usize> Departures<'a, D> {
             let beside = neighbours(index, lattice.cells(), lattice.periodic(), d);
             beside.into_iter().any(|other| self.drives(lattice.node(other)))
         };
-        (0..D).filter(|&d| d != along).all(has_neighbour) || !has_neighbour(along)
+        (0..self.coordinates).filter(|&d| d != along).all(has_neighbour) || !has_neighbour(along)
     }
 
     /// Whether the region ends beside a node in a direction, and material is there.
@@ -188,7 +192,7 @@ impl<'a, const D: usize> Departures<'a, D> {
             let corners = self.mesh.corner_positions(cell);
             let corner = corners[usize::from(c)];
             let edge = |d: usize| (corners[usize::from(c ^ (1 << d))] - corner).norm();
-            let shortest = (0..D).map(edge).fold(f64::INFINITY, f64::min);
+            let shortest = (0..self.coordinates).map(edge).fold(f64::INFINITY, f64::min);
             let place = corner + along * (LOOK * shortest / along.norm());
             // Of the cells that share a face, each is asked with a place that is in it.
             let inside = place + (corners[usize::from(c ^ ((1 << D) - 1))] - corner) * INTO;
@@ -207,7 +211,9 @@ impl<'a, const D: usize> Departures<'a, D> {
         let index = lattice.node_index(node);
         (0..1_u8 << D).filter(|c| filled >> c & 1 == 1).any(|c| {
             let cell = cell_around(&index, lattice.cells(), lattice.periodic(), c);
-            cell.is_some_and(|cell| lattice.corners(cell)[..1 << D].iter().any(|&node| !self.drives(node)))
+            cell.is_some_and(|cell| {
+                lattice.corners(cell)[..1 << self.coordinates].iter().any(|&node| !self.drives(node))
+            })
         })
     }
 

@@ -148,6 +148,7 @@ fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, o
         Field::RHO => out.push(rho(&view.kirchhoff)),
         Field::PLASTIC => out.push(f64::from(u8::from(view.plastic))),
         Field::BODY => out.push(body as f64),
+        Field::ANGLE => out.push(view.angle.unwrap_or(0.0)),
         _ => unreachable!("worked out from the domains, or remembered by laws"),
     }
 }

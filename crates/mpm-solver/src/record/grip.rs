@@ -184,9 +184,13 @@ impl Nodes {
             for (c, node) in lattice.corners(place.cell)[..1 << D].iter().enumerate() {
                 let Some(k) = find(&support.nodes, *node) else { continue };
                 let half = half.get_or_insert_with(|| {
-                    half_extent(&view, &edges(mesh, place.cell), &edges(&rest, place.cell))
+                    let edges = [edges(mesh, place.cell), edges(&rest, place.cell)];
+                    half_extent(&view, edges, model.coordinates())
                 });
                 let apart = Vector::<D>::from_fn(|d, _| {
+                    if d >= model.coordinates() {
+                        return 0.0;
+                    }
                     let side = if c >> d & 1 == 0 { -1.0 } else { 1.0 };
                     (0.5 * (place.local[d] - side).abs() - half[d]).max(0.0)
                 });
@@ -241,9 +245,14 @@ fn edges<const D: usize>(mesh: &Mesh<D>, cell: [u32; D]) -> Block<D> {
     Block::from_fn(|i, d| corners[1 << d][i] - corners[0][i])
 }
 
-/// Half extents of a point's domain along the edges of its cell `[cells]`: at rest it is taken for a cell made smaller.
-fn half_extent<const D: usize>(view: &PointView<D>, now: &Block<D>, rest: &Block<D>) -> Vector<D> {
-    let half = 0.5 * (view.reference_size / determinant(rest).abs()).powf(1.0 / D as f64);
-    let sides = inverse(now) * view.deformation_gradient * rest;
+/// Half extents of a point's domain along the edges of its cell, now and at rest `[cells]`: at rest it is taken for a cell
+/// made smaller in so many coordinates. A layer is 1 thick.
+fn half_extent<const D: usize>(
+    view: &PointView<D>,
+    [now, rest]: [Block<D>; 2],
+    coordinates: usize,
+) -> Vector<D> {
+    let half = 0.5 * (view.reference_size / determinant(&rest).abs()).powf(1.0 / coordinates as f64);
+    let sides = inverse(&now) * view.deformation_gradient * rest;
     Vector::from_fn(|d, _| half * (0..D).map(|j| sides[(d, j)].abs()).sum::<f64>())
 }

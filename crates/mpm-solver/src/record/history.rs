@@ -238,7 +238,7 @@ impl Record {
             row.push(Entry::Count(vec![u64::from(stage) + 1]));
             row.push(Entry::Real(vec![result.balanced.end.get()]));
         }
-        row.extend(total_reaction(&model.supports, result));
+        row.extend(total_reaction(&model.supports, result, model.turns()));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
         for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
             match support.acts_in(stage) {
@@ -248,7 +248,7 @@ impl Record {
         }
         row.extend(self.grips.iter().map(|grip| Entry::Real(vec![grip.now()])));
         for (support, displacement) in model.supports.iter().zip(&mut self.displacement) {
-            row.extend(support_entries(support, result, displacement));
+            row.extend(support_entries(support, result, model.turns(), displacement));
         }
         row.extend(self.optional_entries(model, result, &mesh_after));
         row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));

@@ -2,7 +2,7 @@
 
 use crate::model::{NamedBody, Probe};
 use crate::observe::{Column, ColumnKind, Entry};
-use mpm_assembly::PointView;
+use mpm_assembly::{PointView, Space};
 use mpm_grid::Vector;
 use mpm_material::SymmetricTensor;
 
@@ -15,30 +15,44 @@ impl<const D: usize> Probe<D> {
     }
 
     /// Columns of its entries.
-    pub(crate) fn columns(&self) -> [Column; 3] {
+    pub(crate) fn columns(&self, space: Space) -> Vec<Column> {
         let column = |what: &str, width| {
             let name = format!("probe/{}/{what}", self.name);
             Column { name, kind: ColumnKind::Real, width }
         };
-        [column("position", D), column("displacement", D), column("cauchy_stress", 9)]
+        let width = space.coordinates::<D>();
+        let mut columns =
+            vec![column("position", width), column("displacement", width), column("cauchy_stress", 9)];
+        if space.turns::<D>() {
+            columns.push(column("angle", 1));
+        }
+        columns
     }
 
     /// Mean position and displacement, weighted by the volume at rest `[L]`; mean Cauchy stress `[F/L²]`, weighted
-    /// by the present volume: `Σ V⁰ τ / Σ V`.
-    pub(crate) fn entries(&self, bodies: &[NamedBody<D>]) -> [Entry; 3] {
+    /// by the present volume: `Σ V⁰ τ / Σ V`; of bodies that turn about their axis the mean angle `[degrees]`.
+    pub(crate) fn entries(&self, bodies: &[NamedBody<D>]) -> Vec<Entry> {
         let position = self.mean_position(bodies);
         let (mut stress, mut volume) = ([0.0; 9], 0.0);
+        let width = bodies[self.body].body.space().coordinates::<D>();
         for view in self.views(bodies) {
             volume += view.reference_volume * view.volume_ratio;
             for (sum, tau) in stress.iter_mut().zip(rows(&view.kirchhoff)) {
                 *sum += view.reference_volume * tau;
             }
         }
-        [
-            Entry::Real(position.iter().copied().collect()),
-            Entry::Real((position - self.rest).iter().copied().collect()),
+        let in_place = |x: Vector<D>| Entry::Real(x.iter().take(width).copied().collect());
+        let mut entries = vec![
+            in_place(position),
+            in_place(position - self.rest),
             Entry::Real(stress.iter().map(|sum| sum / volume).collect()),
-        ]
+        ];
+        let turned = self.views(bodies).filter_map(|view| Some((view.reference_volume, view.angle?)));
+        let (whole, sum) = turned.fold((0.0, 0.0), |(whole, sum), (v, angle)| (whole + v, sum + v * angle));
+        if whole > 0.0 {
+            entries.push(Entry::Real(vec![(sum / whole).to_degrees()]));
+        }
+        entries
     }
 
     /// Mean position of its points `[L]`.

@@ -7,10 +7,11 @@ use mpm_grid::Vector;
 use std::array::from_fn;
 
 /// Reaction of a support, its mean displacement so far (`displacement`, which grows by this step), and the moment of
-/// the reaction where it is recorded.
+/// the reaction where it is recorded; of bodies that turn about their axis with the torque and the mean angle.
 pub(super) fn support_entries<const D: usize>(
     support: &Support<D>,
     result: &StepResult<D>,
+    turns: bool,
     displacement: &mut [f64],
 ) -> Vec<Entry> {
     let StepResult { mesh, connected, balanced, .. } = result;
@@ -41,17 +42,31 @@ pub(super) fn support_entries<const D: usize>(
     for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
         *total += moved / f64::from(carrying.max(1));
     }
-    let mut entries = vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())];
+    let mut entries = match turns {
+        false => vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())],
+        // The last components are a torque and an angle.
+        true => vec![
+            Entry::Real(reaction.iter().take(D - 1).copied().collect()),
+            Entry::Real(displacement[..D - 1].to_vec()),
+            Entry::Real(vec![reaction[D - 1]]),
+            Entry::Real(vec![displacement[D - 1].to_degrees()]),
+        ],
+    };
     if support.moment_about.is_some() {
         entries.push(Entry::Real(if D == 3 { moment.to_vec() } else { vec![moment[2]] }));
     }
     entries
 }
 
-/// Sum of the reactions of all supports, each component of a node once; nothing where there are no supports.
-pub(super) fn total_reaction<const D: usize>(supports: &[Support<D>], result: &StepResult<D>) -> Option<Entry> {
+/// Sum of the reactions of all supports, each component of a node once, and that of the torques of bodies that turn about
+/// their axis; nothing where there are no supports.
+pub(super) fn total_reaction<const D: usize>(
+    supports: &[Support<D>],
+    result: &StepResult<D>,
+    turns: bool,
+) -> Vec<Entry> {
     if supports.is_empty() {
-        return None;
+        return Vec::new();
     }
     let StepResult { connected, balanced, .. } = result;
     let mut counted = vec![[false; D]; connected.active.len()];
@@ -65,5 +80,6 @@ pub(super) fn total_reaction<const D: usize>(supports: &[Support<D>], result: &S
             }
         }
     }
-    Some(Entry::Real(total))
+    let torque = if turns { Some(Entry::Real(total.split_off(D - 1))) } else { None };
+    std::iter::once(Entry::Real(total)).chain(torque).collect()
 }

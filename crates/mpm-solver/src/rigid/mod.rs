@@ -61,11 +61,14 @@ impl<const D: usize> FreeMotions<D> {
             connected.assembly_plans.iter().map(|plan| plan.connectivity()).collect();
         let nodes = connected.active.nodes().iter();
         let positions: Vec<Vector<D>> = nodes.map(|&node| model.nodes.position(mesh, node)).collect();
-        let parts = RigidParts::of(&bodies, &positions);
+        let parts = RigidParts::of(&bodies, &positions, model.coordinates());
+        // The hoop resists every motion along r.
+        let is_ring = model.space().is_axisymmetric();
+        let is_held = |node: usize, i: usize| is_ring && i == 0 || constraints.is_prescribed(node, i);
         let mut modes = Vec::new();
         let frames = Frames::of(&parts, &positions);
         for assembly in &parts.assemblies {
-            modes.extend(frames.free(assembly, |node, component| constraints.is_prescribed(node, component)));
+            modes.extend(frames.free(assembly, is_held));
             if modes.len() >= MOST_MODES {
                 break;
             }

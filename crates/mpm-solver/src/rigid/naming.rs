@@ -67,6 +67,10 @@ fn how<const D: usize>(
     is_fixed: bool,
 ) -> String {
     let Motion { rotation, translation } = *motion;
+    let turns_about_axis = axes == Space::Axisymmetric.axes() && rotation == [0.0; 3] && translation[2] != 0.0;
+    if turns_about_axis && translation[..2] == [0.0; 2] {
+        return "about the axis".into();
+    }
     if rotation == [0.0; 3] {
         return format!("along {}", direction(translation, axes));
     }

@@ -7,7 +7,8 @@ const NONE: u32 = u32::MAX;
 
 /// The nodes of all bodies, by parts that move as one wherever no point is strained.
 ///
-/// Node sets of points that share as many nodes as a hinge needs (a point in the plane, a line in space) and one more
+/// Node sets of points that share as many nodes as a hinge needs (a point in the plane and in the layer of bodies that turn
+/// about an axis, a line in space) and one more
 /// turn together; parts that share fewer are hinged to each other. Parts that share no node are not connected.
 pub(crate) struct RigidParts {
     /// Start of every part's nodes in `node`, and its length at the end.
@@ -20,8 +21,12 @@ pub(crate) struct RigidParts {
 }
 
 impl RigidParts {
-    /// Of the bodies' node sets, at the positions of the active nodes.
-    pub(crate) fn of<const D: usize>(bodies: &[&Connectivity<D>], positions: &[Vector<D>]) -> Self {
+    /// Of the bodies' node sets, at the positions of the active nodes, which have so many coordinates.
+    pub(crate) fn of<const D: usize>(
+        bodies: &[&Connectivity<D>],
+        positions: &[Vector<D>],
+        coordinates: usize,
+    ) -> Self {
         let sets: Vec<(usize, usize)> = bodies
             .iter()
             .enumerate()
@@ -59,7 +64,7 @@ impl RigidParts {
                 next += 1;
                 for &set in &around[first[node as usize]..first[node as usize + 1]] {
                     let set = set as usize;
-                    if part_of[set] == NONE && shared[set].turns_with(part, node, positions) {
+                    if part_of[set] == NONE && shared[set].turns_with(part, node, (positions, coordinates)) {
                         part_of[set] = part;
                         joined.push(set);
                     }
@@ -147,17 +152,22 @@ impl Shared {
     const NOTHING: Self = Self { part: NONE, count: 0, nodes: [0; 2] };
 
     /// Takes note of one more node that the set shares with the part; whether the two now move as one.
-    fn turns_with<const D: usize>(&mut self, part: u32, node: u32, positions: &[Vector<D>]) -> bool {
+    fn turns_with<const D: usize>(
+        &mut self,
+        part: u32,
+        node: u32,
+        (positions, coordinates): (&[Vector<D>], usize),
+    ) -> bool {
         if self.part != part {
             *self = Self { part, ..Self::NOTHING };
         }
         let count = usize::from(self.count);
-        if count + 1 < D {
+        if count + 1 < coordinates {
             self.nodes[count] = node;
             self.count += 1;
             return false;
         }
-        if D < 3 {
+        if coordinates < 3 {
             return true;
         }
         // A third node off the line through two.

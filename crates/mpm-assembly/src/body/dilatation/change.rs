@@ -51,6 +51,8 @@ pub(super) struct CellPoint<const D: usize> {
     pub(super) excess: f64,
     /// `s_p`, zero where the mean is not over the points.
     pub(super) share: f64,
+    /// Radius at the end of the step `[L]`, of bodies of revolution.
+    pub(super) radius: f64,
     /// Start of its `g` and `t`.
     pub(super) at: usize,
 }
@@ -101,6 +103,7 @@ impl<const D: usize> CellPoint<D> {
     pub(super) fn dilated<const HOOP: bool>(&self, theta_excess: f64) -> StepGradient<D> {
         let StepGradient { block, hoop } = self.h;
         let stretch = stretch_excess::<D, HOOP>(theta_excess, self.excess);
+        // With twist the hoop is a part of the block as well.
         StepGradient {
             block: block + (block + Block::identity()) * stretch,
             hoop: if HOOP { hoop + (hoop + 1.0) * stretch } else { 0.0 },
@@ -137,7 +140,7 @@ impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {
                 // The hoops are over the radius already.
                 let h = StepGradient::of::<HOOP>(&s.increment, (hoops, gradients), 1.0);
                 let (inverse, mut determinant) = inverse_and_determinant(&(Block::identity() + h.block));
-                if HOOP {
+                if HOOP && D == 2 {
                     determinant *= 1.0 + h.hoop;
                 }
                 volume += weight;
@@ -183,14 +186,15 @@ impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {
                 let mut share = 0.0;
                 if are_weighed {
                     let mut before = determinant(&points.deformation_gradient[point]);
-                    if HOOP {
+                    if HOOP && D == 2 {
                         before *= points.hoop_stretch[point];
                     }
                     let weight = points.reference_volume[point] * before;
                     weigh(weight, excess);
                     share = weight * of_step;
                 }
-                s.points.push(CellPoint { point, h, excess, share, at: s.g.len() });
+                let at = s.g.len();
+                s.points.push(CellPoint { point, h, excess, share, radius: radius * hoop, at });
                 s.g.extend(influences.1.iter().map(|gradient| inverse.tr_mul(gradient)));
                 if HOOP {
                     s.t.extend(influences.0.iter().map(|value| value / (radius * hoop)));

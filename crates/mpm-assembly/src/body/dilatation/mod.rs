@@ -52,6 +52,7 @@ pub(crate) use change::{Dilated, Scratch};
 use crate::body::kinematics::{StepGradient, block};
 use crate::body::scatter::FORCE;
 use crate::body::trial::{InadmissiblePoint, dissipated};
+use crate::body::turning_tangent::Turned;
 use change::CellPoint;
 use moduli::stretches;
 use mpm_basis::CellPart;
@@ -172,10 +173,12 @@ impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {
         let stretches = const { stretches::<D, HOOP>() };
         let in_plane = block::<D>(tau) * volume;
         let hoop = tau.zz * volume;
-        let pressure = if HOOP { (in_plane.trace() + hoop) / stretches } else { in_plane.trace() / stretches };
+        let pressure =
+            if HOOP && D == 2 { (in_plane.trace() + hoop) / stretches } else { in_plane.trace() / stretches };
         let deviator = in_plane - Block::identity() * pressure;
+        let turned = Turned { stress: &deviator, radius: point.radius };
         for (&at, g) in part.place.iter().zip(&s.g[point.at..]) {
-            force[at as usize] += deviator * g;
+            force[at as usize] += if HOOP && D == 3 { turned.force(g) } else { deviator * g };
         }
         if HOOP {
             for (&at, t) in part.place.iter().zip(&s.t[point.at..]) {

@@ -53,7 +53,8 @@ pub(super) fn moduli<const D: usize, H, const TANGENT: u8, const HOOP: bool>(
     }
     let none = HoopTangent { by_hoop: Matrix2::zeros(), of_hoop: Matrix2::zeros(), hoop: 0.0 };
     let mut hoop = HoopModuli { a: none, by_volume: 0.0, of_pressure: 0.0 };
-    if HOOP {
+    // With twist the hoop is one of the directions.
+    if HOOP && D == 2 {
         hoop.a = response.tangent.hoop_tangent();
         let own = response.kirchhoff.zz + hoop.a.hoop;
         hoop.by_volume = (own + hoop.a.of_hoop.trace()) * volume;
@@ -71,7 +72,7 @@ pub(super) fn moduli<const D: usize, H, const TANGENT: u8, const HOOP: bool>(
                 }
             }
         }
-        if HOOP {
+        if HOOP && D == 2 {
             of_pressure += in_plane(&hoop.a.of_hoop);
         }
         of_pressure *= volume;
@@ -79,7 +80,7 @@ pub(super) fn moduli<const D: usize, H, const TANGENT: u8, const HOOP: bool>(
     let stretches = const { stretches::<D, HOOP>() };
     let mut kappa = by_volume.trace() / (stretches * stretches);
     let mut pressure = tau.trace() / stretches * volume;
-    if HOOP {
+    if HOOP && D == 2 {
         kappa += hoop.by_volume / (stretches * stretches);
         pressure += response.kirchhoff.zz / stretches * volume;
         let HoopTangent { by_hoop, of_hoop, hoop: own } = &mut hoop.a;
@@ -106,6 +107,9 @@ pub(super) fn moduli<const D: usize, H, const TANGENT: u8, const HOOP: bool>(
             a[(k, l)] += kappa + twist;
             a[(l, k)] += pressure - twist;
         }
+    }
+    if HOOP && D == 3 {
+        (hoop.by_volume, hoop.of_pressure) = (by_volume[(D - 1, D - 1)], of_pressure[(D - 1, D - 1)]);
     }
     Moduli { a, by_volume, of_pressure, kappa, hoop }
 }

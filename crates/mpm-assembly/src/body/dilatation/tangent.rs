@@ -2,8 +2,10 @@
 
 use super::change::{Dilated, Scratch};
 use super::moduli::{Moduli, moduli, stretches};
+use crate::body::kinematics::block;
 use crate::body::point_tangent::add_tangent_of_point;
 use crate::body::scatter::{LOWER, block_position, n_blocks};
+use crate::body::turning_tangent::{Turned, add_turning_tangent};
 use mpm_grid::{Block, Vector};
 use mpm_material::Material;
 
@@ -40,8 +42,12 @@ impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {
                 let t = if HOOP { &s.t[point.at..point.at + m] } else { &[] };
                 let stretches = const { stretches::<D, HOOP>() };
                 let coupling = by_volume / stretches - Block::identity() * kappa;
+                let forces = |stress: &Block<D>, g: &Vector<D>| match HOOP && D == 3 {
+                    true => Turned { stress, radius: point.radius }.force(g),
+                    false => stress * g,
+                };
                 for (&at, g) in part.place.iter().zip(g) {
-                    s.coupling[at as usize] += coupling * g;
+                    s.coupling[at as usize] += forces(&coupling, g);
                 }
                 for (&at, t) in part.place.iter().zip(t) {
                     s.coupling[at as usize][0] += (hoop.by_volume / stretches - kappa) * t;
@@ -49,11 +55,17 @@ impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {
                 if !is_lower {
                     let coupling = of_pressure / stretches - Block::identity() * kappa;
                     for (&at, g) in part.place.iter().zip(g) {
-                        s.pressure_coupling[at as usize] += coupling * g;
+                        s.pressure_coupling[at as usize] += forces(&coupling, g);
                     }
                     for (&at, t) in part.place.iter().zip(t) {
                         s.pressure_coupling[at as usize][0] += (hoop.of_pressure / stretches - kappa) * t;
                     }
+                }
+                if HOOP && D == 3 {
+                    let stress = block::<D>(&response.kirchhoff) * volume;
+                    let turned = Turned { stress: &stress, radius: point.radius };
+                    add_turning_tangent::<D, TANGENT>((g, t), &a, turned, 1.0, &mut s.tangent);
+                    continue;
                 }
                 let hoop = if HOOP { Some(hoop.a) } else { None };
                 add_tangent_of_point::<D, TANGENT, HOOP>((g, t), (&a, hoop), 1.0, &mut s.tangent);
