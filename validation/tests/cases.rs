@@ -64,6 +64,11 @@ fn pile_pushed_and_pulled() {
 }
 
 #[test]
+fn cone_in_clay() {
+    passes("cone in clay");
+}
+
+#[test]
 fn circular_footing() {
     passes("circular footing");
 }

@@ -82,6 +82,7 @@ pub const CASES: &[Case] = &[
     axisymmetry::PUNCH,
     axisymmetry::FOOTING,
     axisymmetry::PILE,
+    axisymmetry::CONE,
     soil::AT_REST,
     soil::COLUMN,
     soil::RING,

@@ -1,12 +1,14 @@
 //! Bodies of revolution.
 
 mod cavity;
+mod cone;
 mod footing;
 mod pile;
 mod punch;
 mod walls;
 
 pub(super) use cavity::CASE as CAVITY;
+pub(super) use cone::CASE as CONE;
 pub(super) use footing::CASE as FOOTING;
 pub(super) use pile::CASE as PILE;
 pub(super) use punch::CASE as PUNCH;
