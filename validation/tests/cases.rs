@@ -279,6 +279,11 @@ fn cylinder_pile_and_vane_in_clay() {
 }
 
 #[test]
+fn screws_and_full_turns() {
+    passes("screws and full turns");
+}
+
+#[test]
 fn footing_and_blade() {
     passes("footing and blade");
 }

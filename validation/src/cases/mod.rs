@@ -92,6 +92,7 @@ pub const CASES: &[Case] = &[
     contact::RATE,
     contact::CYLINDER,
     contact::TURNED,
+    contact::MOTIONS,
     contact::EDGES,
     determinism::CASE,
     faults::CASE,

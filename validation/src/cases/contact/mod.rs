@@ -6,6 +6,7 @@ mod cylinder;
 mod edges;
 mod friction;
 mod hertz;
+mod motions;
 mod rate;
 mod turned;
 
@@ -15,6 +16,7 @@ pub(super) use cylinder::CASE as CYLINDER;
 pub(super) use edges::CASE as EDGES;
 pub(super) use friction::CASE as FRICTION;
 pub(super) use hertz::CASE as HERTZ;
+pub(super) use motions::CASE as MOTIONS;
 pub(super) use rate::CASE as RATE;
 pub(super) use turned::CASE as TURNED;
 
