@@ -44,6 +44,16 @@ fn corner_stretch_on_squares() {
 }
 
 #[test]
+fn cylinder_that_is_twisted() {
+    passes("cylinder that is twisted");
+}
+
+#[test]
+fn pile_turned_and_pulled() {
+    passes("pile turned and pulled");
+}
+
+#[test]
 fn thick_walls_of_revolution() {
     passes("thick walls of revolution");
 }
@@ -316,6 +326,11 @@ fn ball_t_bar_and_turned_cylinder_in_space() {
 #[test]
 fn cylinder_pile_and_vane_in_clay() {
     passes("cylinder, pile and vane in clay");
+}
+
+#[test]
+fn screws_and_full_turns() {
+    passes("screws and full turns");
 }
 
 #[test]

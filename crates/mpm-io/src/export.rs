@@ -122,7 +122,7 @@ impl Results {
         }
         let mut files = Vec::new();
         for (step, fraction) in self.fractions().iter().enumerate() {
-            // The history of a resumed run may begin later than its points.
+            // A step of which the history does not tell has no tools.
             let row = fractions.values().iter().position(|at| at == fraction);
             let mut cells = Cells::by_cell();
             let mut numbers = Vec::new();

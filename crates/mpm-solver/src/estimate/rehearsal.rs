@@ -145,7 +145,8 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
     let pass = shortest(|| assemble(&strained, &mut values)).map_err(Error::Start)?;
     assemble(&rest, &mut values).map_err(Error::Start)?;
     let tools = if model.contributions.iter().any(|named| named.contribution.moves_with_load()) {
-        shortest(|| sum_tools(stage, &rest)).map_err(Error::Start)?
+        let (mut sums, mut force) = (vec![0.0; pattern.n_entries()], rest.clone());
+        shortest(|| sum_tools(stage, &rest, &mut sums, &mut force)).map_err(Error::Start)?
     } else {
         0.0
     };
@@ -181,12 +182,13 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
 fn sum_tools<const D: usize>(
     stage: &Rehearsal<'_, D>,
     increment: &UnknownVector<D>,
+    values: &mut [f64],
+    force: &mut UnknownVector<D>,
 ) -> Result<(), StepFailure> {
     let Rehearsal { model, connected, constraints, .. } = *stage;
     let pattern = &connected.pattern;
-    let (mut values, mut force) = (vec![0.0; pattern.n_entries()], increment.clone());
-    let tangent = Some(SystemTangent { values: &mut values, lift: None });
-    let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+    let tangent = Some(SystemTangent { values, lift: None });
+    let mut sums = SystemSums { force, tangent, smallest_determinant: f64::INFINITY };
     let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: true };
     for named in model.contributions.iter().filter(|named| named.contribution.moves_with_load()) {
         named.contribution.add(&trial, &mut sums).map_err(|it| StepFailure::Linear(it.to_string()))?;

@@ -5,6 +5,7 @@ mod cone;
 mod footing;
 mod pile;
 mod punch;
+mod twist;
 mod walls;
 
 pub(super) use cavity::CASE as CAVITY;
@@ -12,6 +13,7 @@ pub(super) use cone::CASE as CONE;
 pub(super) use footing::CASE as FOOTING;
 pub(super) use pile::CASE as PILE;
 pub(super) use punch::CASE as PUNCH;
+pub(super) use twist::{CYLINDER as TWISTED, PILE as TURNED_PILE};
 pub(super) use walls::CASE as WALLS;
 
 use crate::Broken;
