@@ -146,6 +146,9 @@ pub enum Reindexing {
     /// Each ring's angle is reduced to (-π/n, π/n] by whole cells of its n: the same polygon of
     /// nodes under other numbers, sheared by at most one cell between neighbouring rings.
     WholeCells,
+    /// From the outermost ring on inwards, each ring's angle against the next one's is reduced to (-π/n, π/n] by whole cells:
+    /// the same polygons, sheared by at most half a cell between neighbouring rings.
+    Neighbours,
 }
 
 /// Why a motion cannot be made, or cannot be used with a layout.
@@ -417,7 +420,7 @@ impl<const D: usize> MeshMotion<D> {
                 if apart > 1e-9 * radii.first() {
                     return Err(MotionError::OffCentre { ring: *ring, twist: *twist });
                 }
-                if *reindexing == Reindexing::WholeCells && !span.is_full() {
+                if *reindexing != Reindexing::Off && !span.is_full() {
                     return Err(MotionError::OpenRing);
                 }
                 if stretch.is_some() && height.is_none() {

@@ -29,6 +29,26 @@ pub(crate) struct PlacedRing {
     turns: Vec<(f64, [f64; 2])>,
 }
 
+/// Angles of rings, from the innermost on, less whole sectors.
+fn reindexed(mut angles: Vec<f64>, sector: f64, by: Reindexing) -> Vec<f64> {
+    match by {
+        Reindexing::Off => {}
+        Reindexing::WholeCells => angles.iter_mut().for_each(|angle| *angle = reduce(*angle, sector)),
+        Reindexing::Neighbours => {
+            let mut outside: Option<(f64, f64)> = None;
+            for angle in angles.iter_mut().rev() {
+                let now = match outside {
+                    None => reduce(*angle, sector),
+                    Some((before, now)) => now + reduce(*angle - before, sector),
+                };
+                outside = Some((*angle, now));
+                *angle = now;
+            }
+        }
+    }
+    angles
+}
+
 impl PlacedRing {
     /// The ring of a layout under a motion; `None` for a layout or a motion of boxes, and where
     /// the motion folds cells.
@@ -41,15 +61,14 @@ impl PlacedRing {
             return None;
         };
         let step = span.step(*sectors);
-        let angle = |radius: f64| match (motion, reindexing) {
-            (PlacedMotion::Rest | PlacedMotion::Expand { .. }, _) => Some(0.0),
-            (PlacedMotion::Rotation { angle, .. }, _) => Some(*angle),
-            (PlacedMotion::Twist { profile, .. }, Reindexing::Off) => Some(profile.angle(radius)),
-            (PlacedMotion::Twist { profile, .. }, Reindexing::WholeCells) => {
-                Some(reduce(profile.angle(radius), step))
-            }
+        let angle = |radius: f64| match motion {
+            PlacedMotion::Rest | PlacedMotion::Expand { .. } => Some(0.0),
+            PlacedMotion::Rotation { angle, .. } => Some(*angle),
+            PlacedMotion::Twist { profile, .. } => Some(profile.angle(radius)),
             _ => None,
         };
+        let angles: Option<Vec<f64>> = (0..=radii.cells()).map(|j| angle(radii.node(j))).collect();
+        let angles = reindexed(angles?, step, reindexing);
         let centre = match motion {
             PlacedMotion::Rotation { centre: about, cos_sin, .. } => {
                 let moved = rotate(&Vector::<2>::from(*centre), about, *cos_sin);
@@ -71,7 +90,6 @@ impl PlacedRing {
         };
         let n_lines = if span.is_full() { *sectors } else { *sectors + 1 };
         let line = |i: u32| cos_sin(span.start() + f64::from(i) * step);
-        let turn = |j: u32| angle(radii.node(j)).map(|a| (a, cos_sin(a)));
         let ring = Self {
             centre,
             radii: radii_now,
@@ -79,7 +97,7 @@ impl PlacedRing {
             span: *span,
             height,
             lines: (0..n_lines).map(line).collect(),
-            turns: (0..=radii.cells()).map(turn).collect::<Option<_>>()?,
+            turns: angles.into_iter().map(|a| (a, cos_sin(a))).collect(),
         };
         // Cells between the same two rings of nodes are congruent: one of each is enough.
         let valid = (0..radii.cells()).all(|j| ring.plane_cell(0, j).is_valid(layout.hand()));

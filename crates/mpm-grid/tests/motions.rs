@@ -72,7 +72,7 @@ proptest! {
         for motion in [MeshMotion::Fixed, stretch3, kite(1.5), turn3] {
             round_trip::<3>(&motion, &square(), &rest, f);
         }
-        for reindexing in [Reindexing::Off, Reindexing::WholeCells] {
+        for reindexing in [Reindexing::Off, Reindexing::WholeCells, Reindexing::Neighbours] {
             // From inside the inner radius to outside the outer one.
             let x = [1.0 + 8.0 * rest[0], 2.0 - rest[1]];
             round_trip::<2>(&twist(7.0, reindexing), &ring(Span::Full), &x, f);
@@ -338,4 +338,40 @@ fn affine_motions_that_cannot_be_are_refused() {
     assert_eq!(squeeze.mesh_at(&square(), fraction(1.0)), Err(MotionError::Folded { fraction: 1.0 }));
     assert_eq!(squeeze, squeeze.clone());
     assert_ne!(squeeze, MeshMotion::affine(Arc::new(Squeeze)).unwrap());
+}
+
+#[test]
+fn neighbours_are_sheared_by_half_a_cell_at_most() {
+    // Few sectors and rings close to each other, where whole cells of each ring fold.
+    let radii = Axis::graded(vec![0.3, 0.44, 0.58, 0.72, 0.86, 1.05, 1.3]).unwrap();
+    let layout = Layout::<2>::ring([1.0, 2.0], radii, 12, Span::Full, None).unwrap();
+    let mesh = |angle: f64, reindexing| {
+        let (inner, outer) = ((0.3, Ramp::linear(angle)), (1.3, Ramp::constant(0.0)));
+        let motion = MeshMotion::twist([1.0, 2.0], inner, outer, reindexing).unwrap();
+        motion.mesh_at(&layout, LoadFraction::END)
+    };
+    let sector = TAU / 12.0;
+    let mut folded = 0;
+    for k in 0..=400 {
+        let angle = -12.6 * f64::from(k) / 400.0;
+        folded += usize::from(mesh(angle, Reindexing::WholeCells).is_err());
+        let mesh = mesh(angle, Reindexing::Neighbours).expect("no cell folds");
+        let polar = |ring: u32| {
+            let x = mesh.position(layout.lattice().node([0, ring]));
+            (x[1] - 2.0).atan2(x[0] - 1.0)
+        };
+        for ring in 0..7 {
+            // The same polygon as without re-indexing.
+            let radius = layout.position(layout.lattice().node([0, ring]))[0] - 1.0;
+            let turned = angle * (1.3 - radius) / 1.0;
+            let cells = (polar(ring) - turned) / sector;
+            assert!((cells - cells.round()).abs() < 1e-9, "{angle}, ring {ring}: {cells}");
+            if ring < 6 {
+                let apart = (polar(ring + 1) - polar(ring)) / sector;
+                let apart = apart - 12.0 * (apart / 12.0).round();
+                assert!(apart.abs() <= 0.5 + 1e-6, "{angle}, ring {ring}: {apart} cells");
+            }
+        }
+    }
+    assert!(folded > 0, "whole cells of each ring would fold");
 }

@@ -161,6 +161,7 @@ pub(super) fn motion<const D: usize>(
             };
             let reindexing = match reindexing {
                 ReindexingInput::WholeCells => Reindexing::WholeCells,
+                ReindexingInput::Neighbours => Reindexing::Neighbours,
                 ReindexingInput::Off => Reindexing::Off,
             };
             let (inner, outer) = ((radii.first(), inner), (radii.last(), outer));

@@ -159,6 +159,9 @@ pub enum ReindexingInput {
     /// is never sheared by more than a cell.
     #[default]
     WholeCells,
+    /// From the outermost ring on inwards, each ring's angle against the next one's is reduced by whole cells: the mesh is never
+    /// sheared by more than half a cell, so that rings of few sectors close to each other do not fold.
+    Neighbours,
     /// Rings keep their angle; the run ends when a cell folds.
     Off,
 }

@@ -66,7 +66,7 @@ fn screw(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
         let Scene::Solid(mut scene) = load_own("contact/screw_thread")? else {
             return Err("expected a scene in space".into());
         };
-        if let MeshInput::Box { axes } = &mut scene.mesh {
+        if let MeshInput::Box { axes, .. } = &mut scene.mesh {
             for axis in axes {
                 let AxisInput::Uniform { cells, .. } = axis else { return Err("expected even cells".into()) };
                 *cells = Count(cells.0 * factor);
