@@ -124,7 +124,13 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
     let pattern = &connected.pattern;
     let mut values = vec![0.0; pattern.n_entries()];
     // At rest laws have less to do: nothing yields, and no direction is a principal one.
-    let strain = Block::<D>::from_fn(|i, j| if i == j { STRAIN / (1.0 + i as f64) } else { STRAIN });
+    let is_ring = model.space().is_axisymmetric();
+    let strain = Block::<D>::from_fn(|i, j| match i == j {
+        true => STRAIN / (1.0 + i as f64),
+        // A radial displacement away from the axis alone would carry points through it.
+        false if is_ring && i == 0 => 0.0,
+        false => STRAIN,
+    });
     let nodes = connected.active.nodes().iter();
     let rest = UnknownVector::zeros(connected.unknowns());
     let strained = nodes.map(|&node| strain * connected.active.space().position(stage.mesh, node)).collect();
