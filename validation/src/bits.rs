@@ -276,7 +276,7 @@ mod tests {
                 1
             );
         }
-        assert_eq!(plans(&["screw".into()]).expect("there is one").len(), 1);
+        assert_eq!(plans(&["path_arch".into()]).expect("there is one").len(), 1);
         assert!(plans(&["no such scene".into()]).is_err());
     }
 }
