@@ -143,11 +143,9 @@ impl DrivenPlane {
 pub enum Reindexing {
     /// Rings keep their angle; the mesh shears until a cell folds, which is an error.
     Off,
-    /// Each ring's angle is reduced to (-π/n, π/n] by whole cells of its n: the same polygon of
-    /// nodes under other numbers, sheared by at most one cell between neighbouring rings.
+    /// Each ring's angle is reduced to (-π/n, π/n] by whole cells of its n: sheared by at most one cell between rings.
     WholeCells,
-    /// From the outermost ring on inwards, each ring's angle against the next one's is reduced to (-π/n, π/n] by whole cells:
-    /// the same polygons, sheared by at most half a cell between neighbouring rings.
+    /// As `WholeCells` of each ring's angle against the next one's outside: sheared by half a cell at most.
     Neighbours,
 }
 
@@ -361,8 +359,7 @@ impl<const D: usize> MeshMotion<D> {
         }
     }
 
-    /// Where the motion carries what stands at `rest` `[L]`; re-indexing, which only renames
-    /// nodes, plays no part.
+    /// Where the motion carries what stands at `rest` `[L]`; re-indexing only renames nodes.
     pub fn place(
         &self,
         layout: &Layout<D>,

@@ -28,8 +28,7 @@ use std::any::Any;
 
 /// The one kind of [`Body`] there is.
 ///
-/// What a law does is compiled once for each law, and what a basis does once for each basis: a pass reads points and
-/// links only, and nothing of a basis.
+/// What a law does is compiled once for each law, what a basis does once for each: a pass reads points and links only.
 pub struct MaterialBody<const D: usize> {
     pub(super) points: Points<D>,
     pub(super) law: Box<dyn BodyLaw<D>>,
@@ -52,9 +51,8 @@ impl<const D: usize> MaterialBody<D> {
         Self::of(LawOfBody::new(law), DomainsOfBody::new(basis, domains), places)
     }
 
-    /// As [`Self::new`], of a law and domains that may have been compiled elsewhere; `places` has position `[L]` and
-    /// volume `[L^D]` (of a body of revolution: area of the cross section `[L²]`) of every point. The space is that of
-    /// the law.
+    /// As [`Self::new`], of a law and domains that may have been compiled elsewhere, in the law's space; `places` has
+    /// position `[L]` and volume `[L^D]` (of a body of revolution: area of the cross section `[L²]`) of every point.
     ///
     /// # Panics
     /// A point of a body of revolution does not stand beside the axis, r > 0.

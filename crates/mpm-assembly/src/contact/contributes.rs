@@ -1,10 +1,11 @@
 //! What a rigid tool adds to force and tangent, remembers, and tells.
 
 use super::areas::samples_of;
-use super::corners::{At, Contact, Dense, Search};
+use super::corners::{At, Contact, Dense};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::Standing;
 use super::memory::Memory;
+use super::search::Search;
 use super::summary::Summary;
 use super::tool_contact::{RigidTool, ToolContact};
 use crate::body::{Body, Space};

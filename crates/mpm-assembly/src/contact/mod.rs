@@ -11,6 +11,7 @@ mod corners;
 mod fields;
 mod loaded;
 mod memory;
+mod search;
 mod summary;
 mod told;
 mod tool_contact;

@@ -99,7 +99,7 @@ fn screw(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
             fixed(last(&history, "screw", "area", 0), 4),
         ]);
         let errors: [f64; 2] = std::array::from_fn(|k| of[k] / exact[k] - 1.0);
-        let tolerance = 0.3 / f64::from(*factor).powf(1.4);
+        let tolerance = 0.08 / f64::from(*factor);
         let what = format!("screw, cells of 1/{width}: torque and vertical force along the thread, relative");
         let told = format!("{} and {}", fixed(errors[0], 4), fixed(errors[1], 4));
         findings.checks.push(Check::new(what, largest(errors.map(f64::abs)), tolerance).remark(told));
@@ -110,7 +110,7 @@ fn screw(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
         let limit = fine[0] - (middle[0] - fine[0]) / (2_f64.powf(ORDER) - 1.0);
         let what = "screw: torque extrapolated to no width of cells, relative";
         let told = format!("{}, order of the last two {}", fixed(limit, 4), fixed(order, 2));
-        findings.checks.push(Check::new(what, limit.abs(), 2e-2).remark(told));
+        findings.checks.push(Check::new(what, limit.abs(), 5e-3).remark(told));
     }
     findings.tables.push(table);
     Ok(())

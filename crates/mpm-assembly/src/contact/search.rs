@@ -1,0 +1,202 @@
+//! The search for corners that a tool may touch in a load step.
+
+use super::areas::{Member, sampling, shares};
+use super::corners::{NearCorner, travel};
+use super::memory::{Key, Memory, Sought};
+use crate::body::{Body, PointExtent, Space};
+use crate::contribution::{Refused, StepStart};
+use mpm_basis::Corner;
+use mpm_basis::parallel::each_point;
+use mpm_contact::{Bounds, CornerLaw, CornerState, Interface, Near, Pose, Sample, Tool};
+use mpm_grid::{Mesh, Position, Vector};
+use std::f64::consts::TAU;
+
+/// Widths of a domain, beyond what the tool moves, within which corners are looked for.
+const MARGIN: f64 = 2.0;
+
+/// Part of a domain's extent across the surface within which its corners belong to the interface: corners of a second row
+/// of domains are just out.
+const MEMBERS: f64 = 0.9;
+
+/// What a search for corners knows.
+pub(super) struct Search<'a, const D: usize> {
+    pub tool: &'a Tool<D>,
+    pub interface: &'a Interface,
+    pub memory: &'a Memory<D>,
+    /// Space of the bodies.
+    pub space: Space,
+    /// Poses at the start and at the end of the step.
+    pub start: Pose<D>,
+    pub end: Pose<D>,
+}
+
+/// A corner that was found, and the place of the surface next to it if it belongs to the interface.
+type Found<const D: usize> = (NearCorner<D>, Option<Member<D>>);
+
+impl<const D: usize> Search<'_, D> {
+    /// All corners of the bodies that `meets` names by their number, in the order of points, parts and corners.
+    ///
+    /// # Errors
+    /// A point stands inside the tool at the start of the run.
+    pub fn corners(
+        &self,
+        step: &StepStart<'_, D>,
+        meets: &dyn Fn(usize) -> bool,
+        samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
+    ) -> Result<Vec<NearCorner<D>>, Refused> {
+        let mut found: Vec<Found<D>> = Vec::new();
+        for (index, at_start) in step.bodies.iter().enumerate().filter(|(index, _)| meets(*index)) {
+            let body = at_start.body;
+            let young = body.young();
+            let of_points =
+                each_point(body.n_points(), &|point| self.of_point(step, (index, body), young, point));
+            for of_point in of_points {
+                found.extend(
+                    of_point
+                        .map_err(|reason| Refused::here(format!("in body `{}` {reason}", at_start.name)))?,
+                );
+            }
+        }
+        self.share_surface(&mut found, step.mesh, samples);
+        Ok(found.into_iter().map(|(corner, _)| corner).collect())
+    }
+
+    /// Corners of one point.
+    fn of_point(
+        &self,
+        step: &StepStart<'_, D>,
+        (index, body): (usize, &dyn Body<D>),
+        young: f64,
+        point: usize,
+    ) -> Result<Vec<Found<D>>, String> {
+        let PointExtent { position, width, radius } = body.extent(point);
+        let adhesion = self.adhesion(body, point);
+        let moved = travel(&position, [&self.start, &self.end], self.space).norm();
+        let (mut corners, mut near, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        for part in 0..self.tool.n_parts() {
+            near.clear();
+            self.tool.near(part, &self.start, &position, radius + moved + MARGIN * width, &mut near);
+            let Some(nearest) = near.first() else { continue };
+            if !self.memory.has_begun && nearest.distance < 0.0 {
+                return Err(format!(
+                    "material point {point} at {} stands inside it at the start",
+                    Position(&position)
+                ));
+            }
+            if corners.is_empty() {
+                body.corners(step.mesh, point, &mut corners).map_err(|it| it.to_string())?;
+            }
+            for (number, corner) in corners.iter().enumerate() {
+                let key =
+                    Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
+                let dimensions = self.space.coordinates::<D>() as u8;
+                let mut law = CornerLaw::new(self.interface, young, width, dimensions, 0.0);
+                if body.space().is_axisymmetric() {
+                    // By the corner's part of the ring: then a flat tool presses a uniform stress evenly.
+                    law.stiffness *= TAU * position[0] * corners.len() as f64 * corner.share;
+                }
+                let mut made = NearCorner {
+                    key,
+                    position: corner.position,
+                    left: corner.position,
+                    // A node that is not active carries next to nothing.
+                    carriers: corner
+                        .weights()
+                        .filter_map(|(node, weight)| Some((step.active.number(node)? as u32, weight)))
+                        .collect(),
+                    area: 0.0,
+                    adhesion,
+                    law,
+                    states: Vec::new(),
+                    arc: self.space.turns::<D>().then(|| corner.position[0].abs()),
+                    reach: moved + (1.0 + MARGIN) * (width + radius),
+                    clearance: moved + (1.0 + MARGIN) * (width + radius),
+                };
+                let member = self.take_up(&mut made, corner, &corners, &mut near);
+                found.push((made, member));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Shear strength of the interface at a point: by its own strength at the start of the step, so that the tangent is
+    /// exact without the law's. A body whose law has none does not stick.
+    fn adhesion(&self, body: &dyn Body<D>, point: usize) -> f64 {
+        let Interface { adhesion, adhesion_factor, .. } = *self.interface;
+        if adhesion_factor == 0.0 {
+            return adhesion;
+        }
+        adhesion + adhesion_factor * body.undrained_strength(point).unwrap_or(0.0)
+    }
+
+    /// Gives a corner what it remembers; its foot on the surface, if it belongs to the interface.
+    fn take_up(
+        &self,
+        made: &mut NearCorner<D>,
+        corner: &Corner<D>,
+        corners: &[Corner<D>],
+        near: &mut Vec<Near<D>>,
+    ) -> Option<Member<D>> {
+        near.clear();
+        self.tool.near(made.key.part as usize, &self.start, &corner.position, made.reach, near);
+        let nearest = *near.first()?;
+        made.clearance = nearest.distance;
+        let (width, n) = (made.law.width, nearest.normal);
+        let across = corners.iter().map(|it| it.position.dot(&n));
+        let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < MEMBERS * (high - low);
+        if self.memory.has_begun {
+            let (key, position, distance) = (made.key, corner.position, nearest.distance);
+            let recalled = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });
+            (made.states, made.left) = (recalled.states, recalled.left);
+        } else if is_member && !self.interface.separates {
+            made.states = vec![CornerState::held(&self.start, &corner.position, &nearest)];
+        } else {
+            let inside = near.iter().filter(|near| near.distance < 0.0);
+            made.states =
+                inside.map(|near| CornerState::at_rest(&self.start, &corner.position, near)).collect();
+        }
+        let recall = |x: &Vector<D>| {
+            let mut place = self.start.recall(x);
+            if self.space.turns::<D>() {
+                // The surface is the same at any angle, and its samples stand at 0.
+                place[D - 1] = 0.0;
+            }
+            place
+        };
+        is_member.then(|| {
+            let foot = recall(&(corner.position - n * nearest.distance));
+            let corners = corners.iter().map(|corner| recall(&corner.position));
+            Member::new(foot, &self.start.turn_back(&n), width, corners)
+        })
+    }
+
+    /// Shares the tool's surface among the corners that belong to the interface. What lies outside the mesh is no part of it:
+    /// the mesh of a half or a quarter ends at its planes of symmetry, and so do the bodies.
+    fn share_surface(
+        &self,
+        found: &mut [Found<D>],
+        mesh: &Mesh<D>,
+        samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
+    ) {
+        let members = found.iter().filter_map(|(_, member)| member.as_ref());
+        let Some((spacing, within)) = sampling(members) else { return };
+        let mut samples = samples(spacing, &within);
+        if self.space.is_axisymmetric() {
+            // Whole rings; the tool's section is on both sides of the axis.
+            let all = samples.iter_mut().flatten();
+            all.for_each(|sample| sample.area *= TAU * sample.position[0].max(0.0));
+        }
+        for (part, samples) in samples.iter_mut().enumerate() {
+            samples.retain(|sample| mesh.locate(&self.start.place(&sample.position), 0.0).is_ok());
+            let of_part = |it: &Found<D>| it.1.filter(|_| it.0.key.part as usize == part);
+            let (places, members): (Vec<usize>, Vec<Member<D>>) =
+                found.iter().enumerate().filter_map(|(k, it)| Some((k, of_part(it)?))).unzip();
+            for (place, area) in places.into_iter().zip(shares(&members, samples)) {
+                let corner = &mut found[place].0;
+                corner.area = area;
+                corner.law.adhesion = corner.adhesion * area;
+            }
+        }
+    }
+}
