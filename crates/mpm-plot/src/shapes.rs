@@ -156,9 +156,9 @@ impl Shapes {
         }
         // Of the parts that have an outline.
         let told = self.patches.iter().filter(|patch| !patch.value.is_nan());
-        let (area, count) =
-            told.fold((0.0, 0.0), |(area, count), patch| (area + extent(&patch.corners), count + 1.0));
-        let mean_area = area / (f64::max(count, 1.0) * scale * scale);
+        let (sum, count) =
+            told.fold((0.0, 0.0), |(sum, count), patch| (sum + extent(&patch.corners), count + 1.0));
+        let mean_area = sum / (f64::max(count, 1.0) * scale * scale);
         let outlined = mean_area >= OUTLINED * OUTLINED;
         for Patch { corners, value, light } in &self.patches {
             let corners = clipped(corners, self.range);
