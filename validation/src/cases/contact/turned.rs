@@ -50,7 +50,6 @@ fn cylinder(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
 
 fn pile(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
     let mut table = Table::new("Force on the pile over π D L α:", &["cells", "force"]);
-    let mut found = Vec::new();
     for (cells, tolerance) in extent.pick(&[(8, 0.08)][..], &[(8, 0.08), (12, 0.05)]) {
         let Scene::Solid(mut scene) = load_own("contact/pulled_pile")? else {
             return Err("expected a scene in space".into());
@@ -74,15 +73,6 @@ fn pile(extent: Extent, findings: &mut Findings) -> Result<(), Broken> {
         let what = format!("pile, cells of 1/{}: force against π D L α, relative", cells * 5 / 4);
         findings.checks.push(Check::new(what, (most - 1.0).abs(), *tolerance).remark(fixed(most, 4)));
         table.push([format!("1/{}", cells * 5 / 4), fixed(most, 4)]);
-        found.push((1.0 / f64::from(*cells), most));
-    }
-    if let [(wide, coarse), (narrow, fine)] = found[..] {
-        let limit = fine - narrow * (coarse - fine) / (wide - narrow);
-        table.push(["extrapolated".into(), fixed(limit, 4)]);
-        findings.checks.push(
-            Check::new("pile: force extrapolated to no width of cells, relative", (limit - 1.0).abs(), 2e-2)
-                .remark(fixed(limit, 4)),
-        );
     }
     findings.tables.push(table);
     Ok(())
