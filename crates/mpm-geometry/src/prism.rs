@@ -165,6 +165,18 @@ impl Prism {
         Triangles::weld(&facets)
     }
 
+    /// Whether it and another one along the same axis share more than what rounding can make them share.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let (from, to) = (self.ends.0.max(other.ends.0), self.ends.1.min(other.ends.1));
+        let long = (self.ends.1 - self.ends.0).min(other.ends.1 - other.ends.0);
+        if self.axis != other.axis || to - from <= 1e-9 * long {
+            return false;
+        }
+        let (own, others) = (self.triangulated(), other.triangulated());
+        let common: f64 = own.iter().flat_map(|a| others.iter().map(move |b| area_of_common(a, b))).sum();
+        common > 1e-9 * self.area().min(other.area())
+    }
+
     /// How much of it lies in a box `[L³]`.
     pub fn volume_in(&self, from: &[f64; 3], to: &[f64; 3]) -> f64 {
         crate::moments::volume_in(&self.surface(), from, to)
@@ -180,6 +192,31 @@ fn area(ring: &[[f64; 2]]) -> f64 {
         (a[0] - from[0]) * (b[1] - from[1]) - (a[1] - from[1]) * (b[0] - from[0])
     };
     0.5 * pairs.map(cross).sum::<f64>()
+}
+
+/// Area that two triangles share, both against the clock (Sutherland & Hodgman 1974) `[L²]`.
+fn area_of_common(one: &[[f64; 2]; 3], other: &[[f64; 2]; 3]) -> f64 {
+    let mut left = one.to_vec();
+    for k in 0..3 {
+        let (a, b) = (other[k], other[(k + 1) % 3]);
+        let inside = |x: &[f64; 2]| (b[0] - a[0]) * (x[1] - a[1]) - (b[1] - a[1]) * (x[0] - a[0]);
+        let mut kept = Vec::with_capacity(left.len() + 1);
+        for (p, q) in left.iter().zip(left.iter().cycle().skip(1)) {
+            let (of_p, of_q) = (inside(p), inside(q));
+            if of_p >= 0.0 {
+                kept.push(*p);
+            }
+            if (of_p < 0.0) != (of_q < 0.0) {
+                let part = of_p / (of_p - of_q);
+                kept.push([p[0] + part * (q[0] - p[0]), p[1] + part * (q[1] - p[1])]);
+            }
+        }
+        left = kept;
+        if left.is_empty() {
+            return 0.0;
+        }
+    }
+    area(&left)
 }
 
 /// On which side of an edge a point lies; the sign is exact.
@@ -287,6 +324,26 @@ mod tests {
         // The first moment, too: its centre is a third of the way from the right angle.
         let moment: f64 = made.parts.iter().map(|part| part.volume * (part.centre[0] - 0.1)).sum();
         assert!((moment - expected * 1.2).abs() < 1e-12, "{moment}");
+    }
+
+    #[test]
+    fn polygons_that_share_an_edge_do_not_overlap() {
+        let prism = |outline: &[[f64; 2]], ends| Prism::new(outline, &[], 2, ends).unwrap();
+        let [lower, upper, shifted] = [
+            [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]],
+            [[0.0, 0.0], [2.0, 2.0], [0.0, 2.0]],
+            [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]],
+        ];
+        let unit = (0.0, 1.0);
+        assert!(!prism(&lower, unit).overlaps(&prism(&upper, unit)));
+        assert!(prism(&lower, unit).overlaps(&prism(&shifted, unit)));
+        assert!(prism(&lower, unit).overlaps(&prism(&lower, unit)), "itself");
+        assert!(!prism(&lower, unit).overlaps(&prism(&lower, (1.0, 2.0))), "one on the other");
+        // In the hole of another one.
+        let (outline, holes) = angle();
+        let frame = Prism::new(&outline, &holes, 2, unit).unwrap();
+        assert!(!frame.overlaps(&prism(&holes[0], unit)));
+        assert!(frame.overlaps(&prism(&[[0.2, 0.2], [0.75, 0.25], [0.75, 0.75]], unit)));
     }
 
     #[test]

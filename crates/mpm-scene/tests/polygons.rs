@@ -138,3 +138,15 @@ fn what_is_no_polygon_is_refused() {
         assert!(said.contains(part), "{shape}: {said}");
     }
 }
+
+#[test]
+fn polygons_that_overlap_are_refused() {
+    let both = |second: &str| {
+        let first = "Polygon(vertices: [(0, 0), (2, 0), (2, 2)]), points_per_cell: 2),
+            (name: \"other\", material: \"clay\", shape: ";
+        compile(&Scene::from_ron(&scene("PlaneStrain", "Gimp", &format!("{first}{second}"))).unwrap())
+    };
+    assert!(both("Polygon(vertices: [(0, 0), (2, 2), (0, 2)])").is_ok(), "they share an edge");
+    let error = both("Polygon(vertices: [(0, 0), (2, 0), (0, 2)])").err().expect("refused").to_string();
+    assert!(error.contains("body `other` overlaps body `body`"), "{error}");
+}

@@ -29,8 +29,8 @@ enum Cover<'a, const D: usize> {
 /// A body with its shape.
 type Placed<'a, const D: usize> = (&'a BodyInput<D>, &'a WithSurface<'a, D>);
 
-/// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces and polygons beside others than
-/// boxes, round bodies whose axes differ, and spheres beside them are left to the user.
+/// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces beside others than
+/// boxes, polygons beside round bodies, round bodies whose axes differ, and spheres beside them are left to the user.
 pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Placed<'_, D>) -> bool {
     let (Some(first), Some(second)) = (Cover::of(of_a), Cover::of(of_b)) else { return false };
     match (&first, &second) {
@@ -55,6 +55,7 @@ pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Place
             let apart = (0..D).map(|d| (centre[d] - other[d]).powi(2)).sum::<f64>().sqrt();
             apart < (radius + others) * (1.0 - 1e-9)
         }
+        (Cover::Prism(one), Cover::Prism(other)) => one.overlaps(other),
         _ => false,
     }
 }
