@@ -154,12 +154,7 @@ impl Shapes {
                 .draw()
                 .map_err(PlotError::draw)?;
         }
-        // Of the parts that have an outline.
-        let told = self.patches.iter().filter(|patch| !patch.value.is_nan());
-        let (sum, count) =
-            told.fold((0.0, 0.0), |(sum, count), patch| (sum + extent(&patch.corners), count + 1.0));
-        let mean_area = sum / (f64::max(count, 1.0) * scale * scale);
-        let outlined = mean_area >= OUTLINED * OUTLINED;
+        let outlined = self.mean_area() >= (OUTLINED * scale).powi(2);
         for Patch { corners, value, light } in &self.patches {
             let corners = clipped(corners, self.range);
             if corners.is_empty() {
@@ -192,6 +187,14 @@ impl Shapes {
             chart.draw_series([Polygon::new(polygon, colour.filled())]).map_err(PlotError::draw)?;
         }
         self.draw_triad(area, text)
+    }
+
+    /// Mean area of the parts that have a value.
+    fn mean_area(&self) -> f64 {
+        let told = self.patches.iter().filter(|patch| !patch.value.is_nan());
+        let (sum, count) =
+            told.fold((0.0, 0.0), |(sum, count), patch| (sum + extent(&patch.corners), count + 1.0));
+        sum / f64::max(count, 1.0)
     }
 
     fn draw_triad<DB>(&self, area: &DrawingArea<DB, Shift>, text: u32) -> Result<(), PlotError>
