@@ -168,11 +168,15 @@ fn shells_and_manuals_know_every_command() {
     let folder = tempfile::tempdir().unwrap();
     for shell in ["bash", "zsh", "fish"] {
         let script = says(folder.path(), &["completions", shell]);
-        for command in ["run", "plot", "sweep", "inspect", "export"] {
+        // Names of templates and of fields are offered, too.
+        for command in ["run", "plot", "sweep", "inspect", "export", "corner_stretch_kite", "cauchy_stress"] {
             assert!(script.contains(command), "{shell}: {command}");
         }
     }
     assert!(says(folder.path(), &["man"]).contains(".TH mpm 1"));
+    for section in ["Examples:", "Exit status:", "Files:"] {
+        assert!(says(folder.path(), &["man"]).contains(section), "{section}");
+    }
     assert!(says(folder.path(), &["man", "-o", "."]).is_empty());
     assert!(std::fs::read_to_string(folder.path().join("mpm-sweep.1")).unwrap().contains("jobs"));
     assert!(complains(folder.path(), &["man", "-o", "none"]).contains("cannot write manual pages to none"));

@@ -13,7 +13,7 @@ import implicit_mpm as mpm
 HERE = pathlib.Path(__file__).resolve().parents[1]
 
 
-@pytest.mark.parametrize("module", ["", "._errors", "._ron", "._scene", "._run", "._results", "._foreign", ".language"])
+@pytest.mark.parametrize("module", ["", "._errors", "._ron", "._scene", "._run", "._results", "._foreign", "._mesh", ".language"])
 def test_docstrings_are_true(module, scenes, monkeypatch):
     monkeypatch.chdir(scenes.parent)
     module = importlib.import_module("implicit_mpm" + module)

@@ -1,13 +1,15 @@
 //! How a body is looked at.
 
+use crate::offered::Offered;
 use clap::{Args, ValueEnum};
 use mpm_pictures::{BodyView, View, plane};
+use mpm_solver::observe::Field;
 
 #[derive(Args)]
 pub struct BodyArguments {
     /// Field that colours the body, with a component where it has several: `displacement.x`, `cauchy_stress.xy`, or
     /// `.norm`, `.mean`, `.deviator` [default: the most telling one of the file].
-    #[arg(long, value_name = "FIELD")]
+    #[arg(long, value_name = "FIELD", value_parser = Offered(fields), hide_possible_values = true)]
     pub field: Option<String>,
     /// Recorded step, numbered from 0 [default: the last].
     #[arg(long, value_name = "N")]
@@ -46,6 +48,11 @@ pub enum From {
     Y,
     /// Along z, from above.
     Z,
+}
+
+/// Fields that any points have.
+fn fields() -> Vec<&'static str> {
+    Field::OF_POINTS.iter().map(|field| field.name()).collect()
 }
 
 impl BodyArguments {

@@ -27,6 +27,7 @@
 
 from ._errors import InputError, MissingPackage, MpmError, RunError
 from ._foreign import Law, tangent_error
+from ._mesh import points_of_mesh
 from ._native import Picture, Run, Step, __version__
 from ._results import Results, open, plot
 from ._run import drive, resume, run
@@ -48,6 +49,7 @@ __all__ = [
     "drive",
     "open",
     "plot",
+    "points_of_mesh",
     "resume",
     "run",
     "tangent_error",
