@@ -160,3 +160,23 @@ fn links_lead_somewhere() {
         }
     }
 }
+
+/// The book for browsers has every page of the guide, the reference, and the pictures; mdBook itself is not run.
+#[test]
+fn the_book_is_put_together() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let python = std::env::var("MPM_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/book.py");
+    let mut book = Command::new(&python);
+    book.arg(script).arg(folder.path().join("book"));
+    succeeds(&python, book.output().expect("the interpreter starts; MPM_PYTHON names it"));
+    let source = folder.path().join("book/src");
+    let summary = std::fs::read_to_string(source.join("SUMMARY.md")).expect("a summary");
+    let pages: Vec<&str> = summary.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+    assert!(pages.len() > 30 && pages.contains(&"reference.md"), "{pages:?}");
+    for page in pages {
+        let text = std::fs::read_to_string(source.join(page)).expect(page);
+        assert!(!text.contains("](../../../") && !text.contains("](../../pictures"), "{page}");
+    }
+    assert!(source.join("pictures/plough.png").exists());
+}
