@@ -2,8 +2,8 @@
 
 use crate::Broken;
 use mpm_scene::language::{
-    AxisInput, ControlInput, CornerWeightsInput, Count, DomainsInput, MeshInput, PlaneBasis, Positive, Scene,
-    SceneIn, TrianglesInput,
+    AxisInput, ControlInput, CornerWeightsInput, Count, DomainsInput, FunctionsInput, MeshInput, PlaneBasis,
+    Positive, Scene, SceneIn, TrianglesInput,
 };
 
 /// A scene in plane strain.
@@ -18,10 +18,16 @@ pub struct Method {
     pub basis: PlaneBasis,
     /// How its triangles lie, if it has any.
     pub triangles: Option<TrianglesInput>,
+    /// Degree of the mesh's functions: 1 are linear ones, 2 and 3 splines.
+    pub degree: u32,
 }
 
 const fn method(name: &'static str, basis: PlaneBasis, triangles: Option<TrianglesInput>) -> Method {
-    Method { name, basis, triangles }
+    Method { name, basis, triangles, degree: 1 }
+}
+
+const fn on_splines(name: &'static str, basis: PlaneBasis) -> Method {
+    Method { name, basis, triangles: None, degree: 2 }
 }
 
 /// Standard MPM.
@@ -42,7 +48,12 @@ pub const CROSS: Method = method("CPDI2t cross", PlaneBasis::Cpdi2t, Some(Triang
 /// All but GIMP, which needs rectilinear meshes.
 pub const GENERAL: [Method; 6] = [SMPM, CPDI1, CPDI2Q, SLASH, BACKSLASH, CROSS];
 
-/// All of the plane.
+/// Parallelograms on splines of degree 2.
+pub const CPDI1_ON_SPLINES: Method = on_splines("CPDI1, splines", PlaneBasis::Cpdi1);
+/// Quadrilaterals on splines of degree 2.
+pub const CPDI2Q_ON_SPLINES: Method = on_splines("CPDI2q, splines", PlaneBasis::Cpdi2q);
+
+/// All of the plane, on linear functions.
 pub const ALL: [Method; 7] = [SMPM, GIMP, CPDI1, CPDI2Q, SLASH, BACKSLASH, CROSS];
 
 impl Method {
@@ -50,6 +61,10 @@ impl Method {
     pub fn of(&self, mut scene: PlaneScene) -> PlaneScene {
         scene.basis = self.basis;
         scene.domains = DomainsInput { triangles: self.triangles, ..DomainsInput::default() };
+        if self.degree > 1 {
+            let (MeshInput::Box { functions, .. } | MeshInput::Ring { functions, .. }) = &mut scene.mesh;
+            *functions = FunctionsInput::Splines { degree: Count(self.degree) };
+        }
         scene
     }
 }
