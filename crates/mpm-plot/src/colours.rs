@@ -3,7 +3,7 @@
 use plotters::style::RGBColor;
 
 /// Colours of curves, by number (Okabe & Ito, distinct for all kinds of eyes).
-pub(crate) const CURVES: [RGBColor; 8] = [
+pub(crate) const CURVES: [RGBColor; 9] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -12,6 +12,7 @@ pub(crate) const CURVES: [RGBColor; 8] = [
     RGBColor(150, 150, 0),
     RGBColor(86, 180, 233),
     RGBColor(130, 130, 130),
+    RGBColor(230, 159, 0),
 ];
 
 /// From pale blue over yellow to red: for shapes that matter more than their values.
