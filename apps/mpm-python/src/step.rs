@@ -64,8 +64,8 @@ impl Step {
                 Numbers::Field(field) => format!("field `{}`", field.name()),
             };
             let reason = format!(
-                "the run has gone on from load step {step}: ask for its {what} before the next load step, or read them from \
-                 the results file"
+                "the run has gone on from load step {step}: ask for its {what} before the next load step, within the loop, \
+                 or read them from the results file"
             );
             return Err(Failure::input(reason).raise(py));
         };

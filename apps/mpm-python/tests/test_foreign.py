@@ -151,3 +151,11 @@ def test_loads_that_are_wrong_are_refused(scenes):
     stress_only = mpm.Scene(scenes / "column.ron").with_values({"output.fields": "[CauchyStress]"})
     with pytest.raises(mpm.InputError, match="needs `Displacement` among `output.fields`"):
         mpm.run(stress_only, loads={"column": lambda rest, fraction: (0.0, 0.0)})
+
+
+def test_a_law_needs_elastic_constants():
+    class Bare(mpm.Law):
+        young = 1.0
+
+    with pytest.raises(mpm.InputError, match="Bare for body `block` lacks `poisson`"):
+        mpm.run(block("Hencky(young: 1, poisson: 0)"), laws={"block": Bare()})

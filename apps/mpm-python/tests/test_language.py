@@ -67,3 +67,9 @@ def test_wrong_words_and_fields_are_refused():
         language.Uniform(from_=0, to=1)
     with pytest.raises(mpm.InputError, match="takes its fields by their names"):
         language.Body("block")
+
+
+def test_all_words_can_be_imported():
+    names = {}
+    exec("from implicit_mpm.language import *", names)
+    assert names["Box"] is language.Box and names["Gimp"] == "Gimp" and "re" not in names

@@ -155,3 +155,23 @@ def test_wrong_tables_are_refused(scenes):
     assert "column `y` has 1 rows, `volume` 2" in told({"x": [0.5, 1], "y": [0.5], "volume": [1, 1]})
     assert "column `x`: expected numbers" in told({"x": ["a"], "y": [0.5], "volume": [1]})
     assert "column `x` has the shape [1, 1], expected a list" in told({"x": [[0.5]], "y": [0.5], "volume": [1]})
+
+
+def test_values_may_be_dicts_and_lists(scenes):
+    from implicit_mpm import language
+
+    plough = mpm.Scene(scenes / "plough.ron")
+    changed = plough.with_values(
+        {
+            "tools[0].interface": language.Interface(friction=0.2),
+            "output.fields": ["Displacement", "CauchyStress"],
+            "schedule": {"steps": 7},
+            "materials.clay": language.Hencky(young=5.0, poisson=0.3),
+            "mesh.axes[0]": {"Uniform": {"from": -2, "to": 4, "cells": 30}},
+        }
+    ).to_dict()["PlaneStrain"]
+    assert changed["tools"][0]["interface"]["friction"] == 0.2 and changed["schedule"]["steps"] == 7
+    assert changed["output"]["fields"] == ["Displacement", "CauchyStress"]
+    assert changed["materials"]["clay"]["Hencky"]["young"] == 5 and changed["mesh"]["Box"]["axes"][0]["Uniform"]["cells"] == 30
+    with pytest.raises(mpm.InputError, match="unknown field"):
+        plough.with_values({"schedule": {"stepz": 7}})

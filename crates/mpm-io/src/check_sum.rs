@@ -46,7 +46,10 @@ pub(crate) fn check_sum(path: &Path) -> Result<u64, CheckpointError> {
     };
     let expected = format!("{CHECKPOINT} {CHECKPOINT_VERSION}");
     if !found.starts_with(CHECKPOINT.as_bytes()) {
-        return malformed("format", format!("is not {CHECKPOINT:?}: this is no checkpoint"));
+        let reason = format!(
+            "is not {CHECKPOINT:?}: this is no checkpoint; a run writes one beside its results, as in NAME.checkpoint.h5"
+        );
+        return malformed("format", reason);
     }
     if line(&found, 0) != expected {
         return malformed("format", format!("is {:?}, expected {expected:?}", line(&found, 0)));

@@ -94,7 +94,7 @@ fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Resul
         (None, "") => rows.map(norm).collect(),
         (None, _) => {
             let names: Vec<String> = (0..width).map(|c| component_name(results.space(), width, c)).collect();
-            let names = names.join(", ");
+            let names = if width == 1 { "none, it is one number".to_owned() } else { names.join(", ") };
             return Err(PictureError::new(format!(
                 "column `{}` has no component `{component}`; there are {names}",
                 known.name

@@ -146,7 +146,8 @@ impl Curves {
                 },
             );
         }
-        let Some(position) = self.legend.position() else { return Ok(()) };
+        let is_named = self.curves.iter().any(|curve| !curve.name.is_empty());
+        let Some(position) = self.legend.position().filter(|_| is_named) else { return Ok(()) };
         chart
             .configure_series_labels()
             .position(position)

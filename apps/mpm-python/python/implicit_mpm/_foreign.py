@@ -81,6 +81,9 @@ def laws(given: Mapping[str, Law] | None) -> list[tuple[str, dict[str, Any]]]:
 def _law(body: str, law: Law) -> dict[str, Any]:
     if not isinstance(law, Law):
         raise InputError(f"expected a Law for body `{body}`, got {type(law).__name__}")
+    missing = [name for name in ("young", "poisson") if not hasattr(law, name)]
+    if missing:
+        raise InputError(f"{type(law).__name__} for body `{body}` lacks `{'`, `'.join(missing)}`, the elastic constants of the undeformed material")
     return {
         "update": _update(law),
         "energy": lambda strain, history: float(law.energy(np.array(strain), np.array(history))),

@@ -27,6 +27,36 @@ class Language:
         text = self._write(_plain(value, what), self._root, "")
         return text + "\n"
 
+    def text_at(self, path: str, value: Any) -> str:
+        """A value as text for a place in a scene, as in ``tools[0].interface``; of a place that there is not, as it stands."""
+        places = [form for form, _ in self._forms(self._root)]
+        # The space is not part of a path.
+        places = [self._resolved(inside) for form in places for inside in form.get("properties", {}).values()]
+        for name in re.findall(r"[^.\[\]]+", path):
+            places = [place for schema in places for place in self._inside(schema, name)]
+        return self._write(_plain(value, path), {"anyOf": places}, "")
+
+    def _inside(self, schema: dict, name: str) -> list[dict]:
+        """What a part of a value is: a field, also of what stands in the parentheses of a variant, an entry or an element."""
+        found = []
+        for form, is_variant in self._forms(schema):
+            fields = form.get("properties", {})
+            if is_variant:
+                inside = [it for value in fields.values() for it, _ in self._forms(value)]
+            else:
+                inside = [form]
+            for it in inside:
+                of = it.get("properties", {})
+                entries = it.get("additionalProperties")
+                if name in of:
+                    found.append(self._resolved(of[name]))
+                elif name.isdigit() and "array" in it.get("type", ""):
+                    first = it.get("prefixItems", [])
+                    found.append(self._resolved(first[int(name)] if int(name) < len(first) else it.get("items", {})))
+                elif isinstance(entries, dict):
+                    found.append(self._resolved(entries))
+        return found
+
     def _resolved(self, schema: Any) -> dict:
         while isinstance(schema, dict) and "$ref" in schema:
             target = self._root

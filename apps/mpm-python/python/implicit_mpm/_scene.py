@@ -114,7 +114,8 @@ class Scene:
     def with_values(self, values: Mapping[str, Any]) -> Scene:
         """The scene with other values, by their paths: ``scene.with_values({"schedule.steps": 20})``.
 
-        A value is a number, a truth value, or text in the language of scenes, as for ``mpm run --set``.
+        A value is a number, a truth value, text in the language of scenes as for ``mpm run --set``, or a dict or list as in a scene:
+        ``{"tools[0].interface": {"friction": 0.2}}``.
         """
         native = self._native
         for path, value in values.items():
@@ -122,6 +123,8 @@ class Scene:
                 value = "true" if value else "false"
             elif isinstance(value, (np.integer, np.floating)):
                 value = value.item()
+            elif not isinstance(value, (str, int, float)):
+                value = _language().text_at(path, value)
             native = native.with_value(path, value if isinstance(value, str) else repr(value))
         return self._of(native)
 
