@@ -85,6 +85,11 @@ pub trait Contribution<const D: usize>: Send + Sync {
         false
     }
 
+    /// Whether it only pulls at bodies, as a load does, and cannot hold or push them.
+    fn is_load(&self) -> bool {
+        false
+    }
+
     /// Ramps that it follows: load steps end at their knots.
     fn ramps(&self) -> Vec<&Ramp> {
         Vec::new()
