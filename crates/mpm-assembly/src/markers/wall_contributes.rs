@@ -13,9 +13,9 @@ use mpm_grid::{Ramp, Vector, six_digits};
 use mpm_linear::Symmetry;
 
 /// Gap over the length of a cell at which a step is not balanced again, and above which none is accepted, where a wall holds
-/// exactly.
-const CLOSED: f64 = 1e-12;
-const OPEN: f64 = 1e-8;
+/// exactly. In between lie gaps of markers that stand closer than the functions of the mesh can follow them.
+const CLOSED: f64 = 1e-11;
+const OPEN: f64 = 1e-4;
 
 /// How often a step is balanced again at most.
 const ROUNDS: u32 = 30;
@@ -23,7 +23,7 @@ const ROUNDS: u32 = 30;
 /// Roundings of a position.
 const ROUNDINGS: f64 = 4.0;
 
-/// Part of the gap of the round before above which gaps are those of rounding.
+/// Part of the gap of the round before above which more rounds bring little.
 const NO_LESS: f64 = 0.5;
 
 impl<const D: usize> WallContact<D> {
@@ -132,6 +132,18 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
         sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    fn own_round_off(&self, trial: &Trial<'_, D>) -> f64 {
+        let Some(driven) = self.driven(trial) else { return 0.0 };
+        let markers = self.markers.position.iter().zip(self.beta.iter().zip(&self.markers.measure));
+        let mut sizes = vec![0.0; driven.load.free.len()];
+        for (x, (beta, measure)) in markers {
+            let rounded = Vector::repeat(ROUNDINGS * f64::EPSILON * beta * measure * x.norm());
+            let work = driven.work(x, &rounded);
+            sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
+        }
+        sizes.iter().map(|size| size * size).sum::<f64>().sqrt()
     }
 
     fn moves_with_load(&self) -> bool {

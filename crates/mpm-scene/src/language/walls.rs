@@ -16,9 +16,9 @@ pub struct WallInput<const D: usize> {
     pub body: String,
     /// Name of the side that it holds: of a `Box` `left`, `right`, `bottom`, `top`, in space also `front` and `back`; of a
     /// `Ring` or `Tube` `inner`, `outer`, in a sector also `start` and `end`; of a `Cylinder` in the plane `outer`; of a
-    /// `Polygon` in the plane `edge 0`, from its first corner to the second, and so on, and `hole 0`, …. Walls hold
-    /// sides of shapes that are cut into domains along them: of boxes whose ends lie on mesh lines, of rings in ring meshes,
-    /// and of shapes with `tiling: Shape`.
+    /// `Polygon` in the plane `edge 0`, from its first corner to the second, and so on, and `hole 0`, …. A `Cylinder`, a `Tube`
+    /// or a `Polygon` that is cut by the cells of a mesh has no domains along its sides: these carry loads, and no wall holds
+    /// them.
     pub side: String,
     /// What of the side it holds.
     #[serde(default)]
@@ -33,7 +33,7 @@ pub struct WallInput<const D: usize> {
     /// `[-]`.
     #[serde(default = "hundred")]
     pub stiffness: Positive,
-    /// Whether steps are balanced again until there is no gap.
+    /// Whether steps are balanced again until gaps are closed, as far as the functions of the mesh can follow the markers.
     #[serde(default)]
     pub exact: bool,
     /// Point of the wall at rest about which its moment is recorded, and that of a load acts; it moves with the wall `[L]`.

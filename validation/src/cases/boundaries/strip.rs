@@ -4,25 +4,24 @@ use super::super::largest;
 use crate::scenes::{changed, run};
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_solver::observe::Field;
-use std::f64::consts::TAU;
 
 pub(in crate::cases) const STRIP: Case = Case {
     name: "rolled cantilever",
-    goal: "A strip is rolled up to a full circle by a moment at its end, and back: no stress is left, and the moment is that of the slender beam.",
-    setup: "A strip of 16 by 0.5, E = 1200, ν = 0, on splines of degree 2, clamped at one end; a frame that is free to move and turn holds the other one and has the moment 2π E I/16, which then falls to nothing. 4 and 8 tiles through the height.",
+    goal: "A strip is rolled up to five sixths of a circle by a moment at its end, and back: no stress is left, and the moment is that of the slender beam.",
+    setup: "A strip of 16 by 0.5, E = 1200, ν = 0, on splines of degree 2, clamped at one end; a frame that is free to move and turn holds the other one and has the moment E I 5π/(3·16), which then falls to nothing. 4 and 8 tiles through the height. (Ends that meet in cells of the mesh would stick to each other: the circle stays open.)",
     reference: "M = E I κ. Strain is the same all over a tile, so that n tiles through the height have I (1 − 1/n²).",
     run: strips,
 };
 
 /// A strip of 16 by 0.5 that a frame rolls up and lets go of again.
 const STRIP_SCENE: &str = r#"PlaneStrain(
-    mesh: Box(axes: [Uniform(from: -3.13, to: 17.12, cells: 81), Uniform(from: -0.88, to: 8.12, cells: 36)], functions: Splines(degree: 2)),
+    mesh: Box(axes: [Uniform(from: -4.63, to: 17.12, cells: 87), Uniform(from: -0.88, to: 12.62, cells: 54)], functions: Splines(degree: 2)),
     basis: Cpdi2q, stabilisation: Ghost(factor: 1e-5), materials: { "steel": Hencky(young: 1200, poisson: 0) },
     bodies: [(name: "strip", material: "steel", shape: Box(from: (0, 0), to: (16, 0.5)), points_per_cell: 2, tiling: Shape)],
     walls: [
         (name: "clamp", body: "strip", side: "left", hold: All),
         (name: "tip", body: "strip", side: "right", hold: All, moment_about: (16, 0.25),
-            motion: Loaded(free: [X, Y, Turn], moment: 4.908738521234052, ramp: [(0, 0), (0.5, 1), (1, 0)])),
+            motion: Loaded(free: [X, Y, Turn], moment: 4.090615434361711, ramp: [(0, 0), (0.5, 1), (1, 0)])),
     ],
     schedule: (steps: 64), output: (fields: [CauchyStress]),
 )"#;
@@ -43,10 +42,10 @@ fn strips(extent: Extent) -> Result<Findings, Broken> {
     for points in extent.pick(&[2][..], &[2, 4]) {
         let [angle, away, stress] = strip(*points)?;
         let n = f64::from(2 * points);
-        let expected = TAU.to_degrees() / (1.0 - 1.0 / (n * n));
+        let expected = 300.0 / (1.0 - 1.0 / (n * n));
         let name = format!("{n} tiles through the height");
         findings.checks.push(
-            Check::new(format!("{name}: angle at the full moment"), (angle / expected - 1.0).abs(), 0.03)
+            Check::new(format!("{name}: angle at the full moment"), (angle / expected - 1.0).abs(), 0.01)
                 .remark(format!("{angle:.1}° for {expected:.1}°")),
         );
         findings.checks.push(Check::new(
