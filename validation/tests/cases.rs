@@ -406,3 +406,23 @@ fn patch_test_on_splines() {
 fn vortex_on_splines() {
     passes("generalised vortex on splines");
 }
+
+#[test]
+fn inclined_column() {
+    passes("inclined column");
+}
+
+#[test]
+fn pressurised_cylinder() {
+    passes("pressurised cylinder");
+}
+
+#[test]
+fn plate_with_a_hole() {
+    passes("plate with a hole");
+}
+
+#[test]
+fn rolled_cantilever() {
+    passes("rolled cantilever");
+}

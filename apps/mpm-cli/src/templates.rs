@@ -32,7 +32,7 @@ macro_rules! shipped {
 const SHIPPED: &[(&str, &str)] = &shipped!(
     "simple_stretch" "simple_stretch_rollers" "corner_stretch_kite" "corner_stretch_rectilinear" "doughnut"
     "doughnut_elastic" "doughnut_limit" "doughnut_carried" "column" "column_splines" "slope" "circular_footing" "cantilever" "collapse" "collapse_fine" "footing" "footing_stages" "vortex"
-    "plough" "screw_pile" "path_arch" "path_doughnut" "column_solid" "cantilever_solid" "collapse_solid" "tube_twist" "cylinder" "tube_pulled"
+    "plough" "screw_pile" "path_arch" "path_doughnut" "column_solid" "cantilever_solid" "collapse_solid" "tube_twist" "cylinder" "tube_pulled" "cylinder_pressure" "inclined_column"
 );
 
 /// Name and text of every template.

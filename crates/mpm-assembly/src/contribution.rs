@@ -80,8 +80,19 @@ pub trait Contribution<const D: usize>: Send + Sync {
         1.0
     }
 
+    /// The residual of its own unknowns that rounding alone can cause, a norm in their units.
+    fn own_round_off(&self, trial: &Trial<'_, D>) -> f64 {
+        let _ = trial;
+        0.0
+    }
+
     /// Whether its force depends on the load fraction besides the displacement, as where a wall or a tool moves.
     fn moves_with_load(&self) -> bool {
+        false
+    }
+
+    /// Whether it only pulls at bodies, as a load does, and cannot hold or push them.
+    fn is_load(&self) -> bool {
         false
     }
 

@@ -21,6 +21,7 @@ pub mod contact;
 mod contribution;
 mod differences;
 mod ghost;
+mod markers;
 mod unknowns;
 
 pub use body::{
@@ -37,6 +38,7 @@ pub use contribution::{
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};
+pub use markers::{BodySide, Hold, MarkerForce, MarkerLoad, Wall, WallContact};
 pub use unknowns::{
     Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,
 };

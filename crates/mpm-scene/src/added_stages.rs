@@ -144,7 +144,8 @@ fn active<const D: usize>(load: &LoadInput<D>) -> &ActiveInput {
     let (LoadInput::BodyForce { active, .. }
     | LoadInput::Vortex { active, .. }
     | LoadInput::PointForce { active, .. }
-    | LoadInput::Traction { active, .. }) = load;
+    | LoadInput::Traction { active, .. }
+    | LoadInput::Pressure { active, .. }) = load;
     active
 }
 
@@ -152,14 +153,16 @@ fn parts<const D: usize>(load: &mut LoadInput<D>) -> (&mut RampInput, &mut Activ
     let (LoadInput::BodyForce { ramp, active, .. }
     | LoadInput::Vortex { ramp, active, .. }
     | LoadInput::PointForce { ramp, active, .. }
-    | LoadInput::Traction { ramp, active, .. }) = load;
+    | LoadInput::Traction { ramp, active, .. }
+    | LoadInput::Pressure { ramp, active, .. }) = load;
     (ramp, active)
 }
 
 /// When the loads act that points carry.
 fn point_loads<const D: usize>(loads: &[LoadInput<D>]) -> impl Iterator<Item = &ActiveInput> {
-    let on_points =
-        |load: &&LoadInput<D>| matches!(load, LoadInput::PointForce { .. } | LoadInput::Traction { .. });
+    let on_points = |load: &&LoadInput<D>| {
+        matches!(load, LoadInput::PointForce { .. } | LoadInput::Traction { side: None, .. })
+    };
     loads.iter().filter(on_points).map(active)
 }
 

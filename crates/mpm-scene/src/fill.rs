@@ -1,5 +1,6 @@
 //! Filling a shape with material points.
 
+use crate::boundary::Boundary;
 use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
 use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
@@ -28,6 +29,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub keep_reference_positions: bool,
     /// Parts of the boundary that carry tractions.
     pub faces: Vec<Face<D>>,
+    /// Whether loads or walls name sides of the body.
+    pub needs_sides: bool,
     /// Memory that there is.
     pub memory: MemoryLimit,
     /// What the volume change of a cell is, where points take it.
@@ -40,6 +43,8 @@ pub(crate) struct Plan<'a, const D: usize> {
 pub(crate) struct Filled<const D: usize> {
     pub body: Box<dyn Body<D>>,
     pub faces: Vec<Vec<FaceShare<D>>>,
+    /// The sides of its pieces, where they are needed.
+    pub boundary: Boundary<D>,
     /// The shape's own volume, where it is known `[L^D]`.
     pub shape_volume: Option<f64>,
     /// Mass over volume of all points, where it is known `[M/L^D]`.
@@ -77,7 +82,7 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     (starts, density): (&[PointStart], Option<&Density>),
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, RefusedStart> {
-    let Seeded { seeds, faces, shape_volume } = seeded;
+    let Seeded { seeds, faces, boundary, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
     // Of a body of revolution, the section times the way of its centre.
     let ring = |seed: &SeedOf<D, B>| match plan.space {
@@ -111,7 +116,7 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     if plan.keep_reference_positions {
         body = body.with_reference_positions();
     }
-    Ok(Filled { body: Box::new(body), faces, shape_volume, density: mean })
+    Ok(Filled { body: Box::new(body), faces, boundary, shape_volume, density: mean })
 }
 
 /// A point of a basis at rest.
@@ -121,6 +126,7 @@ pub(crate) type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
 pub(crate) struct Seeded<S, const D: usize> {
     seeds: Vec<S>,
     faces: Vec<Vec<FaceShare<D>>>,
+    boundary: Boundary<D>,
     shape_volume: Option<f64>,
 }
 
@@ -140,7 +146,7 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
     let bytes_per_point = bytes_of_point::<D, B>(history);
     basis.suits(plan.start)?;
     let mut seeds = Vec::new();
-    let mut faces = vec![Vec::new(); plan.faces.len()];
+    let (mut faces, mut boundary) = (vec![Vec::new(); plan.faces.len()], Boundary::default());
     let made = made_parts(basis, plan)?;
     let pieces = match &made {
         Some(parts) => parts.parts.len() as f64,
@@ -181,6 +187,9 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
             }
             let first = seeds.len();
             basis.seed(piece, &mut |seed| seeds.push(seed));
+            if plan.needs_sides {
+                boundary.add(piece, outer);
+            }
             for (face, shares) in plan.faces.iter().zip(&mut faces) {
                 if let Some((area, centre)) = area_on(face, piece, outer) {
                     shares.extend(face_share(&seeds, first..seeds.len(), area, &centre));
@@ -206,7 +215,7 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         let at = Position(&seed.position);
         return Err(format!("a material point at {at} stands at r ≤ 0, expected beside the axis, r > 0"));
     }
-    Ok(Seeded { seeds, faces, shape_volume: made.and_then(|parts| parts.volume) })
+    Ok(Seeded { seeds, faces, boundary, shape_volume: made.and_then(|parts| parts.volume) })
 }
 
 /// Leaves out the points that stand inside a tool.

@@ -7,6 +7,7 @@
 //! the names that a scene holds into triangles and tables of points.
 
 mod added_stages;
+mod boundary;
 mod check;
 mod compile;
 mod compiled;

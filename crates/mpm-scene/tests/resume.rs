@@ -150,6 +150,34 @@ fn while_tools_press_slide_and_sink() {
     assert!(seen.rows[8].len() > seen.rows[1].len(), "points are split");
 }
 
+/// A turned block between a wall that moves and on which it slides, and a frame with a load, under a pressure and a traction.
+const WALLS: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: -3, to: 5, cells: 13), Uniform(from: -3, to: 5, cells: 13)] FUNCTIONS),
+    basis: BASIS, stabilisation: Ghost(),
+    materials: { "clay": VonMises(young: 1e3, poisson: 0.3, yield_radius: 20) },
+    bodies: [(name: "block", material: "clay", shape: Box(from: (1, 0), to: (3, 2), turned: 30), points_per_cell: 2, tiling: Shape)],
+    walls: [
+        (name: "left", body: "block", side: "left", surface: Plane(through: (1, 0), normal: (0.8660254037844387, 0.5)), EXACT,
+            motion: Move(by: (0.017, 0.01))),
+        (name: "right", body: "block", side: "right", hold: All, moment_about: (2, 1), motion: Loaded(free: [X, Turn], force: (9, 0), moment: 2)),
+    ],
+    loads: [Pressure(body: "block", side: "top", value: 8), Traction(body: "block", side: "top", value: (1, -1))],
+    schedule: (steps: 6), output: (energies: true),
+)"#;
+
+#[test]
+fn while_walls_hold() {
+    for (basis, functions, exact) in [
+        ("Cpdi2q", ", functions: Splines(degree: 2)", "exact: true"),
+        ("Cpdi1", "", "exact: false"),
+        ("Gimp", "", "stiffness: 50"),
+        ("Smpm", "", "exact: false"),
+    ] {
+        let text = WALLS.replace("BASIS", basis).replace("FUNCTIONS", functions).replace("EXACT", exact);
+        goes_on_bit_for_bit(&format!("walls, {basis}"), &text);
+    }
+}
+
 /// Sand that yields: tangents that are not symmetric, in every load step.
 #[test]
 fn while_gmres_solves() {

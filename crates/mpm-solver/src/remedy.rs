@@ -65,7 +65,8 @@ fn least_reached<const D: usize>(model: &Model<D>, connected: &Connected<D>) -> 
 
 /// What can be said of a model before it runs.
 pub(crate) fn advice<const D: usize>(model: &Model<D>) -> Option<String> {
-    let moves = |named: &NamedContribution<D>| named.contribution.moves_with_load();
+    let moves =
+        |named: &NamedContribution<D>| named.contribution.moves_with_load() && !named.contribution.is_load();
     let why = match model.contributions.iter().find(|named| moves(named)) {
         // A mesh that moves with the material keeps the cells filled.
         _ if model.motion == MeshMotion::Fixed => "the mesh is fixed, so that bodies which move far".to_owned(),

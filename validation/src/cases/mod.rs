@@ -2,6 +2,7 @@
 
 mod axisymmetry;
 mod bar;
+mod boundaries;
 mod cantilever;
 mod collapse;
 mod column;
@@ -61,6 +62,10 @@ pub const CASES: &[Case] = &[
     splines::RING,
     splines::PATCH,
     splines::VORTEX,
+    boundaries::COLUMN,
+    boundaries::CYLINDER,
+    boundaries::PLATE,
+    boundaries::STRIP,
     cantilever::CASE,
     collapse::CASE,
     space::CANTILEVER,

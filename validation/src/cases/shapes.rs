@@ -4,7 +4,7 @@ use super::{fixed, largest, scientific, sweep};
 use crate::history::{History, Row};
 use crate::scenes::{Run, compiled, load, run};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_scene::language::{Coordinates, Count, DomainsInput, Scene, ShapeInput, SolidBasis};
+use mpm_scene::language::{Coordinates, Count, DomainsInput, Finite, Scene, ShapeInput, SolidBasis};
 use mpm_solver::observe::Field;
 use std::f64::consts::PI;
 
@@ -125,6 +125,7 @@ fn points(findings: &mut Findings) -> Result<(), Broken> {
         to: Coordinates([1.0, 2.0]),
         without: Vec::new(),
         cutouts: Vec::new(),
+        turned: Finite(0.0),
     };
     scene.bodies[0].points_per_cell = Some(Count(2));
     let [a, b] = [run(&from_table)?.completed()?, run(&Scene::PlaneStrain(scene))?.completed()?];

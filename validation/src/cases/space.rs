@@ -104,8 +104,9 @@ fn cantilever(extent: Extent) -> Result<Findings, Broken> {
     flat.loads = vec![LoadInput::Traction {
         moment: None,
         body: "beam".into(),
-        axis: Direction::X,
-        at: Finite(10.0),
+        axis: Some(Direction::X),
+        at: Some(Finite(10.0)),
+        side: None,
         within: None,
         resultant: Some(Coordinates([0.0, -100e3])),
         value: None,

@@ -49,6 +49,23 @@ pub(super) const SMALL: &[&str] = &[
     schedule: (steps: 1),
 )"#,
     r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: -2, to: 3, cells: 5), Uniform(from: -1, to: 4, cells: 5)]),
+    basis: Cpdi2q, stabilisation: Ghost(), materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
+    bodies: [
+        (name: "b", material: "a", shape: Box(from: (0, 0), to: (1, 2), turned: 30), points_per_cell: 2, tiling: Shape),
+        (name: "p", material: "a", shape: Polygon(vertices: [(1.5, 0), (2.5, 0), (2.5, 1), (1.5, 1)]), points_per_cell: 1, tiling: Shape),
+    ],
+    walls: [
+        (name: "base", body: "b", side: "bottom", surface: Plane(through: (0, 0), normal: (-0.5, 0.8660254037844386)), hold: Normal),
+        (name: "left", body: "b", side: "left", hold: All, stiffness: 50, motion: Move(by: (0.01, 0)), moment_about: (0, 1)),
+        (name: "frame", body: "b", side: "right", hold: All, motion: Loaded(free: [X, Y, Turn], moment: 0.1)),
+        (name: "edge", body: "p", side: "edge 0", hold: All, exact: true),
+        (name: "ball", body: "p", side: "edge 2", surface: Disc(centre: (2, 2.2), radius: 1), hold: Contact),
+    ],
+    loads: [Pressure(body: "b", side: "top", value: 1, ramp: [(0, 0), (1, 1)]), Traction(body: "p", side: "edge 1", resultant: (0.1, 0))],
+    schedule: (steps: 2),
+)"#,
+    r#"PlaneStrain(
     mesh: Ring(radii: Uniform(from: 1, to: 2, cells: 2), sectors: 6, functions: Splines(degree: 3)),
     motion: Rotate(angle: 10), basis: Cpdi1, materials: { "a": Hencky(young: 1e3, poisson: 0.3) },
     bodies: [(name: "b", material: "a", shape: Ring(inner: 1, outer: 2), points_per_cell: 2)],

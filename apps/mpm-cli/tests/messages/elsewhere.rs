@@ -42,6 +42,20 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
         "of scenes to go on with that differ in what no comparison of scenes shows",
     ),
     ("steps/mod.rs", "", "of checkpoints"),
+    ("markers/moving.rs", "", "of checkpoints"),
+    ("markers/carriers.rs", "has a marker outside", "domains leave the mesh before"),
+    (
+        "markers/carriers.rs",
+        "has a marker at",
+        "of bodies whose points stay behind their boundary by more than a cell",
+    ),
+    (
+        "markers/wall.rs",
+        "has a marker that is nowhere",
+        "of trials that are no numbers, which points say before",
+    ),
+    ("markers/wall.rs", "holds no body", "of models that programs make"),
+    ("compile/sides.rs", "no piece of body", "the shapes that have sides have pieces at them"),
     ("solver/src/check.rs", "", "of models that programs make, in `contributions/refusals.rs` of `mpm-solver`"),
     ("elasticity.rs", "", "moduli, ratios and radii are read within their bounds"),
     (

@@ -37,7 +37,7 @@ pub struct ToolLoad<const D: usize> {
 
 impl<const D: usize> ToolLoad<D> {
     /// The increment with these unknowns, and `driven` in the other components.
-    pub(super) fn increment(&self, unknowns: &[f64], driven: &Vector<D>) -> Increment<D> {
+    pub(crate) fn increment(&self, unknowns: &[f64], driven: &Vector<D>) -> Increment<D> {
         let mut increment = Increment { shift: *driven, turn: Vector3::zeros() };
         for (&component, &value) in self.free.iter().zip(unknowns) {
             match Increment::<D>::turn_axis(component) {
@@ -49,7 +49,7 @@ impl<const D: usize> ToolLoad<D> {
     }
 
     /// What the load does in each unknown `[F]` or `[F L]`.
-    pub(super) fn at(&self, end: LoadFraction, increment: &Increment<D>) -> Vec<f64> {
+    pub(crate) fn at(&self, end: LoadFraction, increment: &Increment<D>) -> Vec<f64> {
         let part = self.ramp.value(end);
         let in_component = |&component: &usize| match Increment::<D>::turn_axis(component) {
             None => part * self.force[component],
@@ -61,7 +61,7 @@ impl<const D: usize> ToolLoad<D> {
 
 /// The pose of a tool, and how far it has turned `[rad]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Standing<const D: usize> {
+pub(crate) struct Standing<const D: usize> {
     pub pose: Pose<D>,
     pub angle: f64,
 }
@@ -90,7 +90,7 @@ impl<const D: usize> Standing<D> {
 }
 
 /// A loaded tool under a trial.
-pub(super) struct Driven<'a, const D: usize> {
+pub(crate) struct Driven<'a, const D: usize> {
     pub load: &'a ToolLoad<D>,
     pub increment: Increment<D>,
     pub pose: Pose<D>,
@@ -112,7 +112,7 @@ impl<const D: usize> Driven<'_, D> {
     }
 
     /// Force and stiffness of a corner at `x`, the unknowns of the tool behind those of the nodes.
-    pub fn dense(
+    pub(super) fn dense(
         &self,
         corner: &NearCorner<D>,
         x: &Vector<D>,

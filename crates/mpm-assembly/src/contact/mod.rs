@@ -9,7 +9,7 @@ mod areas;
 mod contributes;
 mod corners;
 mod fields;
-mod loaded;
+pub(crate) mod loaded;
 mod memory;
 mod search;
 mod summary;

@@ -11,6 +11,9 @@ use crate::language::{
 
 use mpm_solver::{Model, ModelError};
 
+/// Why bodies of revolution have no walls and no loads on sides.
+const NO_SIDES: &str = "sides of bodies of revolution have no names, expected a scene in the plane or in space";
+
 type RingScene = SceneIn<2, PlaneBasis>;
 
 /// The scene with its directions R and Z as the first and second one, and its shapes and tools as sections.
@@ -39,6 +42,9 @@ pub fn in_plane(scene: &RingScene) -> Result<RingScene, SceneError> {
     }
     for (k, load) in scene.loads.iter_mut().enumerate() {
         self::load(load, twist, &format!("loads[{k}]"))?;
+    }
+    if !scene.walls.is_empty() {
+        return refuse("walls[0].side", NO_SIDES);
     }
     for (k, tool) in scene.tools.iter_mut().enumerate() {
         self::tool(tool, twist, &format!("tools[{k}]"))?;
@@ -205,8 +211,13 @@ fn load(load: &mut LoadInput<2>, twist: bool, path: &str) -> Result<(), SceneErr
         LoadInput::Vortex { .. } => {
             refuse(path, "a vortex turns the plane (r, z), which no figure of revolution does")
         }
+        LoadInput::Traction { side: Some(_), .. } | LoadInput::Pressure { .. } => {
+            refuse(format!("{path}.side"), NO_SIDES)
+        }
         LoadInput::Traction { axis, resultant, .. } => {
-            turned(axis, &format!("{path}.axis"))?;
+            if let Some(axis) = axis {
+                turned(axis, &format!("{path}.axis"))?;
+            }
             match resultant {
                 Some(resultant) if resultant.0[0] != 0.0 => {
                     let reason =

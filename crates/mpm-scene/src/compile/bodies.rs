@@ -8,6 +8,7 @@ use super::overlap::overlap;
 use super::shapes::{WithSurface, cut_out, shape, solid_part};
 use super::symmetry::{Sides, cut_sides};
 use super::tools::{ToolParts, tool};
+use crate::boundary::Boundary;
 use crate::error::SceneError;
 use crate::files::SceneFiles;
 use crate::fill::{FaceShare, Plan};
@@ -24,13 +25,24 @@ use mpm_solver::NamedBody;
 /// For every body the points next to the faces of its tractions, in the order of the loads.
 type Faces<const D: usize> = Vec<Vec<Vec<FaceShare<D>>>>;
 
-/// The bodies, the points at their faces, and the sides on which they are cut by symmetry.
+/// What is made of the bodies of a scene, each in their order.
+pub(super) struct Bodies<const D: usize> {
+    pub bodies: Vec<NamedBody<D>>,
+    /// The points at their faces.
+    pub faces: Faces<D>,
+    /// The sides of their pieces, of those that need them.
+    pub boundaries: Vec<Boundary<D>>,
+    /// The sides on which they are cut by symmetry.
+    pub cuts: Vec<Sides<D>>,
+}
+
+/// Fills the bodies.
 pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
     (layout, start, space): (&Layout<D>, &Mesh<D>, Space),
     files: &dyn SceneFiles,
     memory: MemoryLimit,
-) -> Result<(Vec<NamedBody<D>>, Faces<D>, Vec<Sides<D>>), SceneError> {
+) -> Result<Bodies<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
         return Err(SceneError::new("bodies", "expected at least one body"));
@@ -38,7 +50,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     check_outline(scene)?;
     let of_tools: Vec<_> = scene.tools.iter().map(|tool| (&tool.name[..], solid_part(tool))).collect();
     let of_tools = tool_shapes(&of_tools, layout, files)?;
-    let (mut bodies, mut all_faces, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
+    let mut made = Bodies { bodies: Vec::new(), faces: Vec::new(), boundaries: Vec::new(), cuts: Vec::new() };
     let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
         let path = format!("bodies[{b}]");
@@ -59,7 +71,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             let way_out = way_out(input, other);
             return Err(refuse(format!("body `{}` overlaps body `{}`{way_out}", input.name, other.name)));
         }
-        cuts.push(cut_sides(input, own, (layout, space), &path)?);
+        made.cuts.push(cut_sides(input, own, (layout, space), &path)?);
         let (law, needs_mass) = law(scene, input, &path)?;
         let (shape, shape_mesh) =
             shape(own, &cut, (layout, mesh), input.tiling, (files, memory)).map_err(refuse)?;
@@ -76,6 +88,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             keep_reference_positions: scene.output.fields.contains(&FieldInput::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
             faces: faces(scene, input)?,
+            needs_sides: super::sides::are_named(scene, &input.name),
             memory,
             mean_dilatation: input.mean_dilatation.map(|mean| match mean {
                 MeanDilatationInput::Points => MeanDilatation::Points,
@@ -92,15 +105,16 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             Refusal::Initial(reason) => SceneError::new(format!("{path}.initial"), reason),
             Refusal::Law(refused) => refused.of(&input.material),
         })?;
-        bodies.push(NamedBody {
+        made.bodies.push(NamedBody {
             name: input.name.clone(),
             body: filled.body,
             shape_volume: filled.shape_volume,
             density: filled.density,
         });
-        all_faces.push(filled.faces);
+        made.faces.push(filled.faces);
+        made.boundaries.push(filled.boundary);
     }
-    Ok((bodies, all_faces, cuts))
+    Ok(made)
 }
 
 /// Refuses outlines of points in space.
@@ -168,13 +182,23 @@ fn law<'a, const D: usize, B>(
 /// The faces of a body that carry tractions, in the order of the loads.
 fn faces<const D: usize, B>(scene: &SceneIn<D, B>, input: &BodyInput<D>) -> Result<Vec<Face<D>>, SceneError> {
     let faces = scene.loads.iter().enumerate().filter_map(|(k, load)| match load {
-        LoadInput::Traction { body, axis, at, within, .. } if *body == input.name => {
-            let axis = component::<D>(*axis, &format!("loads[{k}].axis"));
+        LoadInput::Traction { body, axis, at, side: None, within, .. } if *body == input.name => {
+            let path = format!("loads[{k}]");
+            let (Some(axis), Some(at)) = (axis, at) else {
+                let reason = "expected `axis` and `at`, the plane on which it acts, or `side`";
+                return Some(Err(SceneError::new(path, reason)));
+            };
+            let axis = component::<D>(*axis, &format!("{path}.axis"));
             Some(axis.map(|axis| Face {
                 axis,
                 at: at.0,
                 within: within.as_ref().map(|bounds| (bounds.from.0, bounds.to.0)),
             }))
+        }
+        LoadInput::Traction { body, axis, at, side: Some(_), within, .. } if *body == input.name => {
+            let beside = axis.is_some() || at.is_some() || within.is_some();
+            let reason = "stands beside `axis`, `at` or `within`, expected the side or the plane";
+            beside.then(|| Err(SceneError::new(format!("loads[{k}].side"), reason)))
         }
         _ => None,
     });

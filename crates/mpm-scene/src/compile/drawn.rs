@@ -59,9 +59,10 @@ fn filled<const D: usize, B: FillBody<D> + ToolParts<D> + Clone>(
     let mut scene =
         SceneIn { basis, domains: DomainsInput { triangles, ..DomainsInput::default() }, ..scene.clone() };
     scene.loads.clear();
+    scene.walls.clear();
     scene.bodies.iter_mut().for_each(|body| body.initial = None);
     let layout = layout(&scene.mesh, memory)?;
-    let (bodies, ..) = bodies(&scene, (&layout, &Mesh::at_rest(&layout), space), files, memory)?;
+    let bodies = bodies(&scene, (&layout, &Mesh::at_rest(&layout), space), files, memory)?.bodies;
     let spatial = |x: &Vector<D>| std::array::from_fn(|d| if d < D { x[d] } else { 0.0 });
     let shares = bodies.iter().map(|named| {
         let points = 0..named.body.n_points();
@@ -147,7 +148,17 @@ fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, Sce
             LoadInput::PointForce { body, near, force, ramp, active, .. } => {
                 (ActingOn::Position { body: body.clone(), near: near.0 }, force.0, ramp, active)
             }
-            LoadInput::Traction { body, axis, at, within, resultant, value, ramp, active, .. } => {
+            LoadInput::Traction {
+                body,
+                axis: Some(axis),
+                at: Some(at),
+                within,
+                resultant,
+                value,
+                ramp,
+                active,
+                ..
+            } => {
                 // A torque about the axis has no direction in the section.
                 let Some(along) = resultant.as_ref().or(value.as_ref()) else { continue };
                 let axis = component::<2>(*axis, &format!("{path}.axis"))?;
@@ -160,7 +171,7 @@ fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, Sce
                 };
                 (on, along.0, ramp, active)
             }
-            LoadInput::Vortex { .. } => continue,
+            LoadInput::Vortex { .. } | LoadInput::Traction { .. } | LoadInput::Pressure { .. } => continue,
         };
         loads.push(DrawnLoad { on, along, ramp: stages.load_ramp(ramp, 1.0, active, &path)? });
     }

@@ -64,7 +64,17 @@ pub(super) fn loads<const D: usize, B>(
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
-            LoadInput::Traction { body: name, axis, at, resultant, value, moment, ramp, active, .. } => {
+            LoadInput::Traction {
+                body: name,
+                axis: Some(axis),
+                at: Some(at),
+                resultant,
+                value,
+                moment,
+                ramp,
+                active,
+                ..
+            } => {
                 let body = find(name)?;
                 let areas = faces[body].next().expect("one list of points per traction");
                 if areas.is_empty() {
@@ -98,12 +108,18 @@ pub(super) fn loads<const D: usize, B>(
                 let force = whole_force(resultant, value, whole, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
+            // On sides, see `sides.rs`.
+            LoadInput::Traction { .. } | LoadInput::Pressure { .. } => {}
         }
     }
     Ok((loads, torques))
 }
 
-fn body_named<const D: usize>(bodies: &[NamedBody<D>], name: &str, path: &str) -> Result<usize, SceneError> {
+pub(super) fn body_named<const D: usize>(
+    bodies: &[NamedBody<D>],
+    name: &str,
+    path: &str,
+) -> Result<usize, SceneError> {
     bodies.iter().position(|named| named.name == name).ok_or_else(|| {
         let known: Vec<&str> = bodies.iter().map(|named| named.name.as_str()).collect();
         SceneError::new(
@@ -118,7 +134,7 @@ pub(super) const NO_MOMENT: &str =
     "acts about the axis of bodies of revolution, which need `twist: true` to turn";
 
 /// The force of a traction on an area.
-fn whole_force<const D: usize>(
+pub(super) fn whole_force<const D: usize>(
     resultant: &Option<Coordinates<D>>,
     value: &Option<Coordinates<D>>,
     area: f64,

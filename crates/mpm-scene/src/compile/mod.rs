@@ -10,18 +10,22 @@ mod law;
 mod loads;
 mod mesh;
 mod names;
+mod outlines;
 mod overlap;
 mod parameters;
 mod quantity;
 mod shapes;
+mod sides;
 mod splines;
 mod stages;
 mod supports;
 mod symmetry;
+mod tiling;
 mod tool_motion;
 mod tool_surfaces;
 mod tools;
 mod turning;
+mod walls;
 
 use crate::compiled::{Compiled, fields};
 use crate::error::SceneError;
@@ -37,20 +41,22 @@ pub use drive::{DrivenPath, drive};
 pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
 use basis::{FillBody, check_domains, domain_limit};
-use bodies::bodies;
+use bodies::{Bodies, bodies};
 use loads::{Torque, loads, probes};
 use mesh::{layout, motion};
-use mpm_assembly::{GhostStabilisation, Space, ToolContact};
+use mpm_assembly::{GhostStabilisation, MarkerLoad, Space, ToolContact, WallContact};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Layout, LoadFraction, Mesh, MeshMotion, NodeKind, NodeSpace};
 use mpm_linear::Choice;
 use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
+use sides::side_loads;
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
 use supports::supports;
 use symmetry::{Sides, check_planes};
 use tools::{ToolParts, tools};
 use turning::{OfSection, turning};
+use walls::walls;
 
 /// Makes a model of a scene that names no files, see [`compile_with`].
 ///
@@ -113,6 +119,9 @@ struct Made<const D: usize> {
     model: Model<D>,
     ghost: Option<f64>,
     tools: Vec<ToolContact<D>>,
+    walls: Vec<WallContact<D>>,
+    /// Loads on sides, with their numbers.
+    side_loads: Vec<(usize, MarkerLoad<D>)>,
     torques: Vec<Torque<D>>,
     /// The sides on which bodies are cut by the ends of the mesh.
     cuts: Vec<Sides<D>>,
@@ -127,6 +136,12 @@ impl<const D: usize> Made<D> {
         }
         for contact in std::mem::take(&mut self.tools) {
             self.model.add_contribution(format!("tool {}", contact.name()), Box::new(contact));
+        }
+        for contact in std::mem::take(&mut self.walls) {
+            self.model.add_contribution(format!("wall {}", contact.name()), Box::new(contact));
+        }
+        for (k, load) in std::mem::take(&mut self.side_loads) {
+            self.model.add_contribution(format!("load {k}"), Box::new(load));
         }
         fields(&self.model, output)?;
         self.check()?;
@@ -150,8 +165,9 @@ impl Made<2> {
         self.check()?;
         let Self { model, ghost, tools, torques, memory, .. } = self;
         let model = turning(OfSection { model, tools, torques, ghost }, scene)?;
-        Made { model, ghost: None, tools: Vec::new(), torques: Vec::new(), cuts: Vec::new(), memory }
-            .whole(&scene.output)
+        let (tools, walls, side_loads) = (Vec::new(), Vec::new(), Vec::new());
+        let (torques, cuts) = (Vec::new(), Vec::new());
+        Made { model, ghost: None, tools, walls, side_loads, torques, cuts, memory }.whole(&scene.output)
     }
 }
 
@@ -184,7 +200,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
             "bodies that turn about their axis have `Linear` functions of the mesh",
         ));
     }
-    let (bodies, faces, cuts) = bodies(scene, (&layout, &mesh, space), files, memory)?;
+    let Bodies { bodies, faces, boundaries, cuts } = bodies(scene, (&layout, &mesh, space), files, memory)?;
     let probes = probes(scene, &bodies, &mesh)?;
     let kind = bodies.first().map_or(mesh.functions(), |named| named.body.node_kind(&mesh));
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
@@ -202,6 +218,9 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         splines::check_tools(&model.bodies, &mesh)?;
     }
     let tools = tools(scene, &model, files)?;
+    let sides = sides::Sides { inputs: &scene.bodies, boundaries: &boundaries };
+    let walls = walls(scene, &sides, &model, files)?;
+    let side_loads = side_loads(scene, &sides, (&model, &mesh))?;
     model.domain_history = scene.output.domain_history;
     model.energies = scene.output.energies;
     model.probes = probes;
@@ -221,7 +240,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
         .stabilisation
         .as_ref()
         .map(|StabilisationInput::Ghost { factor }| factor.map_or_else(usual, |it| it.0));
-    Ok(Made { model, ghost, tools, torques, cuts, memory })
+    Ok(Made { model, ghost, tools, walls, side_loads, torques, cuts, memory })
 }
 
 fn tolerance(input: &ToleranceInput) -> Result<Tolerance, SceneError> {

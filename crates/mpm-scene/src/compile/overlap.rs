@@ -77,8 +77,11 @@ impl<'a, const D: usize> Cover<'a, D> {
             Some(Self::Round { axis, centre: plane_point(centre), radii, ends })
         };
         match placed.shape {
-            ShapeInput::Box { from: Coordinates(from), to: Coordinates(to), .. } => {
-                Some(Self::Box { from, to })
+            ShapeInput::Box { from: Coordinates(from), to: Coordinates(to), turned, .. } => {
+                match &placed.prism {
+                    Some(turned_box) if turned.0 != 0.0 => Some(Self::Prism(turned_box)),
+                    _ => Some(Self::Box { from, to }),
+                }
             }
             ShapeInput::Ring { centre, inner, outer, .. } => {
                 round(Direction::Z, centre, [inner.0, outer.0], None)

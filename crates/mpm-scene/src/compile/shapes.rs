@@ -1,13 +1,14 @@
 //! Shapes of bodies: what is to be filled, and by the cells of which mesh.
 
-use super::mesh::{check_ring, plane_point};
+use super::mesh::plane_point;
+use super::tiling;
 use crate::files::SceneFiles;
 use crate::language::{
     BodyInput, Direction, Finite, PlanePoint, ShapeInput, TilingInput, ToolInput, ToolPartInput,
 };
 use crate::pieces::Shape;
 use mpm_geometry::{Ball, MemoryLimit, Prism, PrismError, Round, Solid, Surface};
-use mpm_grid::{Axis, Layout, Mesh, Span};
+use mpm_grid::{Layout, Mesh};
 
 /// Why a shape has no place in a ring mesh.
 const NEEDS_BOX: &str =
@@ -42,9 +43,9 @@ impl<'a, const D: usize> WithSurface<'a, D> {
         let cutout = |(k, shape): (usize, &'a ShapeInput<D>)| {
             let wrong = |reason: String| format!("`cutouts[{k}]`: {reason}");
             let mut made = Self::placed(shape, [false; D], layout, files).map_err(wrong)?;
-            if let ShapeInput::Box { from, to, without, cutouts } = shape {
-                if !without.is_empty() || !cutouts.is_empty() {
-                    return Err(wrong("a box that is cut out is whole".into()));
+            if let ShapeInput::Box { from, to, without, cutouts, turned } = shape {
+                if !without.is_empty() || !cutouts.is_empty() || turned.0 != 0.0 {
+                    return Err(wrong("a box that is cut out is whole and not turned".into()));
                 }
                 made.prism = Some(box_as_prism(&from.0, &to.0).map_err(|it| wrong(it.to_string()))?);
             }
@@ -73,6 +74,10 @@ impl<'a, const D: usize> WithSurface<'a, D> {
                 let holes: Vec<_> = holes.iter().map(corners).collect();
                 let ends = ends_along(layout, *axis, *extent, "a polygon of the plane")?;
                 let made = Prism::new(&corners(vertices), &holes, axis.index(), ends);
+                prism = Some(made.map_err(|it| it.to_string())?);
+            }
+            ShapeInput::Box { from, to, turned, .. } if turned.0 != 0.0 => {
+                let made = turned_box(&from.0, &to.0, turned.0.to_radians());
                 prism = Some(made.map_err(|it| it.to_string())?);
             }
             _ => {}
@@ -120,9 +125,15 @@ impl<'a, const D: usize> WithSurface<'a, D> {
 
     /// On which sides the mesh ends within the body, low and high in every direction.
     pub(super) fn cut(&self, layout: &Layout<D>) -> Result<[[bool; 2]; D], String> {
-        let (Layout::Box { axes, .. }, true) = (layout, self.is_solid() && self.open.contains(&true)) else {
+        let (Layout::Box { axes, .. }, true) = (layout, self.open.contains(&true)) else {
             return Ok([[false; 2]; D]);
         };
+        if let ShapeInput::Ring { centre, .. } = self.shape {
+            return tiling::cut(axes, plane_point(centre), self.open);
+        }
+        if !self.is_solid() {
+            return Ok([[false; 2]; D]);
+        }
         let solid = self.solid(layout)?;
         Ok(std::array::from_fn(|d| {
             let (from, to) = solid.ends(d);
@@ -191,20 +202,35 @@ pub(super) fn shape<'a, const D: usize>(
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
     let in_a_box = matches!(layout, Layout::Box { .. });
     let is_tiled = tiling == TilingInput::Shape;
-    if is_tiled && !(in_a_box && matches!(own.shape, ShapeInput::Ring { .. })) {
-        return Err("`tiling: Shape` is for a `Ring` in a box mesh".into());
+    if is_tiled && !(in_a_box && tiling::suits(own.shape)) {
+        return Err(tiling::SUITED.into());
+    }
+    let is_whole = own.shape.without().is_empty() && own.shape.cutouts().is_empty();
+    if is_tiled && !is_whole {
+        return Err("`tiling: Shape` is for whole shapes, expected no `without` and no `cutouts`".into());
     }
     let in_box = |shape| match layout {
         Layout::Box { .. } => Ok((shape, mesh.clone())),
         Layout::Ring { .. } => Err(NEEDS_BOX.into()),
     };
     let solid = || Ok::<_, String>(Shape::Solid { solid: own.solid(layout)?, open: own.open });
-    if own.open.contains(&true) && !(own.is_solid() && in_a_box) {
-        return Err(
-            "`symmetry` is for a `Cylinder`, `Tube`, `Sphere`, `Polygon` or `Surface` in a box mesh".into()
-        );
+    let can_be_cut = match is_tiled {
+        true => matches!(own.shape, ShapeInput::Ring { .. }),
+        false => own.is_solid() && in_a_box,
+    };
+    if own.open.contains(&true) && !can_be_cut {
+        return Err("`symmetry` is for a `Cylinder`, `Tube`, `Sphere`, `Polygon` or `Surface` in a box mesh, and for a \
+                    `Ring` with `tiling: Shape`"
+            .into());
     }
     match own.shape {
+        ShapeInput::Box { turned, .. } if turned.0 != 0.0 && !is_tiled => {
+            Err("a box that is `turned` does not follow the cells: expected `tiling: Shape`".into())
+        }
+        ShapeInput::Box { from, to, turned, .. } if is_tiled => {
+            tiling::boxed(layout, (&from.0, &to.0), turned.0.to_radians())
+        }
+        ShapeInput::Polygon { vertices, .. } if is_tiled => tiling::quadrilateral(layout, vertices),
         ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
         ShapeInput::Box { from, to, .. } => {
             let without = cut.iter().map(|it| it.solid(layout)).collect::<Result<_, _>>()?;
@@ -223,7 +249,9 @@ pub(super) fn shape<'a, const D: usize>(
         }
         ShapeInput::Ring { inner, outer, centre, .. } => match layout {
             Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
-            Layout::Box { axes, .. } => ring_of_its_own((axes, is_tiled), centre, (inner.0, outer.0), memory),
+            Layout::Box { axes, .. } => {
+                tiling::ring((axes, is_tiled), centre, (inner.0, outer.0), own.open, memory)
+            }
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent, .. } => match layout {
             Layout::Box { .. } => in_box(solid()?),
@@ -273,35 +301,8 @@ fn ring_cells<'a, const D: usize>(
 }
 
 /// Volume of a ring or of a sector of one, per thickness in the plane `[L^D]`.
-fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f64, f64)) -> f64 {
+pub(super) fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f64, f64)) -> f64 {
     0.5 * angle * (outer - inner) * (outer + inner) * (to - from)
-}
-
-/// A ring of pieces about as large as the cells of a box mesh: cut from polygons with the ring's volume in all, or, where
-/// it is tiled, with their corners on circles and the volumes of their own polygons.
-fn ring_of_its_own<'a, const D: usize>(
-    (axes, is_tiled): (&[Axis; D], bool),
-    centre: &PlanePoint,
-    (inner, outer): (f64, f64),
-    memory: MemoryLimit,
-) -> Result<(Shape<'a, D>, Mesh<D>), String> {
-    let h = 0.5 * (mean_cell(&axes[0]) + mean_cell(&axes[1]));
-    let pieces = |length: f64| match (length / h - 1e-9).ceil().max(1.0) {
-        pieces if pieces < f64::from(u32::MAX) => Ok(pieces as u32),
-        pieces => Err(format!("the ring would have {pieces:e} cells along one direction")),
-    };
-    let radii = Axis::uniform(inner, outer, pieces(outer - inner)?).map_err(|it| it.to_string())?;
-    let sectors = pieces(std::f64::consts::PI * (inner + outer))?.max(8);
-    check_ring(&radii, sectors, memory)?;
-    let height = axes.get(2).cloned();
-    let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
-    // The cells of a ring with splines lie between circles.
-    let ring = ring.and_then(|it| if is_tiled { it.with_splines(2) } else { Ok(it) });
-    let ring = ring.map_err(|it| it.to_string())?;
-    let high = ring.lattice().cells();
-    let ends = axes.get(2).map_or((0.0, 1.0), |axis| (axis.first(), axis.last()));
-    let volume = ring_volume((inner, outer), std::f64::consts::TAU, ends);
-    Ok((Shape::Cells { low: [0; D], high, volume, is_exact: !is_tiled }, Mesh::at_rest(&ring)))
 }
 
 /// A cylinder or tube; in the plane of thickness 1.
@@ -340,11 +341,13 @@ fn ends_along<const D: usize>(
 
 /// A box as a polygon drawn out along z; in the plane of thickness 1.
 fn box_as_prism<const D: usize>(from: &[f64; D], to: &[f64; D]) -> Result<Prism, PrismError> {
-    let corners = [[from[0], from[1]], [to[0], from[1]], [to[0], to[1]], [from[0], to[1]]];
-    let ends = if D == 2 { (0.0, 1.0) } else { (from[D - 1], to[D - 1]) };
-    Prism::new(&corners, &[], 2, ends)
+    turned_box(from, to, 0.0)
 }
 
-fn mean_cell(axis: &Axis) -> f64 {
-    (axis.last() - axis.first()) / f64::from(axis.cells())
+/// The same of a box that is turned by an angle `[rad]` about its corner `from`.
+fn turned_box<const D: usize>(from: &[f64; D], to: &[f64; D], angle: f64) -> Result<Prism, PrismError> {
+    let corners = [[from[0], from[1]], [to[0], from[1]], [to[0], to[1]], [from[0], to[1]]];
+    let corners = corners.map(|corner| tiling::turned(corner, [from[0], from[1]], angle));
+    let ends = if D == 2 { (0.0, 1.0) } else { (from[D - 1], to[D - 1]) };
+    Prism::new(&corners, &[], 2, ends)
 }

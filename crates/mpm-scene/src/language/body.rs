@@ -1,7 +1,7 @@
 //! Bodies, and what they fill.
 
 use super::direction::Direction;
-use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, one};
+use super::number::{Coordinates, Count, Finite, PlanePoint, Positive, one, zero};
 use super::quantity::Quantity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct BodyInput<const D: usize> {
     /// What it fills at rest.
     pub shape: ShapeInput<D>,
     /// Directions along which the body goes on outside the mesh by symmetry: what a `Cylinder`, `Tube`, `Sphere`, `Polygon` or
-    /// `Surface` in a box mesh has beyond the mesh's ends is left out. Supports hold the nodes there across the plane.
+    /// `Surface`, or a `Ring` with `tiling: Shape`, in a box mesh has beyond the mesh's ends is left out. Supports hold the nodes there across the plane.
     #[serde(default)]
     pub symmetry: Vec<Direction>,
     /// Material points per cell and direction, evenly spaced; needed by every shape but `Points`, which has its own.
@@ -89,8 +89,10 @@ pub enum TilingInput {
     /// By the cells of the mesh; a `Ring` in a box mesh by straight pieces with the volume of the ring in all.
     #[default]
     Cells,
-    /// Along the shape: a `Ring` in a box mesh by pieces between circles and radii, about as large as the mesh's cells, whose
-    /// corners lie on the circles. Points have the volumes of these polygons.
+    /// Along the shape, in box meshes, by pieces about as large as the mesh's cells with `points_per_cell` in each direction: a
+    /// `Ring` by pieces between circles and radii whose corners lie on the circles, a `Box` along its edges, and in the plane a
+    /// convex `Polygon` of four corners between points that part opposite edges equally. Points have the volumes of these
+    /// pieces.
     Shape,
 }
 
@@ -133,6 +135,10 @@ pub enum ShapeInput<const D: usize> {
         /// `Sphere`, `Polygon` or `Surface`. The box then has its ends on mesh lines.
         #[serde(default)]
         cutouts: Vec<ShapeInput<D>>,
+        /// Angle by which the box is turned about its corner `from`, in space about the line along z through it, anticlockwise;
+        /// it then needs `tiling: Shape` `[degrees]`.
+        #[serde(default = "zero")]
+        turned: Finite,
     },
     /// A ring. In a ring mesh: all cells between two of its rings of nodes, exactly the polygon's volume. In a box
     /// mesh: a polygon of its own, cut into pieces about as large as the mesh's cells.

@@ -176,16 +176,22 @@ pub enum LoadInput<const D: usize> {
         #[serde(default)]
         active: ActiveInput,
     },
-    /// A dead traction on the part of a body's boundary that lies on a plane across an axis at rest, carried by the
-    /// material points next to it in proportion to their share of the boundary. It acts on the boundary itself, which
-    /// the points carry with them: force and moment are those of the traction.
+    /// A dead traction on a part of a body's boundary at rest: on that which lies on a plane across an axis, or on a named
+    /// side. On a plane it is carried by the material points next to it in proportion to their share of the boundary. It
+    /// acts on the boundary itself, which the points carry with them: force and moment are those of the traction. On a
+    /// side it acts on boundary markers, half of the force on each edge at either end of it.
     Traction {
         /// Name of the body.
         body: String,
         /// The axis that the plane cuts.
-        axis: Direction,
+        #[serde(default)]
+        axis: Option<Direction>,
         /// Coordinate of the plane at rest `[L]`.
-        at: Finite,
+        #[serde(default)]
+        at: Option<Finite>,
+        /// Name of the side, in place of the plane, as in `walls`.
+        #[serde(default)]
+        side: Option<String>,
         /// Bounds of the loaded part of the plane; all of it if left out.
         #[serde(default)]
         within: Option<BoundsInput<D>>,
@@ -199,6 +205,22 @@ pub enum LoadInput<const D: usize> {
         /// axis in proportion to r `[F L]`.
         #[serde(default)]
         moment: Option<Finite>,
+        /// Part of it against the load fraction; linear if left out.
+        #[serde(default)]
+        ramp: RampInput,
+        /// In which stages of the schedule it acts.
+        #[serde(default)]
+        active: ActiveInput,
+    },
+    /// A pressure on a side of a body, which follows it: it acts on the present boundary, against its outward normal. Not in
+    /// `Axisymmetric` scenes.
+    Pressure {
+        /// Name of the body.
+        body: String,
+        /// Name of the side, as in `walls`.
+        side: String,
+        /// The pressure `[F/L²]`.
+        value: Finite,
         /// Part of it against the load fraction; linear if left out.
         #[serde(default)]
         ramp: RampInput,

@@ -24,6 +24,7 @@ mod run;
 mod scene;
 mod stage;
 mod tools;
+mod walls;
 
 pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
@@ -51,3 +52,4 @@ pub use stage::{
 pub use tools::{
     FreeInput, InterfaceInput, ShiftInput, ToolInput, ToolMotionInput, ToolPartInput, ToolTurnInput,
 };
+pub use walls::{HoldInput, WallInput};

@@ -10,6 +10,7 @@ use super::read::{ReadError, read};
 use super::run::{OutputInput, SolverInput, ToleranceInput, UnheldMotionInput};
 use super::stage::ScheduleInput;
 use super::tools::{ToolInput, ToolPartInput};
+use super::walls::WallInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -65,6 +66,9 @@ pub struct SceneIn<const D: usize, B> {
     /// Rigid tools that bodies meet.
     #[serde(default)]
     pub tools: Vec<ToolInput<D>>,
+    /// Walls that hold sides of bodies off the lines of the mesh.
+    #[serde(default)]
+    pub walls: Vec<WallInput<D>>,
     /// Material points that the history follows.
     #[serde(default)]
     pub probes: Vec<ProbeInput<D>>,

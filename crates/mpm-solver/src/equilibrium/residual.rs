@@ -82,7 +82,12 @@ impl<const D: usize> Problem<'_, D> {
         if !iterate.effort.residual.is_finite() {
             return false;
         }
-        let is_own_rounding = self.own_residuals(iterate).all(|residual| residual <= OWN_ROUND_OFF);
+        let trial = self.trial(&iterate.increment, false);
+        let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
+        let is_own_rounding = self.own_residuals(iterate).zip(with_own).all(|(residual, (named, _))| {
+            let scale = named.contribution.own_scale(&trial);
+            residual <= OWN_ROUND_OFF.max(named.contribution.own_round_off(&trial) / scale)
+        });
         let total = self.total_residual(iterate);
         let is_rounding = norm(iterate.out_of_balance.nodes.iter().copied()) <= self.round_off.all;
         if !(is_own_rounding && (total < goal || is_rounding)) {

@@ -12,7 +12,7 @@ use crate::model::{Active, Model, NamedBody, UnheldMotion};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
-use mpm_assembly::{Constraints, views};
+use mpm_assembly::{Constraints, Contribution, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
@@ -261,7 +261,8 @@ fn warnings<const D: usize>(
 /// What nothing holds once supports have ended, in the first stage of which that is true; nothing is said where tools move,
 /// which may hold it by then.
 fn unheld_later<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, connected: &Connected<D>) -> Option<String> {
-    if model.contributions.iter().any(|named| named.contribution.moves_with_load()) {
+    let moves = |it: &dyn Contribution<D>| it.moves_with_load() && !it.is_load();
+    if model.contributions.iter().any(|named| moves(&*named.contribution)) {
         return None;
     }
     let acting = |stage: u32| model.supports.iter().map(move |support| support.acts_in(stage));

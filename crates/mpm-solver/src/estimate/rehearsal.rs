@@ -5,7 +5,9 @@ use crate::connection::Connected;
 use crate::equilibrium::problem::inadmissible;
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
-use mpm_assembly::{Constraints, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views};
+use mpm_assembly::{
+    Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views,
+};
 use mpm_grid::{Block, LoadFraction, Mesh};
 use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation};
 use std::hint::black_box;
@@ -150,7 +152,9 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
     };
     let pass = shortest(|| assemble(&strained, &mut values)).map_err(Error::Start)?;
     assemble(&rest, &mut values).map_err(Error::Start)?;
-    let tools = if model.contributions.iter().any(|named| named.contribution.moves_with_load()) {
+    let moves = |it: &dyn Contribution<D>| it.moves_with_load() && !it.is_load();
+    let are_pushed = model.contributions.iter().any(|named| moves(&*named.contribution));
+    let tools = if are_pushed {
         let (mut sums, mut force) = (vec![0.0; pattern.n_entries()], rest.clone());
         shortest(|| sum_tools(stage, &rest, &mut sums, &mut force)).map_err(Error::Start)?
     } else {
@@ -176,11 +180,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
         look,
         is_tried,
         steps: model.stages.iter().map(|stage| f64::from(stage.steps)).sum(),
-        iterations: if model.contributions.iter().any(|named| named.contribution.moves_with_load()) {
-            ITERATIONS_OF_CONTACT
-        } else {
-            ITERATIONS
-        },
+        iterations: if are_pushed { ITERATIONS_OF_CONTACT } else { ITERATIONS },
     })
 }
 

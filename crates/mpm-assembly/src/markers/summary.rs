@@ -1,0 +1,50 @@
+//! What a history tells of a wall.
+
+use super::wall::Held;
+use crate::contribution::Recorded;
+use mpm_contact::moment;
+use mpm_grid::Vector;
+use nalgebra::Vector3;
+
+/// Sums over the markers that a wall holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Summary<const D: usize> {
+    /// Force on the body `[F]`, and its moment about the wall's reference point `[F L]`.
+    pub reaction: Vector<D>,
+    pub moment: Vector3<f64>,
+    /// Largest gap `[L]`.
+    pub gap: f64,
+    /// Where the reference point stands `[L]`.
+    pub position: Vector<D>,
+    /// How far the wall has turned `[rad]`.
+    pub angle: f64,
+}
+
+impl<const D: usize> Summary<D> {
+    /// Of a wall that holds nothing.
+    pub fn at(position: Vector<D>, angle: f64) -> Self {
+        Self { reaction: Vector::zeros(), moment: Vector3::zeros(), gap: 0.0, position, angle }
+    }
+
+    /// Takes markers at some positions `[L]` in.
+    pub fn add(&mut self, held: &[Held<D>], positions: &[Vector<D>]) {
+        for (held, x) in held.iter().zip(positions) {
+            self.reaction -= held.force;
+            self.moment -= moment(&(x - self.position), &held.force);
+            self.gap = self.gap.max(held.gap);
+        }
+    }
+
+    /// Columns below `wall/<name>/`.
+    pub fn columns(&self, name: &str) -> Vec<Recorded> {
+        let path = |column: &str| format!("wall/{name}/{column}");
+        let moment = if D == 2 { vec![self.moment.z] } else { self.moment.iter().copied().collect() };
+        vec![
+            Recorded::real(path("reaction"), self.reaction.as_slice()),
+            Recorded::real(path("moment"), moment),
+            Recorded::real(path("gap"), [self.gap]),
+            Recorded::real(path("position"), self.position.as_slice()),
+            Recorded::real(path("angle"), [self.angle.to_degrees()]),
+        ]
+    }
+}
