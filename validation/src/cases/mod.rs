@@ -16,6 +16,7 @@ mod footing;
 mod newton_rate;
 mod patch;
 mod path;
+mod regularised;
 mod remedies;
 mod rotation;
 mod shapes;
@@ -48,6 +49,8 @@ pub const CASES: &[Case] = &[
     doughnut::SLIDES,
     doughnut::TURNS,
     doughnut::LIMIT,
+    regularised::STRAIN,
+    regularised::SOFTENING,
     doughnut::CARRIED,
     doughnut::EXTRUDED,
     vortex::CASE,

@@ -79,6 +79,28 @@ impl<const D: usize> Points<D> {
         }
     }
 
+    /// Name and bytes of every column, with those of domains and histories.
+    pub fn columns(&self, domains: usize, histories: usize) -> Vec<(&'static str, usize)> {
+        let mut columns = vec![
+            ("position", size_of_val(&self.position[..])),
+            ("position at rest", size_of_val(&self.reference_position[..])),
+            ("volume at rest", size_of_val(&self.reference_volume[..])),
+            ("mass", size_of_val(&self.mass[..])),
+            ("domain", domains),
+            ("deformation gradient", size_of_val(&self.deformation_gradient[..])),
+            ("elastic state", size_of_val(&self.elastic_excess[..])),
+            ("history of the law", histories),
+            ("plastic state", size_of_val(&self.plastic[..])),
+        ];
+        if self.space.is_axisymmetric() && D == 2 {
+            columns.push(("hoop stretch", size_of_val(&self.hoop_stretch[..])));
+        }
+        if self.space.turns::<D>() {
+            columns.push(("angle", size_of_val(&self.angle[..])));
+        }
+        columns
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.position.len()

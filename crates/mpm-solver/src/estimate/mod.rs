@@ -154,12 +154,14 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     };
     let seconds = rehearse(&stage)?;
     // Of a solver of one's own nothing is known; it is taken to factorise.
-    let is_iterative = model.choice().is_some_and(|choice| choice.is_iterative(&prediction));
+    let can_be = pattern.for_solver().has_blocks_only();
+    let is_iterative = can_be && model.choice().is_some_and(|choice| choice.is_iterative(&prediction));
     let factor_entries = if is_iterative {
         prediction.factor_entries as usize
     } else {
-        predict_factor_entries(pattern.for_solver(), &Hints::on_lattice(places))
-            .map_err(|it| Error::TooLarge(it.to_string()))?
+        let further = |equation| connected.field_node(equation);
+        let hints = Hints { further: Some(&further), ..Hints::on_lattice(places) };
+        predict_factor_entries(pattern.for_solver(), &hints).map_err(|it| Error::TooLarge(it.to_string()))?
     };
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
