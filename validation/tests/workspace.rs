@@ -81,6 +81,7 @@ fn the_manifests_are_read() {
         "mpm-solver",
         "mpm-io",
         "mpm-plot",
+        "mpm-pictures",
     ] {
         assert!(manifests[name].dependencies.contains_key("thiserror"), "{name}");
     }
@@ -113,7 +114,7 @@ fn workspace_crates_depend_downwards_only() {
         "mpm-solver",
     ];
     const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
-    let below: [(&str, &[&str]); 11] = [
+    let below: [(&str, &[&str]); 12] = [
         ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
@@ -125,6 +126,7 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-solver", SOLVER),
         ("mpm-scene", SCENE),
         ("mpm-io", IO),
+        ("mpm-pictures", &["mpm-grid", "mpm-plot", "mpm-solver", "mpm-scene", "mpm-io"]),
     ];
     let manifests = manifests();
     for (name, allowed) in below {

@@ -1,9 +1,9 @@
 //! `mpm export`: results for other programs.
 
 use crate::complaint::Complaint;
-use crate::plot::scene_of;
 use clap::{ArgGroup, Args};
 use mpm_io::{FolderFiles, Results, Revolution};
+use mpm_pictures::scene_of;
 use mpm_scene::tool_surfaces;
 use std::path::{Path, PathBuf};
 

@@ -9,6 +9,7 @@ mod export;
 mod input;
 mod inspect;
 mod keeper;
+mod offered;
 mod plot;
 mod previous;
 mod reading;
@@ -30,7 +31,7 @@ use std::process::ExitCode;
 
 /// Implicit Material Point Method: finite-strain statics of solids that deform without bound.
 #[derive(Parser)]
-#[command(name = "mpm", version, max_term_width = 100)]
+#[command(name = "mpm", version, max_term_width = 100, after_long_help = include_str!("manual.txt"))]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -1,23 +1,13 @@
 //! `mpm plot`: pictures of a results file.
 
-mod acting;
 mod arguments;
-mod body;
-mod colour;
-mod columns;
-mod drawn;
-mod histories;
-mod seen;
-mod tools;
 
 use crate::complaint::Complaint;
 use crate::run::named_after;
 use arguments::BodyArguments;
 use clap::{Args, ValueEnum};
-use columns::Wanted;
-use drawn::Drawn;
-pub use drawn::scene_of;
-use mpm_plot::{Animation, Figure, Panel, PlotError};
+use mpm_pictures::{Drawing, Frames, PictureError, Wanted, compared, picture};
+use mpm_plot::{Animation, PlotError};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -69,17 +59,32 @@ enum Show {
     Tool,
 }
 
-/// Size of a panel beside others `[pixels]`.
-const PANEL: (u32, u32) = (620, 500);
-/// Size of curves alone `[pixels]`.
-const ALONE: (u32, u32) = (960, 640);
+impl From<Show> for mpm_pictures::Show {
+    fn from(show: Show) -> Self {
+        match show {
+            Show::Body => Self::Body,
+            Show::Reaction => Self::Reaction,
+            Show::Moment => Self::Moment,
+            Show::Convergence => Self::Convergence,
+            Show::Energy => Self::Energy,
+            Show::Tool => Self::Tool,
+        }
+    }
+}
 
 /// Draws what the arguments ask for, and says where.
 pub fn plot(arguments: &PlotArguments) -> Result<String, Complaint> {
+    let first = &arguments.results[0];
     let written = match (&arguments.results[..], arguments.y.is_empty()) {
-        (files, false) => vec![compared(arguments, files)?],
+        (files, false) => {
+            let (y, x) = (arguments.y.clone(), arguments.x.clone());
+            vec![save(arguments, first, &compared(files, &Wanted { y, x, absolute: arguments.abs })?)?]
+        }
         ([file], true) if arguments.frames => frames(arguments, file)?,
-        ([file], true) => vec![picture(arguments, file)?],
+        ([file], true) => {
+            let show: Vec<_> = arguments.show.iter().map(|show| (*show).into()).collect();
+            vec![save(arguments, file, &picture(file, &show, &arguments.body.view())?)?]
+        }
         (files, true) => {
             let n = files.len();
             return Err(Complaint::input(format!("{n} results files can be drawn together by --y alone")));
@@ -88,83 +93,48 @@ pub fn plot(arguments: &PlotArguments) -> Result<String, Complaint> {
     Ok(written.iter().map(|path| format!("{}\n", path.display())).collect())
 }
 
-/// Columns of the histories against each other.
-fn compared(arguments: &PlotArguments, files: &[PathBuf]) -> Result<PathBuf, Complaint> {
-    let beside = || files[0].with_extension("png");
-    let path = arguments.output.clone().unwrap_or_else(beside);
-    let wanted = Wanted { y: &arguments.y, x: arguments.x.as_deref(), absolute: arguments.abs };
-    let panels = [columns::columns(files, &wanted)?];
-    Figure { panel: ALONE, ..Figure::new(&panels) }.legible().save(&path).map_err(refuse)?;
-    Ok(path)
-}
-
-fn picture(arguments: &PlotArguments, results: &Path) -> Result<PathBuf, Complaint> {
-    let file = &Drawn::open(results)?;
+/// Writes a picture where the arguments say, or beside the results.
+fn save(arguments: &PlotArguments, results: &Path, drawing: &Drawing) -> Result<PathBuf, Complaint> {
     let path = arguments.output.clone().unwrap_or_else(|| results.with_extension("png"));
-    let all = [Show::Body, Show::Reaction, Show::Moment, Show::Tool, Show::Convergence, Show::Energy];
-    let asked = !arguments.show.is_empty();
-    let mut panels = Vec::new();
-    let mut alone = PANEL;
-    for show in if asked { &arguments.show[..] } else { &all[..] } {
-        let panel = match show {
-            Show::Body => {
-                let body = body::Bodies::of(file, &arguments.body)?;
-                let steps = body.steps(arguments.body.step)?;
-                let panel = body.panel(steps.end - 1, &body.scales(steps)?)?;
-                alone = body::size(&panel);
-                Some(Panel::Shapes(panel))
-            }
-            Show::Reaction => histories::reactions(file)?,
-            Show::Moment => histories::moments(file)?,
-            Show::Tool => tools::forces(file)?,
-            Show::Convergence => histories::convergence(file)?,
-            Show::Energy => histories::energies(file)?,
-        };
-        if panel.is_none() && asked {
-            let name = show.to_possible_value().map_or(String::new(), |value| value.get_name().to_string());
-            return Err(Complaint::input(format!(
-                "results file {} holds nothing to show as {name}",
-                results.display()
-            )));
-        }
-        panels.extend(panel);
-    }
-    let panel = if let [Panel::Shapes(_)] = panels[..] { alone } else { PANEL };
-    let columns = panels.len().clamp(1, 2);
-    Figure { columns, panel, ..Figure::new(&panels) }.legible().save(&path).map_err(refuse)?;
+    drawing.figure().save(&path)?;
     Ok(path)
 }
 
 /// A folder of pictures and a GIF, all of one size and on one scale.
 fn frames(arguments: &PlotArguments, results: &Path) -> Result<Vec<PathBuf>, Complaint> {
-    let file = &Drawn::open(results)?;
+    let frames = Frames::open(results, &arguments.body.view())?;
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let name = results.file_stem().unwrap_or_default().to_string_lossy();
         results.with_file_name(format!("{name}_frames"))
     });
     let failed = |error| Complaint::input(format!("cannot create folder {}: {error}", folder.display()));
     std::fs::create_dir_all(&folder).map_err(failed)?;
-    let body = body::Bodies::of(file, &arguments.body)?;
-    let steps = body.steps(None)?;
-    let steps = 0..steps.end;
-    let scales = body.scales(steps.clone())?;
     let gif = named_after(folder.as_os_str(), "gif");
     let mut animation: Option<Animation> = None;
-    for step in steps {
-        let panel = body.panel(step, &scales)?;
-        let size = body::size(&panel);
-        let panels = [Panel::Shapes(panel)];
-        let image = Figure { panel: size, ..Figure::new(&panels) }.legible().image().map_err(refuse)?;
-        image.save(&folder.join(format!("{step:04}.png"))).map_err(refuse)?;
+    frames.each(|step, drawing| -> Result<(), Complaint> {
+        let image = drawing.figure().image()?;
+        image.save(&folder.join(format!("{step:04}.png")))?;
         let animation = match &mut animation {
             Some(animation) => animation,
-            none => none.insert(Animation::create(&gif, image.size(), 100 / arguments.rate).map_err(refuse)?),
+            none => none.insert(Animation::create(&gif, image.size(), 100 / arguments.rate)?),
         };
-        animation.add(&image).map_err(refuse)?;
-    }
+        Ok(animation.add(&image)?)
+    })?;
     Ok(vec![folder, gif])
 }
 
-fn refuse(error: PlotError) -> Complaint {
-    Complaint::input(error.to_string())
+impl From<PlotError> for Complaint {
+    fn from(error: PlotError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+/// Arguments are told as this program has them.
+impl From<PictureError> for Complaint {
+    fn from(error: PictureError) -> Self {
+        Self::input(match error {
+            PictureError::Argument { argument, reason } => format!("--{argument}: {reason}"),
+            error => error.to_string(),
+        })
+    }
 }

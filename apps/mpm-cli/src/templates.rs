@@ -1,6 +1,7 @@
 //! `mpm new`: scenes to begin with.
 
 use crate::complaint::Complaint;
+use crate::offered::Offered;
 use crate::reference;
 use clap::Args;
 use std::fmt::Write as _;
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 #[derive(Args)]
 pub struct NewArguments {
     /// Name of the template.
-    #[arg(required_unless_present = "list")]
+    #[arg(required_unless_present = "list", value_parser = Offered(names), hide_possible_values = true)]
     template: Option<String>,
     /// The scene's file, which must not be there yet; `-` prints it [default: the template's name with .ron].
     file: Option<PathBuf>,
@@ -39,12 +40,16 @@ fn templates() -> impl Iterator<Item = (&'static str, &'static str)> {
     std::iter::once((FIRST, reference::example())).chain(SHIPPED.iter().copied())
 }
 
+fn names() -> Vec<&'static str> {
+    templates().map(|(name, _)| name).collect()
+}
+
 /// Writes a scene and says where, or lists what there is.
 pub fn new(arguments: &NewArguments) -> Result<String, Complaint> {
     let Some(wanted) = arguments.template.as_deref().filter(|_| !arguments.list) else { return Ok(list()) };
     let Some((name, text)) = templates().find(|(name, _)| *name == wanted) else {
-        let names: Vec<&str> = templates().map(|(name, _)| name).collect();
-        return Err(Complaint::input(format!("no template named `{wanted}`; there are {}", names.join(", "))));
+        let names = names().join(", ");
+        return Err(Complaint::input(format!("no template named `{wanted}`; there are {names}")));
     };
     let file = arguments.file.clone().unwrap_or_else(|| PathBuf::from(name).with_extension("ron"));
     if file == Path::new("-") {

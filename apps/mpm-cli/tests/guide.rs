@@ -14,7 +14,7 @@ fn succeeds(name: &str, output: Output) -> String {
 }
 
 /// Pages whose commands are run, in this order, in one folder.
-const PAGES: [&str; 8] = [
+const PAGES: [&str; 9] = [
     "first_run.md",
     "bodies.md",
     "pushing.md",
@@ -22,6 +22,7 @@ const PAGES: [&str; 8] = [
     "running.md",
     "pictures.md",
     "results.md",
+    "recipes.md",
     "laws/driver.md",
 ];
 
@@ -81,6 +82,7 @@ fn the_commands_of_the_guide_work_and_python_reads_what_they_write() {
         "pile_csv",
         "kept.h5",
         "sweep/results.csv",
+        "refined/results.csv",
         "cell.csv",
         "cell.svg",
         "stretch_vtu.pvd",
@@ -102,6 +104,11 @@ fn the_commands_of_the_guide_work_and_python_reads_what_they_write() {
     {
         assert!(said.contains(part), "{part} in\n{said}");
     }
+    let mut steps = Command::new(&python);
+    steps.arg(guide("examples/mpm_results.py")).arg("stretch.h5").current_dir(directory.path());
+    let said = succeeds(&python, steps.output().expect("the interpreter starts"));
+    assert!(said.contains("step 40 at load fraction 1: 16 points, mean position ["), "{said}");
+
     let mut draw = Command::new(&python);
     draw.arg(guide("examples/picture.py")).args(["stretch.h5", "points.png"]).current_dir(directory.path());
     let said = succeeds(&python, draw.output().expect("the interpreter starts"));
@@ -159,4 +166,24 @@ fn links_lead_somewhere() {
             }
         }
     }
+}
+
+/// The book for browsers has every page of the guide, the reference, and the pictures; mdBook itself is not run.
+#[test]
+fn the_book_is_put_together() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let python = std::env::var("MPM_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/book.py");
+    let mut book = Command::new(&python);
+    book.arg(script).arg(folder.path().join("book"));
+    succeeds(&python, book.output().expect("the interpreter starts; MPM_PYTHON names it"));
+    let source = folder.path().join("book/src");
+    let summary = std::fs::read_to_string(source.join("SUMMARY.md")).expect("a summary");
+    let pages: Vec<&str> = summary.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+    assert!(pages.len() > 30 && pages.contains(&"reference.md"), "{pages:?}");
+    for page in pages {
+        let text = std::fs::read_to_string(source.join(page)).expect(page);
+        assert!(!text.contains("](../../../") && !text.contains("](../../pictures"), "{page}");
+    }
+    assert!(source.join("pictures/plough.png").exists());
 }

@@ -222,7 +222,7 @@ fn wrong_wishes_of_plots_are_told_with_what_there_is() {
         (&["--field", "displacement.xx"], "no component `.xx`; there are .norm, .x, .y, .z"),
         (&["--step", "3"], "--step: expected a recorded step from 0 to 2, got 3"),
         (&["--range", "1", "1"], "--range: expected two numbers that rise, got 1 1"),
-        (&["--slice", "z=0"], "--slice is for results in three dimensions"),
+        (&["--slice", "z=0"], "--slice: for results in three dimensions"),
         (&["--slice", "w=0"], "expected an axis and a coordinate as in z=0.5, got w=0"),
         (&["-o", "a.bmp"], "a.bmp: expected a name that ends in .svg, .png or .pdf"),
         (&["-o", "none/a.png"], "cannot write picture none/a.png: No such file"),

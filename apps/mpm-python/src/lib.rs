@@ -1,13 +1,16 @@
 //! The extension module of the Python package `implicit-mpm`: one more front beside the command line, over the same crates.
 //!
-//! What is plain Python lies in `python/implicit_mpm`; this module hands it scenes, runs, and results. A run has a thread of its
-//! own (`worker.rs`), which never takes Python's lock: it shows each load step and waits until Python asks for the next.
+//! What is plain Python lies in `python/implicit_mpm`; this module hands it scenes, runs, results and pictures. A run has a thread of its
+//! own (`worker.rs`): it shows each load step and waits until Python asks for the next. Only laws and loads in Python (`foreign.rs`)
+//! take Python's lock while it computes.
 
 mod arrays;
 mod drive;
 mod errors;
+mod foreign;
 mod link;
 mod outputs;
+mod picture;
 mod results;
 mod run;
 mod scene;
@@ -21,6 +24,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::drive::{drive, drive_schema};
+    #[pymodule_export]
+    use crate::picture::{Picture, compared, picture};
     #[pymodule_export]
     use crate::results::Results;
     #[pymodule_export]

@@ -23,6 +23,8 @@ pub(crate) struct Asked {
     pub checkpoint: Option<PathBuf>,
     pub interval: CheckpointInterval,
     pub force: bool,
+    /// Whether laws or loads are written in Python: no checkpoint could tell of them.
+    pub is_foreign: bool,
 }
 
 /// Results file and checkpoints.
@@ -36,7 +38,8 @@ pub(crate) struct Outputs {
 impl Outputs {
     /// Those of a run from the beginning.
     pub(crate) fn begin(scene: &Scene, compiled: &Compiled, asked: &Asked) -> Result<Self, Failure> {
-        let checkpoint = asked.checkpoint.clone().or_else(|| asked.output.as_deref().map(Keeper::beside));
+        let beside = || asked.output.as_deref().filter(|_| !asked.is_foreign).map(Keeper::beside);
+        let checkpoint = asked.checkpoint.clone().or_else(beside);
         let mut read = named(scene);
         let own = PathBuf::from(scene.file());
         if own.is_file() {
@@ -61,9 +64,14 @@ impl Outputs {
             Keeper::new(path, head, asked.checkpoint.is_some())
         });
         let keeper = keeper.transpose().map_err(Failure::input)?;
-        let writer = asked.output.as_ref().map(|path| ResultsWriter::create(path, options(scene, compiled)));
-        let writer = writer.transpose().map_err(Failure::input)?;
-        Ok(Self { writer, keeper, results: asked.output.clone() })
+        let writer = asked.output.as_ref().map(|path| {
+            let mut options = options(scene, compiled)?;
+            if asked.is_foreign {
+                options.program += ", laws or loads in Python";
+            }
+            ResultsWriter::create(path, options).map_err(Failure::input)
+        });
+        Ok(Self { writer: writer.transpose()?, keeper, results: asked.output.clone() })
     }
 
     /// Those of a run that goes on from the checkpoint in `file`, of load step `step`.
@@ -97,14 +105,15 @@ impl Outputs {
         if asked.checkpoint.is_none() {
             keeper.has_kept(step);
         }
-        let writer = results.as_ref().map(|path| ResultsWriter::resume(path, options(scene, compiled)));
-        let writer = writer.transpose().map_err(Failure::input)?;
-        Ok(Self { writer, keeper: Some(keeper), results })
+        let writer = results
+            .as_ref()
+            .map(|path| ResultsWriter::resume(path, options(scene, compiled)?).map_err(Failure::input));
+        Ok(Self { writer: writer.transpose()?, keeper: Some(keeper), results })
     }
 
-    /// The flag that stops the run.
-    pub(crate) fn cancellation(&self) -> Cancellation {
-        self.keeper.as_ref().map_or_else(Cancellation::default, Keeper::cancellation)
+    /// The flag that stops the run, where checkpoints are written.
+    pub(crate) fn cancellation(&self) -> Option<Cancellation> {
+        self.keeper.as_ref().map(Keeper::cancellation)
     }
 
     /// What there is of a run that failed.
@@ -207,13 +216,16 @@ fn folder(scene: &Scene) -> PathBuf {
     folder.canonicalize().unwrap_or(folder)
 }
 
-fn options(scene: &Scene, compiled: &Compiled) -> Options {
+fn options(scene: &Scene, compiled: &Compiled) -> Result<Options, Failure> {
     let output = scene.language().output();
-    Options {
+    // A law in Python may lack what that of the scene remembers.
+    let fields =
+        compiled.fields(output).map_err(|error| Failure::refused(scene.file(), scene.source(), error))?;
+    Ok(Options {
         scene: scene.source().into(),
         program: PROGRAM.into(),
-        fields: compiled.fields(output).expect("compiled with them"),
+        fields,
         every: output.every.0 as usize,
         ..Options::default()
-    }
+    })
 }

@@ -1,6 +1,7 @@
 //! Runs.
 
 use crate::errors::Failure;
+use crate::foreign::{Foreign, LawInPython, Raised};
 use crate::link::{Ended, Event, Link, Request, Shown};
 use crate::outputs::{Asked, Outputs, PROGRAM};
 use crate::scene::{Scene, Tables, files};
@@ -36,26 +37,37 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    fn asked(&self) -> Asked {
+    fn asked(&self, is_foreign: bool) -> Asked {
         let interval = CheckpointInterval { steps: self.checkpoint_every, seconds: self.checkpoint_seconds };
         let (output, checkpoint) = (self.output.clone(), self.checkpoint.clone());
-        Asked { output, checkpoint, interval, force: self.force }
+        Asked { output, checkpoint, interval, force: self.force, is_foreign }
     }
 }
 
-/// Starts a run of a scene.
+/// Starts a run of a scene; laws and loads in Python are given by the names of bodies.
 #[pyfunction]
-pub(crate) fn run(py: Python<'_>, scene: &Scene, settings: Settings) -> PyResult<Run> {
+pub(crate) fn run(
+    py: Python<'_>,
+    scene: &Scene,
+    settings: Settings,
+    laws: Vec<(String, LawInPython)>,
+    loads: Vec<(String, Py<PyAny>)>,
+) -> PyResult<Run> {
+    let foreign = Foreign { laws, loads };
+    let raised = Raised::default();
     let prepared = py.detach(|| {
-        let (compiled, _notes) = scene.compiled()?;
-        let outputs = Outputs::begin(scene, &compiled, &settings.asked())?;
-        let cancellation = outputs.cancellation();
+        let (mut compiled, _notes) = scene.compiled()?;
+        let cancellation = Cancellation::default();
+        let is_foreign = !foreign.is_empty();
+        foreign.join(scene.language(), &mut compiled, &raised, &cancellation)?;
+        let outputs = Outputs::begin(scene, &compiled, &settings.asked(is_foreign))?;
         let known = Known::of(scene.language(), &compiled);
+        let cancellation = outputs.cancellation().unwrap_or(cancellation);
         let file = scene.file().to_owned();
         Ok((Job { compiled, state: None, file, outputs, cancellation, threads: settings.threads }, known))
     });
     let (job, known) = prepared.map_err(|failure: Failure| failure.raise(py))?;
-    Run::start(py, job, known)
+    Run::start(py, job, known, raised)
 }
 
 /// Goes on with a run from a checkpoint.
@@ -82,8 +94,8 @@ pub(crate) fn resume(
         let step = state.progress.rows().saturating_sub(1);
         let known = Known::of(scene.language(), &compiled);
         let written_by = head.program.clone();
-        let outputs = Outputs::go_on(&scene, &compiled, (&file, head, step), &settings.asked())?;
-        let cancellation = outputs.cancellation();
+        let outputs = Outputs::go_on(&scene, &compiled, (&file, head, step), &settings.asked(false))?;
+        let cancellation = outputs.cancellation().unwrap_or_default();
         let (state, threads) = (Some(state), settings.threads);
         Ok((Job { compiled, state, file: name, outputs, cancellation, threads }, known, written_by))
     });
@@ -97,7 +109,7 @@ pub(crate) fn resume(
             ),
         )?;
     }
-    Run::start(py, job, known)
+    Run::start(py, job, known, Raised::default())
 }
 
 fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
@@ -117,6 +129,8 @@ pub(crate) struct Run {
     events: Mutex<Receiver<Event>>,
     thread: Option<JoinHandle<()>>,
     cancellation: Cancellation,
+    /// The exception of a law or load in Python, which has stopped the run.
+    raised: Raised,
     known: Arc<Known>,
     /// Whether the run waits until the next load step is asked for.
     waits: bool,
@@ -124,7 +138,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    fn start(py: Python<'_>, job: Job, known: Known) -> PyResult<Self> {
+    fn start(py: Python<'_>, job: Job, known: Known, raised: Raised) -> PyResult<Self> {
         let (requests, of_python) = channel();
         let (to_python, events) = channel();
         let cancellation = job.cancellation.clone();
@@ -134,7 +148,7 @@ impl Run {
             Some(thread.map_err(|error| Failure::input(format!("cannot start a thread: {error}")).raise(py))?);
         let (link, events) = (Link::new(requests), Mutex::new(events));
         let (known, status) = (Arc::new(known), "running".into());
-        let mut run = Self { link, events, thread, cancellation, known, waits: false, status };
+        let mut run = Self { link, events, thread, cancellation, raised, known, waits: false, status };
         match run.event(py)? {
             Some(Event::Started(columns)) => {
                 run.known = Arc::new(Known::clone(&run.known).with(columns));
@@ -175,6 +189,10 @@ impl Run {
         if let Some(thread) = self.thread.take() {
             // A thread that has panicked has been told of.
             let _ = py.detach(|| thread.join());
+        }
+        if let Some(exception) = self.raised.take() {
+            self.status = format!("failed: {exception}");
+            return Err(exception);
         }
         self.status = match &ended {
             Ok(Ended::Completed) => "completed".into(),

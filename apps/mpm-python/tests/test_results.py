@@ -81,3 +81,46 @@ def test_what_is_no_results_file_is_refused(in_tmp):
     (in_tmp / "a.h5").write_bytes(b"not HDF5")
     with pytest.raises(mpm.InputError, match="cannot open results file a.h5: "):
         mpm.open("a.h5")
+
+
+def test_pictures_are_drawn(results, in_tmp):
+    picture = results.picture(field="cauchy_stress.xx", step=2)
+    assert picture.png().startswith(b"\x89PNG") and picture._repr_png_() == picture.png()
+    svg = picture.svg()
+    assert svg.startswith("<svg") and "cauchy_stress.xx" in svg and svg.count("<polygon") >= 16
+    for ending in ("svg", "png", "pdf"):
+        picture.save(f"a.{ending}")
+        assert (in_tmp / f"a.{ending}").stat().st_size > 500
+    with pytest.raises(mpm.InputError, match="ends in .svg, .png or .pdf"):
+        picture.save("a.bmp")
+    curve = results.plot("reaction/pulled.x", "displacement/pulled.x", absolute=True)
+    assert "reaction/pulled.x" in curve.svg()
+    both = mpm.plot([results, "a.h5"], ["reaction/pulled.x", "reaction/left.x"])
+    assert both.svg().count("<polyline") >= 4
+    assert "PNG" in repr(results.picture(["body", "reaction"]).png()[:4])
+
+
+def test_pictures_that_cannot_be_drawn_are_refused(results):
+    for wrong, message in (
+        (dict(field="volume"), "field: no field `volume` is recorded; there are rho, cauchy_stress"),
+        (dict(step=9), "has no recorded step 9"),
+        (dict(view="w"), "view: expected corner, x, y or z, got w"),
+        (dict(slice="z=0"), "slice: for results in three dimensions"),
+        (dict(cut="z"), "cut: expected an axis and a coordinate as in z=0.5, got z"),
+        (dict(range=(1.0, 1.0)), "range: expected two numbers that rise"),
+        (dict(show="bodies"), "show: expected some of body, reaction"),
+        (dict(show="tool"), "holds nothing to show as tool"),
+    ):
+        with pytest.raises(mpm.InputError, match=message):
+            results.picture(**wrong)
+    with pytest.raises(mpm.InputError, match="no column `force` in the history of a.h5"):
+        results.plot("force")
+    with pytest.raises(mpm.InputError, match="expected results to draw"):
+        mpm.plot([], "load_fraction")
+
+
+def test_notebooks_show_tables(results, scenes):
+    assert "<td>completed</td>" in results._repr_html_()
+    scene = mpm.Scene(scenes / "simple_stretch.ron")
+    assert "<pre>" in scene._repr_html_() and "&lt;" not in scene.check()._repr_html_()
+    assert "<th>material_points</th><td>16</td>" in scene.check()._repr_html_()

@@ -1,12 +1,15 @@
 //! How a body is looked at.
 
+use crate::offered::Offered;
 use clap::{Args, ValueEnum};
+use mpm_pictures::{BodyView, View, plane};
+use mpm_solver::observe::Field;
 
 #[derive(Args)]
 pub struct BodyArguments {
     /// Field that colours the body, with a component where it has several: `displacement.x`, `cauchy_stress.xy`, or
     /// `.norm`, `.mean`, `.deviator` [default: the most telling one of the file].
-    #[arg(long, value_name = "FIELD")]
+    #[arg(long, value_name = "FIELD", value_parser = Offered(fields), hide_possible_values = true)]
     pub field: Option<String>,
     /// Recorded step, numbered from 0 [default: the last].
     #[arg(long, value_name = "N")]
@@ -24,19 +27,19 @@ pub struct BodyArguments {
     #[arg(long)]
     pub mirror: bool,
     /// Three dimensions: where one looks from.
-    #[arg(long, value_enum, default_value_t = View::Corner)]
-    pub view: View,
+    #[arg(long, value_enum, default_value_t = From::Corner)]
+    pub view: From,
     /// Three dimensions: only the points next to a plane across an axis, as in `z=0.5`.
-    #[arg(long, value_name = "AXIS=AT", value_parser = slice)]
+    #[arg(long, value_name = "AXIS=AT", value_parser = plane)]
     pub slice: Option<(usize, f64)>,
     /// Three dimensions: without what stands before a plane across an axis, as in `y=0`; tools are drawn whole.
-    #[arg(long, value_name = "AXIS=AT", value_parser = slice, conflicts_with = "slice")]
+    #[arg(long, value_name = "AXIS=AT", value_parser = plane, conflicts_with = "slice")]
     pub cut: Option<(usize, f64)>,
 }
 
 /// Where one looks from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum View {
+pub enum From {
     /// From a corner, all three axes alike.
     Corner,
     /// Along x.
@@ -47,10 +50,28 @@ pub enum View {
     Z,
 }
 
-fn slice(text: &str) -> Result<(usize, f64), String> {
-    let wrong = || format!("expected an axis and a coordinate as in z=0.5, got {text}");
-    let (axis, at) = text.split_once('=').ok_or_else(wrong)?;
-    let axis = ["x", "y", "z"].iter().position(|name| name.eq_ignore_ascii_case(axis)).ok_or_else(wrong)?;
-    let at = at.parse().ok().filter(|at: &f64| at.is_finite()).ok_or_else(wrong)?;
-    Ok((axis, at))
+/// Fields that any points have.
+fn fields() -> Vec<&'static str> {
+    Field::OF_POINTS.iter().map(|field| field.name()).collect()
+}
+
+impl BodyArguments {
+    pub fn view(&self) -> BodyView {
+        BodyView {
+            field: self.field.clone(),
+            step: self.step,
+            range: self.range.as_ref().map(|range| (range[0], range[1])),
+            body: self.body.clone(),
+            mesh: !self.no_mesh,
+            mirror: self.mirror,
+            view: match self.view {
+                From::Corner => View::Corner,
+                From::X => View::X,
+                From::Y => View::Y,
+                From::Z => View::Z,
+            },
+            slice: self.slice,
+            cut: self.cut,
+        }
+    }
 }

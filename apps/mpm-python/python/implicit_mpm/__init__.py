@@ -26,15 +26,20 @@
 """
 
 from ._errors import InputError, MissingPackage, MpmError, RunError
-from ._native import Run, Step, __version__
-from ._results import Results, open
+from ._foreign import Law, tangent_error
+from ._mesh import points_of_mesh
+from ._native import Picture, Run, Step, __version__
+from ._results import Results, open, plot
 from ._run import drive, resume, run
-from ._scene import Scene
+from ._scene import Check, Scene
 
 __all__ = [
+    "Check",
     "InputError",
+    "Law",
     "MissingPackage",
     "MpmError",
+    "Picture",
     "Results",
     "Run",
     "RunError",
@@ -43,6 +48,9 @@ __all__ = [
     "__version__",
     "drive",
     "open",
+    "plot",
+    "points_of_mesh",
     "resume",
     "run",
+    "tangent_error",
 ]

@@ -2,7 +2,7 @@
 
 from os import PathLike
 from types import TracebackType
-from typing import Any, Iterator, Optional, Union, final
+from typing import Any, Callable, Iterator, Optional, Union, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,14 @@ def schema() -> str: ...
 def drive_schema() -> str: ...
 def read_text(file: _Path) -> str: ...
 def drive(text: str, name: str) -> tuple[list[str], list[str], NDArray[np.float64], Optional[str]]: ...
-def run(scene: Scene, settings: dict[str, Any]) -> Run: ...
+def run(
+    scene: Scene,
+    settings: dict[str, Any],
+    laws: list[tuple[str, dict[str, Any]]],
+    loads: list[tuple[str, Callable[[list[float], float], list[float]]]],
+) -> Run: ...
+def picture(results: _Path, show: list[str], looked: dict[str, Any]) -> Picture: ...
+def compared(files: list[str], y: list[str], x: Optional[str], absolute: bool) -> Picture: ...
 def resume(file: _Path, folder: Optional[_Path], tables: _Columns, settings: dict[str, Any]) -> Run: ...
 @final
 class Scene:
@@ -82,6 +89,23 @@ class Step:
     @property
     def positions(self) -> NDArray[np.float64]: ...
     def field(self, name: str) -> NDArray[np.float64]: ...
+@final
+class Picture:
+    """A picture of results, which notebooks show."""
+
+    def svg(self) -> str:
+        """The text of an SVG file."""
+
+    def png(self) -> bytes:
+        """The bytes of a PNG file of at most 256 colours."""
+
+    def pdf(self) -> bytes:
+        """The bytes of a PDF file of one page."""
+
+    def save(self, file: _Path) -> None:
+        """Writes a file; its ending, ``.svg``, ``.png`` or ``.pdf``, says the format."""
+
+    def _repr_png_(self) -> bytes: ...
 @final
 class Results:
     def __new__(cls, path: _Path) -> Results: ...

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import os
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,20 @@ def open(path: str | os.PathLike[str]) -> Results:
     implicit_mpm._errors.InputError: cannot open results file nowhere.h5: No such file or directory
     """
     return Results(path)
+
+
+def plot(
+    results: Iterable[Results | str | os.PathLike[str]],
+    y: str | Iterable[str],
+    against: str | None = None,
+    *,
+    absolute: bool = False,
+) -> _native.Picture:
+    """Columns of the histories of several results against each other, as :meth:`Results.plot` draws those of one."""
+    paths = [it.path if isinstance(it, Results) else os.fspath(it) for it in results]
+    if not paths:
+        raise InputError("expected results to draw, got none")
+    return _native.compared(paths, [y] if isinstance(y, str) else list(y), against, absolute)
 
 
 class Results:
@@ -118,6 +134,57 @@ class Results:
         faces = np.column_stack([np.full(n, 4), np.arange(4 * n).reshape(n, 4)])
         return self._with_fields(pyvista.PolyData(places, faces=faces.ravel()), "cell_data", step)
 
+    def plot(self, y: str | Iterable[str], against: str | None = None, *, absolute: bool = False) -> _native.Picture:
+        """Columns of the history, ``"reaction/footing.y"``, against another one, or against the load fraction.
+
+        ``absolute`` draws sizes, without signs.
+        """
+        return plot([self], y, against, absolute=absolute)
+
+    def picture(
+        self,
+        show: str | Iterable[str] = "body",
+        *,
+        field: str | None = None,
+        step: int = -1,
+        range: tuple[float, float] | None = None,
+        body: str | None = None,
+        mesh: bool = True,
+        mirror: bool = False,
+        view: str = "corner",
+        slice: str | None = None,
+        cut: str | None = None,
+    ) -> _native.Picture:
+        """A picture as ``mpm plot`` draws it: ``body``, ``reaction``, ``moment``, ``tool``, ``convergence``, ``energy``, or several of them.
+
+        ``field`` colours the body, with a component where it has several (``"cauchy_stress.xy"``), and ``range`` are the ends of its
+        colour bar. ``body`` is drawn alone, ``mesh=False`` leaves the mesh out, with supports and loads. Bodies of revolution:
+        ``mirror`` draws both sides of the axis. In three dimensions one looks from a ``"corner"`` or along ``"x"``, ``"y"``, ``"z"``;
+        ``slice="z=0.5"`` draws the points next to a plane, ``cut="y=0"`` leaves out what stands before one.
+        """
+        looked = {
+            "field": field,
+            "step": self._step(step),
+            "range": range,
+            "body": body,
+            "mesh": mesh,
+            "mirror": mirror,
+            "view": view,
+            "slice": slice,
+            "cut": cut,
+        }
+        return _native.picture(self.path, [show] if isinstance(show, str) else list(show), looked)
+
+    def _repr_html_(self) -> str:
+        first, rows = self._native.rows()
+        told = {
+            "results": self.path,
+            "status": self.status,
+            "load steps": f"{max(0, first + rows - 1)}, {len(self.load_fractions)} recorded",
+            "fields": ", ".join(self.fields),
+        }
+        return as_html(told)
+
     def _with_fields(self, mesh: Any, place: str, step: int) -> Any:
         for name in self.fields:
             if name != "outline":
@@ -134,6 +201,12 @@ class Results:
 
     def __repr__(self) -> str:
         return f"<implicit_mpm.Results {self.path}: {self.status}>"
+
+
+def as_html(told: dict[str, Any]) -> str:
+    """What is told, as a table."""
+    rows = (f"<tr><th>{html.escape(str(name))}</th><td>{html.escape(str(value))}</td></tr>" for name, value in told.items())
+    return f"<table>{''.join(rows)}</table>"
 
 
 def _component(axes: str, width: int, k: int) -> str:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+
+import numpy as np
 
 from . import _native
 from ._errors import InputError, RunError
+from ._foreign import Law
+from ._foreign import laws as foreign_laws
+from ._foreign import loads as foreign_loads
 from ._results import as_frame
 from ._ron import Language
 from ._scene import Path, Scene, Tables, _is_path, as_columns
@@ -23,6 +28,8 @@ def run(
     checkpoint_seconds: float | None = None,
     force: bool = False,
     threads: int | None = None,
+    laws: Mapping[str, Law] | None = None,
+    loads: Mapping[str, Callable[[np.ndarray, float], Any]] | None = None,
 ) -> _native.Run:
     """Runs a scene; iterate over what it returns.
 
@@ -30,6 +37,10 @@ def run(
     stopped leaves a checkpoint beside them, from which :func:`resume` goes on bit for bit. ``checkpoint_every`` load steps and
     ``checkpoint_seconds`` say when checkpoints are written besides; left out, the scene says it. Results of an
     interrupted or longer run are replaced with ``force=True`` only. ``threads`` never changes a result.
+
+    ``laws`` puts laws that are written in Python, see :class:`Law`, in the place of those of bodies, by the names of the bodies.
+    ``loads`` are functions of a point's position at rest ``[D]`` and the load fraction that return a force per volume at rest
+    ``[D]``. They are slow, for prototypes; no checkpoint can tell of them, so that none is written.
 
     >>> import implicit_mpm as mpm
     >>> with mpm.run("scenes/simple_stretch.ron") as run:
@@ -41,7 +52,10 @@ def run(
     ('stopped', (16, 3, 3))
     """
     scene = scene if isinstance(scene, Scene) else Scene(scene)
-    return _native.run(scene._native, _settings(output, checkpoint, checkpoint_every, checkpoint_seconds, force, threads))
+    if (laws or loads) and not (checkpoint is None and checkpoint_every is None and checkpoint_seconds is None):
+        raise InputError("a run with laws or loads in Python writes no checkpoint: none could tell of them")
+    settings = _settings(output, checkpoint, checkpoint_every, checkpoint_seconds, force, threads)
+    return _native.run(scene._native, settings, foreign_laws(laws), foreign_loads(loads, scene._dimensions) if loads else [])
 
 
 def resume(

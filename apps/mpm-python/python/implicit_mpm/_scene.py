@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import html
 import json
 import os
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ import numpy as np
 
 from . import _native
 from ._errors import InputError
+from ._results import as_html
 from ._ron import Language
 
 Path = Union[str, "os.PathLike[str]"]
@@ -22,6 +24,22 @@ Tables = Mapping[str, Mapping[str, Any]]
 @functools.cache
 def _language() -> Language:
     return Language(_native.schema())
+
+
+class Check(dict):
+    """What ``mpm check --json`` prints: sizes, how long a run may take, and what is probably not meant."""
+
+    def _repr_html_(self) -> str:
+        return as_html({name: _told(value) for name, value in self.items() if value not in (None, [], {})})
+
+
+def _told(value: Any) -> str:
+    """A value of a check in words."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_told(it)}" for name, it in value.items() if it is not None)
+    if isinstance(value, list):
+        return "; ".join(_told(it) for it in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 class Scene:
@@ -107,9 +125,17 @@ class Scene:
             native = native.with_value(path, value if isinstance(value, str) else repr(value))
         return self._of(native)
 
-    def check(self) -> dict[str, Any]:
+    def check(self) -> Check:
         """How large the scene is, how long a run may take, and what is probably not meant: what `mpm check --json` prints."""
-        return json.loads(self._native.check())
+        return Check(json.loads(self._native.check()))
+
+    def _repr_html_(self) -> str:
+        return as_html({"scene": self.title or self.name}) + f"<details><pre>{html.escape(self.text)}</pre></details>"
+
+    @property
+    def _dimensions(self) -> int:
+        (space,) = json.loads(self._native.json())
+        return 3 if space == "Solid" else 2
 
     def __eq__(self, other: object) -> bool:
         return self._native == other._native if isinstance(other, Scene) else NotImplemented

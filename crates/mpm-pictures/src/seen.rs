@@ -1,8 +1,8 @@
 //! The points of a body as they are seen: what each stands for, or a disc.
 
-use super::arguments::{BodyArguments, View};
-use super::drawn::{Drawn, complain};
-use crate::complaint::Complaint;
+use crate::drawn::{Drawn, complain};
+use crate::error::PictureError;
+use crate::view::{BodyView, View};
 use mpm_io::{FolderFiles, Table};
 use mpm_plot::{Shares, normal};
 use mpm_scene::{BodyShares, Scene, shares_at_rest};
@@ -10,26 +10,26 @@ use mpm_solver::observe::Field;
 
 /// What is seen of the points of a recorded step; the nearest are last.
 #[derive(Default)]
-pub struct Seen {
+pub(crate) struct Seen {
     /// What points stand for, and in space the facets of tools.
-    pub pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Piece>,
     /// Points of which no more is known than where they are.
-    pub discs: Vec<(usize, (f64, f64))>,
+    pub(crate) discs: Vec<(usize, (f64, f64))>,
     /// Radius of the discs `[L]`.
-    pub radius: f64,
+    pub(crate) radius: f64,
 }
 
 /// What is seen of what a point stands for, or of a tool.
-pub struct Piece {
+pub(crate) struct Piece {
     /// Number of the point; none of a tool.
-    pub point: Option<usize>,
-    pub corners: Vec<(f64, f64)>,
+    pub(crate) point: Option<usize>,
+    pub(crate) corners: Vec<(f64, f64)>,
     /// How much light falls on it, from 0 to 1.
-    pub light: f64,
+    pub(crate) light: f64,
 }
 
 /// The points of a results file, and how they are looked at.
-pub struct Points<'a> {
+pub(crate) struct Points<'a> {
     file: &'a Drawn,
     view: View,
     slice: Option<(usize, f64)>,
@@ -57,14 +57,14 @@ const SHADOW: f64 = 0.45;
 impl<'a> Points<'a> {
     /// The points of a file; bodies are filled again as the scene says, which is beside the results or where it names
     /// its files.
-    pub fn of(file: &'a Drawn, arguments: &BodyArguments) -> Result<Self, Complaint> {
+    pub(crate) fn of(file: &'a Drawn, of: &BodyView) -> Result<Self, PictureError> {
         let solid = matches!(file.scene, Scene::Solid(_));
         // A slice is seen along its normal.
-        let view = match arguments.slice {
+        let view = match of.slice {
             Some((0, _)) => View::X,
             Some((1, _)) => View::Y,
             Some(_) => View::Z,
-            None => arguments.view,
+            None => of.view,
         };
         let bodies = shares_at_rest(&file.scene, &FolderFiles::beside(&file.path)).unwrap_or_default();
         let bodies = where_recorded(bodies, file)?;
@@ -77,20 +77,18 @@ impl<'a> Points<'a> {
                 Part { name: rest.name.clone(), first: first - shares.len(), shares, rest }
             })
             .collect();
-        if let Some(name) =
-            arguments.body.as_ref().filter(|name| !bodies.iter().any(|body| body.name == **name))
-        {
+        if let Some(name) = of.body.as_ref().filter(|name| !bodies.iter().any(|body| body.name == **name)) {
             let known: Vec<&str> = bodies.iter().map(|body| &body.name[..]).collect();
             let known =
                 if known.is_empty() { "none that can be filled again".into() } else { known.join(", ") };
-            return Err(Complaint::input(format!("--body: no body `{name}`; the scene has {known}")));
+            return Err(PictureError::of("body", format!("no body `{name}`; the scene has {known}")));
         }
-        let (slice, cut) = (arguments.slice, arguments.cut);
-        Ok(Self { file, view, slice, cut, bodies, only: arguments.body.clone(), solid })
+        let (slice, cut) = (of.slice, of.cut);
+        Ok(Self { file, view, slice, cut, bodies, only: of.body.clone(), solid })
     }
 
     /// Directions of space as they are seen, by name; none where axes are drawn.
-    pub fn triad(&self) -> Vec<(&'static str, (f64, f64))> {
+    pub(crate) fn triad(&self) -> Vec<(&'static str, (f64, f64))> {
         if self.axes().is_some() {
             return Vec::new();
         }
@@ -100,7 +98,7 @@ impl<'a> Points<'a> {
     }
 
     /// What names of axes say of the picture; nothing where it is seen from a corner.
-    pub fn axes(&self) -> Option<[String; 2]> {
+    pub(crate) fn axes(&self) -> Option<[String; 2]> {
         let names = match (self.solid, self.view, &self.file.scene) {
             (false, _, Scene::Axisymmetric(_)) => ["r", "z"],
             (false, ..) | (true, View::Z, _) => ["x", "y"],
@@ -112,7 +110,7 @@ impl<'a> Points<'a> {
     }
 
     /// The points of a step, in space with the facets of tools.
-    pub fn seen(&self, step: usize, tools: Vec<Vec<[f64; 3]>>) -> Result<Seen, Complaint> {
+    pub(crate) fn seen(&self, step: usize, tools: Vec<Vec<[f64; 3]>>) -> Result<Seen, PictureError> {
         let results = &self.file.results;
         let positions = results.points(step).map_err(complain)?;
         let all = || (0..positions.len()).map(|point| positions.row(point));
@@ -165,12 +163,12 @@ impl<'a> Points<'a> {
     }
 
     /// For every edge of a body's shares that lies on a line at rest: the middle of where it is.
-    pub fn on_boundary(
+    pub(crate) fn on_boundary(
         &self,
         step: usize,
         body: &str,
         is_on: impl Fn(&[f64; 3]) -> bool,
-    ) -> Result<Vec<(f64, f64)>, Complaint> {
+    ) -> Result<Vec<(f64, f64)>, PictureError> {
         let positions = self.file.results.points(step).map_err(complain)?;
         let Some(body) = self.bodies.iter().find(|it| it.name == body) else { return Ok(Vec::new()) };
         if self.bodies.iter().map(|body| body.shares.len()).sum::<usize>() != positions.len() {
@@ -189,7 +187,12 @@ impl<'a> Points<'a> {
     }
 
     /// Where the point of a body is that was nearest to a position at rest.
-    pub fn nearest(&self, step: usize, body: &str, near: [f64; 2]) -> Result<Option<(f64, f64)>, Complaint> {
+    pub(crate) fn nearest(
+        &self,
+        step: usize,
+        body: &str,
+        near: [f64; 2],
+    ) -> Result<Option<(f64, f64)>, PictureError> {
         let positions = self.file.results.points(step).map_err(complain)?;
         let Some(body) = self.bodies.iter().find(|it| it.name == body) else { return Ok(None) };
         let apart = |x: &[f64; 3]| (x[0] - near[0]).hypot(x[1] - near[1]);
@@ -208,7 +211,7 @@ impl<'a> Points<'a> {
     }
 
     /// Corners of the domains, where they are recorded.
-    fn outlines(&self, step: usize) -> Result<Option<Table>, Complaint> {
+    fn outlines(&self, step: usize) -> Result<Option<Table>, PictureError> {
         let results = &self.file.results;
         let outline = Field::OUTLINE.name();
         if self.solid || !results.fields().map_err(complain)?.iter().any(|name| name == outline) {
@@ -219,7 +222,7 @@ impl<'a> Points<'a> {
             true => Ok(Some(table)),
             false => {
                 let width = table.width();
-                Err(Complaint::input(format!("field outline has {width} numbers per point, expected 8")))
+                Err(PictureError::new(format!("field outline has {width} numbers per point, expected 8")))
             }
         }
     }
@@ -261,7 +264,7 @@ impl<'a> Points<'a> {
     }
 
     /// Where a point appears, and how near it is.
-    pub fn place(&self, x: &[f64]) -> ((f64, f64), f64) {
+    pub(crate) fn place(&self, x: &[f64]) -> ((f64, f64), f64) {
         if !self.solid {
             return ((x[0], x[1]), 0.0);
         }
@@ -280,7 +283,7 @@ impl<'a> Points<'a> {
 
 /// The bodies with their points where the first recorded step has them, if that is the start: bases place them differently
 /// in a piece. None of them if it has them elsewhere: a file that the scene names may have changed since.
-fn where_recorded(mut bodies: Vec<BodyShares>, file: &Drawn) -> Result<Vec<BodyShares>, Complaint> {
+fn where_recorded(mut bodies: Vec<BodyShares>, file: &Drawn) -> Result<Vec<BodyShares>, PictureError> {
     if file.results.fractions().first() != Some(&0.0) {
         return Ok(bodies);
     }

@@ -1,16 +1,16 @@
 //! The field that colours a body.
 
-use super::drawn::{Drawn, complain};
-use crate::complaint::Complaint;
+use crate::drawn::{Drawn, complain};
+use crate::error::PictureError;
 use mpm_io::component_name;
 use mpm_solver::observe::{Field, Space};
 
 /// What colours the body.
-pub struct Colour {
+pub(crate) struct Colour {
     field: String,
     component: Component,
     /// Name and unit.
-    pub label: String,
+    pub(crate) label: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl Component {
 
 impl Colour {
     /// The field that is wanted, or the most telling one of those that are recorded.
-    pub fn of(file: &Drawn, wanted: Option<&str>) -> Result<Option<Self>, Complaint> {
+    pub(crate) fn of(file: &Drawn, wanted: Option<&str>) -> Result<Option<Self>, PictureError> {
         let mut names = file.results.fields().map_err(complain)?;
         names.retain(|name| name != Field::OUTLINE.name());
         // The default is the first of these that is recorded.
@@ -73,8 +73,8 @@ impl Colour {
         let (field, of) = wanted.split_at(wanted.find(['.', '[']).unwrap_or(wanted.len()));
         if !names.iter().any(|name| name == field) {
             let recorded = if names.is_empty() { "none".into() } else { names.join(", ") };
-            let message = format!("--field: no field `{field}` is recorded; there are {recorded}");
-            return Err(Complaint::input(message));
+            let reason = format!("no field `{field}` is recorded; there are {recorded}");
+            return Err(PictureError::of("field", reason));
         }
         let width = file.results.field(field, 0).map_err(complain)?.width();
         let is_gradient = field == Field::DEFORMATION_GRADIENT.name();
@@ -82,8 +82,8 @@ impl Colour {
         let found = if of.is_empty() { components.first() } else { components.iter().find(|it| it.0 == of) };
         let Some((name, component)) = found else {
             let names: Vec<&str> = components.iter().map(|it| it.0.as_str()).collect();
-            let message = format!("--field: `{field}` has no component `{of}`; there are {}", names.join(", "));
-            return Err(Complaint::input(message));
+            let reason = format!("`{field}` has no component `{of}`; there are {}", names.join(", "));
+            return Err(PictureError::of("field", reason));
         };
         let unit = file.results.unit(field).map_err(complain)?;
         let label = format!("{field}{name} [{unit}]");
@@ -91,7 +91,7 @@ impl Colour {
     }
 
     /// Of every point at a recorded step.
-    pub fn values(&self, file: &Drawn, step: usize) -> Result<Vec<f64>, Complaint> {
+    pub(crate) fn values(&self, file: &Drawn, step: usize) -> Result<Vec<f64>, PictureError> {
         let table = file.results.field(&self.field, step).map_err(complain)?;
         Ok((0..table.len()).map(|point| self.component.of(table.row(point))).collect())
     }

@@ -1,18 +1,19 @@
 //! Any columns of the history against each other, of one results file or several.
 
-use super::drawn::{complain, unread};
-use super::histories::{ROUNDING, curves};
-use crate::complaint::Complaint;
+use crate::drawn::{complain, unread};
+use crate::error::PictureError;
+use crate::histories::{ROUNDING, curves};
 use mpm_io::{Results, component_name};
 use mpm_plot::Panel;
 use std::path::{Path, PathBuf};
 
-/// What is drawn.
-pub struct Wanted<'a> {
-    /// Columns upwards.
-    pub y: &'a [String],
+/// Columns of the history that are drawn against another.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// Columns upwards, with a component where they have several: `reaction/base.y`.
+    pub y: Vec<String>,
     /// Column along the axis; the load fraction if left out.
-    pub x: Option<&'a str>,
+    pub x: Option<String>,
     /// Whether sizes are drawn in place of signed values.
     pub absolute: bool,
 }
@@ -25,7 +26,7 @@ struct Column {
 }
 
 /// A curve for every file and column.
-pub fn columns(files: &[PathBuf], wanted: &Wanted<'_>) -> Result<Panel, Complaint> {
+pub(crate) fn columns(files: &[PathBuf], wanted: &Wanted) -> Result<Panel, PictureError> {
     let names = legend(files);
     let (mut lines, mut labels) = (Vec::new(), [None, None]);
     for (path, name) in files.iter().zip(names) {
@@ -33,8 +34,8 @@ pub fn columns(files: &[PathBuf], wanted: &Wanted<'_>) -> Result<Panel, Complain
         if results.rows() == 0 {
             return Err(unread(path));
         }
-        let x = column(&results, wanted.x.unwrap_or("load_fraction"), path, wanted.absolute)?;
-        for wanted_y in wanted.y {
+        let x = column(&results, wanted.x.as_deref().unwrap_or("load_fraction"), path, wanted.absolute)?;
+        for wanted_y in &wanted.y {
             let y = column(&results, wanted_y, path, wanted.absolute)?;
             let curve = match (wanted.y.len(), files.len()) {
                 // The axis names the only curve.
@@ -66,7 +67,7 @@ fn legend(files: &[PathBuf]) -> Vec<String> {
 }
 
 /// A column by its name: `reaction/base.y`, or `load_fraction`; a column of several numbers without a component is its size.
-fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Result<Column, Complaint> {
+fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Result<Column, PictureError> {
     let of = |name: &str| results.columns().iter().find(|column| column.name == name);
     // A component follows the last dot or bracket.
     let split = wanted.rfind(['.', '[']).map(|at| wanted.split_at(at));
@@ -77,7 +78,7 @@ fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Resul
     };
     let Some(known) = known else {
         let names: Vec<&str> = results.columns().iter().map(|column| column.name.as_str()).collect();
-        return Err(Complaint::input(format!(
+        return Err(PictureError::new(format!(
             "no column `{wanted}` in the history of {}; there are {}",
             path.display(),
             names.join(", ")
@@ -94,7 +95,7 @@ fn column(results: &Results, wanted: &str, path: &Path, absolute: bool) -> Resul
         (None, _) => {
             let names: Vec<String> = (0..width).map(|c| component_name(results.space(), width, c)).collect();
             let names = names.join(", ");
-            return Err(Complaint::input(format!(
+            return Err(PictureError::new(format!(
                 "column `{}` has no component `{component}`; there are {names}",
                 known.name
             )));

@@ -1,8 +1,8 @@
 //! Supports and loads of a scene in the plane as symbols.
 
-use super::drawn::Drawn;
-use super::seen::Points;
-use crate::complaint::Complaint;
+use crate::drawn::Drawn;
+use crate::error::PictureError;
+use crate::seen::Points;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_plot::Symbol;
 use mpm_scene::{Acting, ActingOn, acting};
@@ -13,29 +13,30 @@ const MOST: usize = 24;
 
 /// Supports and loads of a scene.
 #[derive(Default)]
-pub struct Symbols(Acting);
+pub(crate) struct Symbols(Acting);
 
 /// Where symbols are drawn.
-pub struct Around<'a> {
-    pub mesh: &'a (Layout<2>, MeshMotion<2>),
-    pub points: &'a Points<'a>,
+pub(crate) struct Around<'a> {
+    pub(crate) mesh: &'a (Layout<2>, MeshMotion<2>),
+    pub(crate) points: &'a Points<'a>,
     /// Recorded step.
-    pub step: usize,
+    pub(crate) step: usize,
     /// Ends of the picture.
-    pub room: [(f64, f64); 2],
+    pub(crate) room: [(f64, f64); 2],
 }
 
 impl Symbols {
     /// Of a results file; none in space.
-    pub fn of(file: &Drawn) -> Result<Self, Complaint> {
+    pub(crate) fn of(file: &Drawn) -> Result<Self, PictureError> {
         acting(&file.scene).map(Self).map_err(|error| {
-            Complaint::input(format!("the scene of the results gives no supports and loads: {error}"))
+            PictureError::new(format!("the scene of the results gives no supports and loads: {error}"))
         })
     }
 
     /// The symbols of what acts at a load fraction.
-    pub fn at(&self, fraction: f64, around: &Around<'_>) -> Result<Vec<Symbol>, Complaint> {
-        let wrong = |reason: String| Complaint::input(format!("no mesh at load fraction {fraction}: {reason}"));
+    pub(crate) fn at(&self, fraction: f64, around: &Around<'_>) -> Result<Vec<Symbol>, PictureError> {
+        let wrong =
+            |reason: String| PictureError::new(format!("no mesh at load fraction {fraction}: {reason}"));
         let at = LoadFraction::of_total(fraction).map_err(|error| wrong(error.to_string()))?;
         let (layout, motion) = around.mesh;
         let mesh = motion.mesh_at(layout, at).map_err(|error| wrong(error.to_string()))?;
@@ -82,7 +83,7 @@ impl Symbols {
     }
 
     /// Where a load acts.
-    fn places(&self, on: &ActingOn, around: &Around<'_>) -> Result<Vec<(f64, f64)>, Complaint> {
+    fn places(&self, on: &ActingOn, around: &Around<'_>) -> Result<Vec<(f64, f64)>, PictureError> {
         match on {
             // Inside the picture, at its upper right corner.
             ActingOn::All => Ok(vec![around.room]

@@ -1,13 +1,13 @@
 //! Rigid tools: their outlines, and the forces on them.
 
-use super::drawn::{Drawn, complain};
-use crate::complaint::Complaint;
+use crate::drawn::{Drawn, complain};
+use crate::error::PictureError;
 use mpm_io::{FolderFiles, Table};
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
 use mpm_scene::{Scene, ToolSurface, tool_surfaces};
 
 /// Tools and where they stand at every row of the history.
-pub struct Tools {
+pub(crate) struct Tools {
     fractions: Table,
     /// Whether they turn in what is drawn, and not about an axis in it.
     turns: bool,
@@ -18,7 +18,7 @@ pub struct Tools {
 impl Tools {
     /// The tools of a results file; in space none where a file that one of them names is not there, or an older program has not
     /// recorded how they turn.
-    pub fn of(file: &Drawn) -> Result<Self, Complaint> {
+    pub(crate) fn of(file: &Drawn) -> Result<Self, PictureError> {
         let fractions = column(file, "load_fraction")?;
         let in_space = matches!(file.scene, Scene::Solid(_));
         let turns = !matches!(file.scene, Scene::Axisymmetric(_));
@@ -28,9 +28,9 @@ impl Tools {
         }
     }
 
-    fn placed(file: &Drawn, turned: &str) -> Result<Vec<(ToolSurface, Table, Table)>, Complaint> {
+    fn placed(file: &Drawn, turned: &str) -> Result<Vec<(ToolSurface, Table, Table)>, PictureError> {
         let surfaces = tool_surfaces(&file.scene, &FolderFiles::beside(&file.path))
-            .map_err(|error| Complaint::input(format!("the scene of the results gives no tools: {error}")))?;
+            .map_err(|error| PictureError::new(format!("the scene of the results gives no tools: {error}")))?;
         let placed = |surface: ToolSurface| {
             let column = |what: &str| column(file, &format!("tool/{}/{what}", surface.name));
             let (position, turned) = (column("position")?, column(turned)?);
@@ -40,7 +40,7 @@ impl Tools {
     }
 
     /// Facets of all tools at a load fraction: segments in the plane, triangles in space.
-    pub fn at(&self, fraction: f64) -> Vec<Vec<[f64; 3]>> {
+    pub(crate) fn at(&self, fraction: f64) -> Vec<Vec<[f64; 3]>> {
         let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
             return Vec::new();
         };
@@ -56,7 +56,7 @@ impl Tools {
 }
 
 /// Forces on tools against the way of their reference points; against the load fraction where none moves.
-pub fn forces(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+pub(crate) fn forces(file: &Drawn) -> Result<Option<Panel>, PictureError> {
     let ends = ("tool/", "/force");
     let columns = file.results.columns().iter().map(|column| column.name.as_str());
     let names: Vec<&str> = columns.filter_map(|name| name.strip_prefix(ends.0)?.strip_suffix(ends.1)).collect();
@@ -115,6 +115,6 @@ fn way(position: &Table) -> Vec<f64> {
     (0..position.len()).map(step).collect()
 }
 
-fn column(file: &Drawn, name: &str) -> Result<Table, Complaint> {
+fn column(file: &Drawn, name: &str) -> Result<Table, PictureError> {
     file.results.column(name).map_err(complain)
 }

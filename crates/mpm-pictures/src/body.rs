@@ -1,12 +1,12 @@
 //! The body at a recorded step: its domains or points coloured by a field, and the mesh.
 
-use super::acting::{Around, Symbols};
-use super::arguments::BodyArguments;
-use super::colour::Colour;
-use super::drawn::Drawn;
-use super::seen::{Piece, Points};
-use super::tools::Tools;
-use crate::complaint::Complaint;
+use crate::acting::{Around, Symbols};
+use crate::colour::Colour;
+use crate::drawn::Drawn;
+use crate::error::PictureError;
+use crate::seen::{Piece, Points};
+use crate::tools::Tools;
+use crate::view::BodyView;
 use mpm_grid::six_digits;
 use mpm_grid::{Layout, LoadFraction, MeshMotion};
 use mpm_plot::{ColourBar, Patch, Shapes, Symbol};
@@ -23,9 +23,9 @@ const TOOLS: f64 = 0.25;
 const PLAIN: f64 = 0.3;
 
 /// Bodies of a results file, ready to be drawn.
-pub struct Bodies<'a> {
+pub(crate) struct Bodies<'a> {
     file: &'a Drawn,
-    arguments: &'a BodyArguments,
+    view: &'a BodyView,
     /// What colours the body; nothing where no field is recorded.
     colour: Option<Colour>,
     /// The mesh of the scene, if it is to be drawn.
@@ -36,59 +36,54 @@ pub struct Bodies<'a> {
 }
 
 /// What all pictures of a sequence share.
-pub struct Scales {
+pub(crate) struct Scales {
     room: [(f64, f64); 2],
     colours: (f64, f64),
 }
 
 impl<'a> Bodies<'a> {
-    pub fn of(file: &'a Drawn, arguments: &'a BodyArguments) -> Result<Self, Complaint> {
+    pub(crate) fn of(file: &'a Drawn, view: &'a BodyView) -> Result<Self, PictureError> {
         let solid = matches!(file.scene, Scene::Solid(_));
-        if !solid && arguments.slice.is_some() {
-            return Err(Complaint::input(
-                "--slice is for results in three dimensions; these are in the plane".into(),
-            ));
+        if !solid && view.slice.is_some() {
+            return Err(PictureError::of("slice", "for results in three dimensions; these are in the plane"));
         }
-        if !solid && arguments.cut.is_some() {
-            return Err(Complaint::input(
-                "--cut is for results in three dimensions; these are in the plane".into(),
-            ));
+        if !solid && view.cut.is_some() {
+            return Err(PictureError::of("cut", "for results in three dimensions; these are in the plane"));
         }
-        if arguments.mirror && !matches!(file.scene, Scene::Axisymmetric(_)) {
-            return Err(Complaint::input("--mirror is for results of `Axisymmetric` scenes".into()));
+        if view.mirror && !matches!(file.scene, Scene::Axisymmetric(_)) {
+            return Err(PictureError::of("mirror", "for results of `Axisymmetric` scenes"));
         }
         let mesh = match &file.scene {
-            _ if arguments.no_mesh => None,
+            _ if !view.mesh => None,
             Scene::PlaneStrain(scene) => Some(mesh_of(scene)),
             Scene::Axisymmetric(scene) => Some(in_plane(scene).and_then(|scene| mesh_of(&scene))),
             Scene::Solid(_) => None,
         };
         let mesh = mesh.transpose().map_err(|error| {
-            Complaint::input(format!(
-                "the scene of the results gives no mesh: {error}; leave it out by --no-mesh"
-            ))
+            PictureError::new(format!("the scene of the results gives no mesh: {error}; leave the mesh out"))
         })?;
-        let colour = Colour::of(file, arguments.field.as_deref())?;
-        let (tools, points) = (Tools::of(file)?, Points::of(file, arguments)?);
+        let colour = Colour::of(file, view.field.as_deref())?;
+        let (tools, points) = (Tools::of(file)?, Points::of(file, view)?);
         let acting = if mesh.is_some() { Symbols::of(file)? } else { Symbols::default() };
-        Ok(Self { file, arguments, colour, mesh, tools, points, acting })
+        Ok(Self { file, view, colour, mesh, tools, points, acting })
     }
 
     /// The recorded steps up to the one that is wanted, without the others before it.
-    pub fn steps(&self, wanted: Option<usize>) -> Result<Range<usize>, Complaint> {
+    pub(crate) fn steps(&self, wanted: Option<usize>) -> Result<Range<usize>, PictureError> {
         let n = self.file.results.fractions().len();
         let step = wanted.unwrap_or(n - 1);
         if step >= n {
             let most = n - 1;
-            return Err(Complaint::input(format!(
-                "--step: expected a recorded step from 0 to {most}, got {step}"
-            )));
+            return Err(PictureError::of(
+                "step",
+                format!("expected a recorded step from 0 to {most}, got {step}"),
+            ));
         }
         Ok(step..step + 1)
     }
 
     /// Scales that hold all of these steps.
-    pub fn scales(&self, steps: Range<usize>) -> Result<Scales, Complaint> {
+    pub(crate) fn scales(&self, steps: Range<usize>) -> Result<Scales, PictureError> {
         let mut room = [(f64::INFINITY, f64::NEG_INFINITY); 2];
         let mut colours = (f64::INFINITY, f64::NEG_INFINITY);
         let mut rigid: Vec<(f64, f64)> = Vec::new();
@@ -120,7 +115,7 @@ impl<'a> Bodies<'a> {
             rigid.extend(placed);
         }
         if !room.iter().all(|ends| ends.0 <= ends.1) {
-            return Err(Complaint::input("no material point to draw: none is in the slice or the file".into()));
+            return Err(PictureError::new("no material point to draw: none is in the slice or the file"));
         }
         // Of tools that reach beyond the body a part is enough.
         let most = TOOLS * (room[0].1 - room[0].0).max(room[1].1 - room[1].0);
@@ -130,19 +125,19 @@ impl<'a> Bodies<'a> {
                 include(&mut room[d], x.clamp(ends[d].0 - most, ends[d].1 + most));
             }
         }
-        if self.arguments.mirror {
+        if self.view.mirror {
             room[0].1 = room[0].1.max(-room[0].0);
             room[0].0 = -room[0].1;
         }
         let more = ROOM * (room[0].1 - room[0].0).max(room[1].1 - room[1].0).max(f64::MIN_POSITIVE);
         let room = room.map(|(from, to)| (from - more, to + more));
-        if let Some(range) = &self.arguments.range {
-            let (from, to) = (range[0], range[1]);
+        if let Some((from, to)) = self.view.range {
             // Comparisons with NaN are false, so that NaN is refused, too.
             if !(from < to && (to - from).is_finite()) {
-                return Err(Complaint::input(format!(
-                    "--range: expected two numbers that rise, got {from} {to}"
-                )));
+                return Err(PictureError::of(
+                    "range",
+                    format!("expected two numbers that rise, got {from} {to}"),
+                ));
             }
             colours = (from, to);
         } else if colours.0 > colours.1 {
@@ -156,7 +151,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// The picture of a recorded step.
-    pub fn panel(&self, step: usize, scales: &Scales) -> Result<Shapes, Complaint> {
+    pub(crate) fn panel(&self, step: usize, scales: &Scales) -> Result<Shapes, PictureError> {
         let tools = self.tools.at(self.file.results.fractions()[step]);
         let segment = |facet: &Vec<[f64; 3]>| [0, 1].map(|k| (facet[k][0], facet[k][1]));
         let outlines = tools.iter().filter(|facet| facet.len() == 2).map(segment).collect();
@@ -189,30 +184,28 @@ impl<'a> Bodies<'a> {
             bar: self.colour.as_ref().map(|it| ColourBar { label: it.label.clone(), range: scales.colours }),
             ..Shapes::default()
         };
-        if self.arguments.mirror {
+        if self.view.mirror {
             mirror(&mut shapes);
         }
         Ok(shapes)
     }
 
     /// Supports and loads, drawn with the mesh.
-    fn symbols(&self, step: usize, fraction: f64, scales: &Scales) -> Result<Vec<Symbol>, Complaint> {
+    fn symbols(&self, step: usize, fraction: f64, scales: &Scales) -> Result<Vec<Symbol>, PictureError> {
         let Some(mesh) = &self.mesh else { return Ok(Vec::new()) };
         self.acting.at(fraction, &Around { mesh, points: &self.points, step, room: scales.room })
     }
 
     /// What colours each point.
-    fn values(&self, step: usize) -> Result<Option<Vec<f64>>, Complaint> {
+    fn values(&self, step: usize) -> Result<Option<Vec<f64>>, PictureError> {
         self.colour.as_ref().map(|colour| colour.values(self.file, step)).transpose()
     }
 
     /// Edges of the mesh at a load fraction.
-    fn mesh(&self, fraction: f64) -> Result<Vec<[(f64, f64); 2]>, Complaint> {
+    fn mesh(&self, fraction: f64) -> Result<Vec<[(f64, f64); 2]>, PictureError> {
         let Some((layout, motion)) = &self.mesh else { return Ok(Vec::new()) };
         let no_mesh = |reason: String| {
-            Complaint::input(format!(
-                "no mesh at load fraction {fraction}: {reason}; leave it out by --no-mesh"
-            ))
+            PictureError::new(format!("no mesh at load fraction {fraction}: {reason}; leave the mesh out"))
         };
         let at = LoadFraction::of_total(fraction).map_err(|error| no_mesh(error.to_string()))?;
         let mesh = motion.mesh_at(layout, at).map_err(|error| no_mesh(error.to_string()))?;
@@ -242,7 +235,7 @@ fn mirror(shapes: &mut Shapes) {
 }
 
 /// Size of a picture that shows this alone `[pixels]`.
-pub fn size(shapes: &Shapes) -> (u32, u32) {
+pub(crate) fn size(shapes: &Shapes) -> (u32, u32) {
     const WIDTH: u32 = 960;
     let [x, y] = shapes.range;
     // Margins, labels, title and colour bar.

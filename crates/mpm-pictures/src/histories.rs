@@ -1,7 +1,7 @@
 //! Curves of the history.
 
-use super::drawn::{Drawn, complain};
-use crate::complaint::Complaint;
+use crate::drawn::{Drawn, complain};
+use crate::error::PictureError;
 use mpm_grid::{LoadFraction, MeshMotion, Ramp};
 use mpm_io::Table;
 use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
@@ -11,10 +11,10 @@ use mpm_scene::mesh_of;
 /// Most curves of Newton's method in a panel.
 const MOST_STEPS: usize = 8;
 /// Numbers below this part of the largest are rounding.
-pub const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// Reactions against displacements of supports that move; where none does, against the load fraction.
-pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+pub(crate) fn reactions(file: &Drawn) -> Result<Option<Panel>, PictureError> {
     let mut names = named(file, "reaction/");
     // The sum of all has no displacement.
     names.retain(|name| name != "total");
@@ -72,7 +72,7 @@ pub fn reactions(file: &Drawn) -> Result<Option<Panel>, Complaint> {
 }
 
 /// Moments of reactions against the angle by which the mesh has turned; else against the load fraction.
-pub fn moments(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+pub(crate) fn moments(file: &Drawn) -> Result<Option<Panel>, PictureError> {
     let names = named(file, "reaction_moment/");
     if names.is_empty() {
         return Ok(None);
@@ -100,7 +100,7 @@ pub fn moments(file: &Drawn) -> Result<Option<Panel>, Complaint> {
 }
 
 /// Energies against the load fraction.
-pub fn energies(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+pub(crate) fn energies(file: &Drawn) -> Result<Option<Panel>, PictureError> {
     let names = named(file, "energy/");
     if names.is_empty() {
         return Ok(None);
@@ -118,7 +118,7 @@ pub fn energies(file: &Drawn) -> Result<Option<Panel>, Complaint> {
 }
 
 /// Residuals of the iterates of some load steps.
-pub fn convergence(file: &Drawn) -> Result<Option<Panel>, Complaint> {
+pub(crate) fn convergence(file: &Drawn) -> Result<Option<Panel>, PictureError> {
     let results = &file.results;
     let mut steps = Vec::new();
     for row in 0..results.rows() {
@@ -155,7 +155,7 @@ fn lined(lines: Vec<(String, Vec<(f64, f64)>)>, stroke: Stroke) -> Vec<Curve> {
 }
 
 /// Lines over linear axes that just hold them.
-pub fn curves(title: &str, axes: [&str; 2], lines: Vec<(String, Vec<(f64, f64)>)>) -> Panel {
+pub(crate) fn curves(title: &str, axes: [&str; 2], lines: Vec<(String, Vec<(f64, f64)>)>) -> Panel {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let values = lines.iter().flat_map(|line| &line.1).map(of).filter(|x| x.is_finite());
         let (from, to) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -195,7 +195,7 @@ fn named(file: &Drawn, prefix: &str) -> Vec<String> {
         .collect()
 }
 
-fn column(file: &Drawn, name: &str) -> Result<Table, Complaint> {
+fn column(file: &Drawn, name: &str) -> Result<Table, PictureError> {
     file.results.column(name).map_err(complain)
 }
 
