@@ -16,7 +16,6 @@ mod footing;
 mod newton_rate;
 mod patch;
 mod path;
-mod regularised;
 mod remedies;
 mod rotation;
 mod shapes;
@@ -49,8 +48,6 @@ pub const CASES: &[Case] = &[
     doughnut::SLIDES,
     doughnut::TURNS,
     doughnut::LIMIT,
-    regularised::STRAIN,
-    regularised::SOFTENING,
     doughnut::CARRIED,
     doughnut::EXTRUDED,
     vortex::CASE,

@@ -80,7 +80,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("timing.rs", "", "of checkpoints"),
     ("skipped.rs", "skipped: ", "names of counts"),
     ("von_mises.rs", "the accumulated plastic strain", "of checkpoints"),
-    ("body/material_body.rs", "", "names of columns of checkpoints"),
+    ("body/points.rs", "", "names of columns in `mpm check`"),
     ("assembly/src/contribution.rs", "has {} numbers", "of checkpoints"),
     ("basis/src/domain.rs", "a domain has no volume", "of checkpoints"),
     ("basis/src/fallback.rs", "a domain is of kind", "of checkpoints"),

@@ -201,11 +201,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn extent(&self, point: usize) -> PointExtent<D> {
-        let dimensions = self.points.space.coordinates::<D>() as f64;
-        let width = self.points.reference_size(point).powf(1.0 / dimensions);
-        // Half the diagonal of a cube, stretched by the norm of F, where there is no domain.
-        let cube = || 0.5 * width * dimensions.sqrt() * self.points.deformation_gradient[point].norm();
-        let radius = self.domains.radius(point).unwrap_or_else(cube);
+        let (width, radius) = self.points.extent(point, self.domains.radius(point));
         PointExtent { position: self.points.position[point], width, radius }
     }
 
@@ -364,9 +360,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
         self.is_prepared = false;
         self.law.advance(&self.points, plan, (step.increment, step.own), &mut self.prepared)?;
-        let deformation_gradient = self.prepared.deformation_gradient();
         let of = (&self.points.position[..], self.points.space);
-        self.domains.advance(of, deformation_gradient, plan.connectivity(), step)?;
+        self.domains.advance(of, self.prepared.deformation_gradient(), plan.connectivity(), step)?;
         self.is_prepared = true;
         Ok(())
     }
@@ -428,8 +423,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn columns(&self) -> Vec<(&'static str, usize)> {
-        let domains = self.points.len() * self.domains.domain_bytes();
-        self.points.columns(domains, self.law.history_bytes())
+        self.points.columns(self.domains.domain_bytes(), self.law.history_bytes())
     }
 
     fn stored_columns(&self) -> Vec<(&'static str, usize)> {

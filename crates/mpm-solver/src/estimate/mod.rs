@@ -15,9 +15,9 @@ use crate::steps::stations;
 use mpm_assembly::{Constraints, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
+use mpm_linear::{LatticePlaces, Prediction, predict};
 pub use rehearsal::Seconds;
-use rehearsal::{Rehearsal, rehearse};
+use rehearsal::{Rehearsal, factor_entries, is_iterative, rehearse};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -154,15 +154,9 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     };
     let seconds = rehearse(&stage)?;
     // Of a solver of one's own nothing is known; it is taken to factorise.
-    let can_be = pattern.for_solver().has_blocks_only();
-    let is_iterative = can_be && model.choice().is_some_and(|choice| choice.is_iterative(&prediction));
-    let factor_entries = if is_iterative {
-        prediction.factor_entries as usize
-    } else {
-        let further = |equation| connected.field_node(equation);
-        let hints = Hints { further: Some(&further), ..Hints::on_lattice(places) };
-        predict_factor_entries(pattern.for_solver(), &hints).map_err(|it| Error::TooLarge(it.to_string()))?
-    };
+    let is_iterative = is_iterative(&stage);
+    let factor_entries =
+        if is_iterative { prediction.factor_entries as usize } else { factor_entries(&stage)? };
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();

@@ -9,7 +9,7 @@ use mpm_assembly::{
     Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views,
 };
 use mpm_grid::{Block, LoadFraction, Mesh};
-use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation};
+use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation, predict_factor_entries};
 use std::hint::black_box;
 
 /// Newton iterations of a load step that are reckoned with: the shipped scenes take 1 to 5.3, whether anything yields or not.
@@ -231,8 +231,19 @@ fn try_solution<const D: usize>(stage: &Rehearsal<'_, D>, values: &[f64]) -> Opt
     Some((analyse, solve))
 }
 
+/// Entries of the factor.
+///
+/// # Errors
+/// Not even its structure fits into memory.
+pub(super) fn factor_entries<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<usize, Error> {
+    let further = |equation| stage.connected.field_node(equation);
+    let hints = Hints { further: Some(&further), ..Hints::on_lattice(stage.places) };
+    let entries = predict_factor_entries(stage.connected.pattern.for_solver(), &hints);
+    entries.map_err(|it| Error::TooLarge(it.to_string()))
+}
+
 /// Whether the linear systems are solved by iteration.
-fn is_iterative<const D: usize>(stage: &Rehearsal<'_, D>) -> bool {
+pub(super) fn is_iterative<const D: usize>(stage: &Rehearsal<'_, D>) -> bool {
     let can_be = stage.connected.pattern.for_solver().has_blocks_only();
     can_be && stage.model.choice().is_some_and(|choice| choice.is_iterative(stage.prediction))
 }
