@@ -242,7 +242,7 @@ impl<const D: usize> Connected<D> {
 
     /// Works out the points at the end of the increment and forgets them with the next call.
     pub fn advance(&mut self) {
-        let step = Converged { mesh: &self.mesh, active: &self.active, increment: &self.increment };
+        let step = Converged { mesh: &self.mesh, active: &self.active, increment: &self.increment, own: &[] };
         let _ = black_box(self.body.prepare(&self.plan, step));
     }
 }

@@ -118,7 +118,7 @@ impl<const D: usize> Probe<D> {
     /// # Errors
     /// A point is inverted or leaves the mesh.
     pub fn advance(&mut self, increment: &[Vector<D>]) -> Result<(), Broken> {
-        let step = Converged { mesh: &self.mesh, active: &self.active, increment };
+        let step = Converged { mesh: &self.mesh, active: &self.active, increment, own: &[] };
         self.named.body.prepare(&self.plan, step)?;
         self.named.body.commit();
         (self.active, self.pattern, self.plan) = connect(&self.named, &mut self.contributions, &self.mesh)?;

@@ -1,6 +1,6 @@
 //! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
 
-use crate::body::{AssemblyPlan, Body, InadmissiblePoint, PassInput, Sums, TangentSums};
+use crate::body::{AssemblyPlan, Body, FieldInput, FieldSums, InadmissiblePoint, PassInput, Sums, TangentSums};
 use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownId, UnknownVector, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, Ramp};
@@ -335,6 +335,11 @@ impl<'a, const D: usize> Trial<'a, D> {
     pub fn nodes(&self) -> PassInput<'a, D> {
         PassInput { pattern: self.pattern, constraints: self.constraints, increment: &self.increment.nodes }
     }
+
+    /// The same with the unknowns that belong to no node's displacement.
+    fn all(&self) -> FieldInput<'a, D> {
+        FieldInput { nodes: self.nodes(), own: &self.increment.own }
+    }
 }
 
 /// What contributions add to: internal forces, and where it is wanted the tangent.
@@ -363,6 +368,20 @@ impl<const D: usize> SystemSums<'_, D> {
             lift: tangent.lift.as_mut().map(|lift| &mut lift.nodes[..]),
         });
         Sums { internal: &mut self.force.nodes, tangent }
+    }
+
+    /// The same with the unknowns that belong to no node's displacement.
+    fn all(&mut self) -> FieldSums<'_, D> {
+        let (mut own_lift, mut tangent): (&mut [f64], _) = (&mut [], None);
+        if let Some(SystemTangent { values, lift }) = &mut self.tangent {
+            let lift = lift.as_deref_mut().map(|UnknownVector { nodes, own }| {
+                own_lift = own;
+                &mut nodes[..]
+            });
+            tangent = Some(TangentSums { values, lift });
+        }
+        let nodes = Sums { internal: &mut self.force.nodes, tangent };
+        FieldSums { nodes, own: &mut self.force.own, own_lift }
     }
 
     /// Whether a tangent is wanted.
@@ -427,7 +446,7 @@ impl<const D: usize> Contribution<D> for ConnectedBody<'_, D> {
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
-        let determinant = self.body.assemble(self.plan, trial.nodes(), sums.nodes());
+        let determinant = self.body.assemble_with_field(self.plan, trial.all(), sums.all());
         let determinant = determinant.map_err(Inadmissible::Point)?;
         sums.smallest_determinant = sums.smallest_determinant.min(determinant);
         Ok(())

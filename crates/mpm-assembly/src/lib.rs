@@ -26,10 +26,11 @@ mod unknowns;
 
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
-    DomainsOfBody, ForeignPoints, InSpace, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
-    MeanDilatation, OccupiedCell, PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart,
-    ShippedBasis, ShippedLaw, SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums,
-    TooManyPoints, determinant, finish_tangent, views,
+    DomainsOfBody, FieldInput, FieldNodes, FieldPoint, FieldStart, FieldSums, FollowedBody, ForeignPoints,
+    InSpace, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell,
+    PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw,
+    SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
+    finish_tangent, follow, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

@@ -47,7 +47,7 @@ fn force(setup: &Setup<2>, increment: &[Vector<2>]) -> Vec<Vector<2>> {
 }
 
 fn advanced(mut setup: Setup<2>, increment: &[Vector<2>]) -> Setup<2> {
-    let step = Converged { mesh: &setup.mesh, active: &setup.active, increment };
+    let step = Converged { mesh: &setup.mesh, active: &setup.active, increment, own: &[] };
     setup.body.prepare(&setup.plan, step).unwrap();
     setup.body.commit();
     connect(setup.body, setup.mesh)
@@ -302,7 +302,7 @@ fn dissipation_has_the_gradient_that_it_says() {
         };
         let energy = |by: f64| {
             let mut gradient = vec![Vector::zeros(); nodes.len()];
-            let energy = setup.body.dissipation(&setup.plan, &at(by), &mut gradient).unwrap();
+            let energy = setup.body.dissipation(&setup.plan, (&at(by), &[]), &mut gradient).unwrap();
             (energy, gradient)
         };
         let (_, gradient) = energy(0.0);

@@ -20,7 +20,7 @@ fn elastic() -> VonMises {
 
 /// Carries the points through an increment and connects them again.
 fn advanced<const D: usize>(mut setup: Setup<D>, increment: &[Vector<D>]) -> Setup<D> {
-    let step = Converged { mesh: &setup.mesh, active: &setup.active, increment };
+    let step = Converged { mesh: &setup.mesh, active: &setup.active, increment, own: &[] };
     setup.body.prepare(&setup.plan, step).unwrap();
     setup.body.commit();
     connect(setup.body, setup.mesh)
@@ -178,7 +178,7 @@ fn bits_do_not_depend_on_the_number_of_threads() {
         for threads in [2, 3, 8] {
             assert!(on(threads) == one, "{threads} threads");
         }
-        assert!(setup.body.dissipation(&setup.plan, &increment, &mut gradient).unwrap() > 0.0);
+        assert!(setup.body.dissipation(&setup.plan, (&increment, &[]), &mut gradient).unwrap() > 0.0);
     }
 }
 
@@ -193,7 +193,7 @@ fn the_gradient_of_the_dissipation_is_its_derivative() {
         let energy = |by: f64| {
             let moved: Vec<Vector<3>> = increment.iter().zip(&direction).map(|(u, d)| u + d * by).collect();
             let mut gradient = vec![Vector::zeros(); increment.len()];
-            let energy = setup.body.dissipation(&setup.plan, &moved, &mut gradient).unwrap();
+            let energy = setup.body.dissipation(&setup.plan, (&moved, &[]), &mut gradient).unwrap();
             (energy, gradient)
         };
         let gradient = energy(0.0).1;
@@ -214,7 +214,7 @@ fn pore_fluid_dissipates_nothing() {
         let increment = field(&dry, 0.03);
         let energy = |setup: &Setup<2>| {
             let mut gradient = vec![Vector::zeros(); increment.len()];
-            setup.body.dissipation(&setup.plan, &increment, &mut gradient).unwrap()
+            setup.body.dissipation(&setup.plan, (&increment, &[]), &mut gradient).unwrap()
         };
         let (dry, wet) = (energy(&dry), energy(&wet));
         assert!(dry > 0.0 && (wet - dry).abs() < 1e-9 * dry, "{dry} {wet}");
@@ -232,12 +232,12 @@ fn an_inverting_trial_names_a_point() {
             .map(|&node| Vector::<2>::new(-1.5 * setup.mesh.position(node).x, 0.0))
             .collect();
         let mut gradient = vec![Vector::zeros(); mirrored.len()];
-        let error = setup.body.dissipation(&setup.plan, &mirrored, &mut gradient).unwrap_err();
+        let error = setup.body.dissipation(&setup.plan, (&mirrored, &[]), &mut gradient).unwrap_err();
         assert_eq!(error.point, 0);
         assert!(
             matches!(error.reason, InadmissibleState::Inverted { determinant } if (determinant + 0.5).abs() < 1e-14)
         );
-        let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &mirrored };
+        let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &mirrored, own: &[] };
         assert!(setup.body.prepare(&setup.plan, step).is_err());
     }
 }

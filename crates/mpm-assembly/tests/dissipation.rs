@@ -35,7 +35,7 @@ fn pure_stretch_dissipates_the_yield_radius_times_the_plastic_strain() {
         .map(|x| Vector::<2>::new((stretch - 1.0) * x[0], (1.0 / stretch - 1.0) * x[1]))
         .collect();
     let mut gradient = vec![Vector::zeros(); increment.len()];
-    let energy = body.dissipation(&plan, &increment, &mut gradient).unwrap();
+    let energy = body.dissipation(&plan, (&increment, &[]), &mut gradient).unwrap();
     // ε = ± ln λ; |ε| = √2 ln λ, of which ρ_y / 2G is elastic.
     let shear = 1000.0 / 2.6;
     let plastic = 2.0_f64.sqrt() * stretch.ln() - YIELD_RADIUS / (2.0 * shear);
@@ -51,7 +51,7 @@ fn the_gradient_is_the_derivative() {
         .collect();
     let mut gradient = vec![Vector::zeros(); increment.len()];
     let mut unused = gradient.clone();
-    let energy = body.dissipation(&plan, &increment, &mut gradient).unwrap();
+    let energy = body.dissipation(&plan, (&increment, &[]), &mut gradient).unwrap();
     assert!(energy > 0.0);
     let scale = gradient.iter().map(|g| g.norm()).fold(0.0, f64::max);
     let h = 1e-6;
@@ -59,9 +59,9 @@ fn the_gradient_is_the_derivative() {
         for i in 0..2 {
             let here = increment[v][i];
             increment[v][i] = here + h;
-            let high = body.dissipation(&plan, &increment, &mut unused).unwrap();
+            let high = body.dissipation(&plan, (&increment, &[]), &mut unused).unwrap();
             increment[v][i] = here - h;
-            let low = body.dissipation(&plan, &increment, &mut unused).unwrap();
+            let low = body.dissipation(&plan, (&increment, &[]), &mut unused).unwrap();
             increment[v][i] = here;
             let slope = (high - low) / (2.0 * h);
             assert!((slope - gradient[v][i]).abs() < 1e-6 * scale, "node {v}: {slope} {}", gradient[v][i]);
@@ -74,7 +74,7 @@ fn below_yield_nothing_is_dissipated() {
     let (body, plan, positions) = square(von_mises());
     let increment: Vec<_> = positions.iter().map(|x| Vector::<2>::new(0.001 * x[0], 0.0)).collect();
     let mut gradient = vec![Vector::zeros(); increment.len()];
-    assert_eq!(body.dissipation(&plan, &increment, &mut gradient).unwrap(), 0.0);
+    assert_eq!(body.dissipation(&plan, (&increment, &[]), &mut gradient).unwrap(), 0.0);
     assert!(gradient.iter().all(|g| *g == Vector::<2>::zeros()));
 }
 
@@ -89,7 +89,7 @@ fn pore_fluid_dissipates_nothing() {
         positions.iter().map(|x| Vector::<2>::new(-0.08 * x[0] + 0.05 * x[1], 0.06 * x[1])).collect();
     let energy = |body: &dyn Body<2>| {
         let mut gradient = vec![Vector::zeros(); increment.len()];
-        body.dissipation(&plan, &increment, &mut gradient).unwrap()
+        body.dissipation(&plan, (&increment, &[]), &mut gradient).unwrap()
     };
     let (dry, wet) = (energy(&dry), energy(&wet));
     assert!(dry > 0.1 && (wet - dry).abs() < 1e-9 * dry, "{dry} {wet}");

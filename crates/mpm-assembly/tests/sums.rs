@@ -118,7 +118,7 @@ fn a_displacement_longer_than_the_mesh_is_not_carried_out() {
     let reach = 3.0 * 2.0_f64.sqrt();
     for (length, is_carried) in [(0.99 * reach, true), (1.01 * reach, false), (737.3, false)] {
         let increment = vec![Vector::<2>::new(0.6, -0.8) * length; setup.active.len()];
-        let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &increment };
+        let step = Converged { mesh: &setup.mesh, active: &setup.active, increment: &increment, own: &[] };
         match setup.body.prepare(&setup.plan, step) {
             Ok(()) => assert!(is_carried, "{length}"),
             Err(AdvanceError::TooFar { point: 0, distance, reach: most, .. }) => {

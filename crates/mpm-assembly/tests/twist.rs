@@ -50,7 +50,7 @@ fn force<const D: usize>(setup: &Setup<D>, increment: &[Vector<D>]) -> Vec<Vecto
 }
 
 fn advanced<const D: usize>(mut setup: Setup<D>, increment: &[Vector<D>]) -> Setup<D> {
-    let step = Converged { mesh: &setup.mesh, active: &setup.active, increment };
+    let step = Converged { mesh: &setup.mesh, active: &setup.active, increment, own: &[] };
     setup.body.prepare(&setup.plan, step).unwrap();
     setup.body.commit();
     connect(setup.body, setup.mesh)

@@ -78,6 +78,9 @@ pub struct Hints<'a> {
     pub lattice: Option<LatticePlaces<'a>>,
     /// Position of a node `[L]`, 0 in directions that do not exist.
     pub position: Option<&'a dyn Fn(usize) -> [f64; 3]>,
+    /// The node at which an equation stands that comes behind those of the nodes: of a further field on the nodes, which
+    /// couples as their other equations do.
+    pub further: Option<&'a dyn Fn(usize) -> Option<usize>>,
     /// Whether the displacement of an equation is prescribed: its row and column hold nothing but the diagonal.
     pub is_held: Option<&'a dyn Fn(usize) -> bool>,
     /// Whether the caller knows that the pattern is the one last analysed.

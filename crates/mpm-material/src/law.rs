@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::spectral::Spectrum;
+use crate::spectral::{Frame, Spectrum};
 use crate::{Elasticity, FieldInfo, History, PointParameters, PrincipalTangent, SymmetricTensor};
 
 /// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
@@ -128,10 +128,19 @@ impl Apex {
     }
 }
 
-impl Update<()> {
-    /// The answer of an elastic law, as that of a law with a history which it leaves as it is.
+impl<H> Update<H> {
+    /// The answer without what the point remembers.
     #[inline]
-    pub(crate) fn with_history<H>(self, history: H) -> Update<H> {
+    pub fn without_history(self) -> Update<()> {
+        let Self { elastic_strain, kirchhoff, tangent, secant, plastic, .. } = self;
+        Update { elastic_strain, kirchhoff, tangent, secant, plastic, history: () }
+    }
+}
+
+impl Update<()> {
+    /// The answer with a history: of an elastic law, that which it leaves as it is.
+    #[inline]
+    pub fn with_history<H>(self, history: H) -> Update<H> {
         let Self { elastic_strain, kirchhoff, tangent, secant, plastic, .. } = self;
         Update { elastic_strain, kirchhoff, tangent, secant, plastic, history }
     }
@@ -173,29 +182,51 @@ pub fn respond<M: Material>(
     trial_excess: &SymmetricTensor,
     history: &M::History,
 ) -> Result<Response<M::History>, NoReturn> {
-    let Spectrum { values, frame } = Spectrum::of(trial_excess);
-    let strain = log_strains(&values);
-    let update = law.update(&strain, history)?;
+    let trial = PrincipalTrial::of(trial_excess);
+    let update = law.update(&trial.strain, history)?;
+    Ok(trial.response(update, trial_excess))
+}
 
-    let elastic_excess = if update.plastic {
-        frame.compose(&update.elastic_strain.map(|eps| (2.0 * eps).exp_m1()))
-    } else {
-        *trial_excess
-    };
-    Ok(Response {
-        kirchhoff: frame.compose(&update.kirchhoff),
-        elastic_excess,
-        plastic: update.plastic,
-        history: update.history,
-        tangent: PrincipalTangent {
-            frame,
-            excess: values,
-            strain,
-            kirchhoff: update.kirchhoff,
-            tangent: update.tangent,
-            secant: update.secant,
-        },
-    })
+/// A trial state in its principal axes.
+pub(crate) struct PrincipalTrial {
+    pub frame: Frame,
+    /// Principal excess.
+    values: Vector3<f64>,
+    /// Principal logarithmic strains [-].
+    pub strain: Vector3<f64>,
+}
+
+impl PrincipalTrial {
+    #[inline(always)]
+    pub(crate) fn of(trial_excess: &SymmetricTensor) -> Self {
+        let Spectrum { values, frame } = Spectrum::of(trial_excess);
+        Self { frame, values, strain: log_strains(&values) }
+    }
+
+    /// An update in principal axes as the answer of the point.
+    #[inline(always)]
+    pub(crate) fn response<H>(&self, update: Update<H>, trial_excess: &SymmetricTensor) -> Response<H> {
+        let Self { frame, values, strain } = *self;
+        let elastic_excess = if update.plastic {
+            frame.compose(&update.elastic_strain.map(|eps| (2.0 * eps).exp_m1()))
+        } else {
+            *trial_excess
+        };
+        Response {
+            kirchhoff: frame.compose(&update.kirchhoff),
+            elastic_excess,
+            plastic: update.plastic,
+            history: update.history,
+            tangent: PrincipalTangent {
+                frame,
+                excess: values,
+                strain,
+                kirchhoff: update.kirchhoff,
+                tangent: update.tangent,
+                secant: update.secant,
+            },
+        }
+    }
 }
 
 /// Elastic logarithmic strain ε_e = ½ ln b_e [-] from the excess b_e − I; NaN where b_e is not

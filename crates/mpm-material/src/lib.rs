@@ -29,6 +29,7 @@ mod differences;
 mod driver;
 mod drucker_prager;
 mod elasticity;
+mod field;
 mod hencky;
 mod history;
 mod law;
@@ -52,6 +53,9 @@ pub use differences::{DerivativeError, derivative_error};
 pub use driver::{Control, DrivenPoint, NotDriven, StepControl, invariants};
 pub use drucker_prager::{ConeMatch, DruckerPrager};
 pub use elasticity::Elasticity;
+pub use field::{
+    FieldCoupling, FieldDriver, FieldResponse, FieldUpdate, Regularisable, Regularisation, respond_with_field,
+};
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
 pub use law::{

@@ -114,15 +114,20 @@ impl UndrainedStrength {
         }
     }
 
-    /// Refuses what softens faster than a point unloads, −s_u' ≥ `stiffness` [F/L²] somewhere: the return
-    /// then has no solution near the last state (the point snaps back).
-    pub(crate) fn check(&self, stiffness: f64, expected: &'static str) -> Result<(), ParameterError> {
+    /// The largest −s_u'(ξ) [F/L²]; negative where it hardens.
+    pub(crate) fn fastest_softening(&self) -> f64 {
         let fastest = match self.softening {
             Softening::None => 0.0,
             Softening::Linear { slope, .. } => -slope,
             Softening::Remoulding { remoulded, rate } => rate * (1.0 - remoulded),
         };
-        let rate = self.intact * fastest;
+        self.intact * fastest
+    }
+
+    /// Refuses what softens faster than a point unloads, −s_u' ≥ `stiffness` [F/L²] somewhere: the return
+    /// then has no solution near the last state (the point snaps back).
+    pub(crate) fn check(&self, stiffness: f64, expected: &'static str) -> Result<(), ParameterError> {
+        let rate = self.fastest_softening();
         ParameterError::unless(rate < stiffness, "fastest softening", rate, expected).map(|_| ())
     }
 

@@ -1,13 +1,16 @@
 //! Tresca plasticity, associated, perfect or with a strength that changes: exact returns to face and edges.
 
+use std::f64::consts::SQRT_2;
+
 use nalgebra::Vector3;
 
+use crate::field::NO_STRENGTH;
 use crate::law::YIELD_TOLERANCE;
 use crate::ordered::{Loss, Ordered, extremes};
 use crate::strength::Shear;
 use crate::{
-    Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticShear, PointParameters, UndrainedStrength,
-    Update,
+    Elasticity, FieldCoupling, FieldUpdate, Hencky, Material, NoReturn, ParameterError, PlasticShear,
+    PointParameters, Regularisable, UndrainedStrength, Update,
 };
 
 /// Tresca plasticity with Hencky elasticity: τ₁ − τ₃ ≤ 2 s_u(ξ), dξ = 2 Σ dλ over the active planes
@@ -45,21 +48,27 @@ impl Tresca {
     ///
     /// s_u(ξ + Δ) + G Δ = G (ε₁ − ε₃), D = D_e − G²/(h + G) m⊗m, m = (1, 0, −1), h = s_u'(ξ + Δ).
     ///
-    /// It is right if it leaves the strains in order.
+    /// It is right if it leaves the strains in order. `solve` finds Δ for a stiffness and a right-hand side.
     #[inline]
-    fn yielded(&self, trial: &Ordered, history: &PlasticShear) -> Update<PlasticShear> {
+    fn yielded(
+        &self,
+        trial: &Ordered,
+        history: &PlasticShear,
+        solve: impl Fn(f64, f64) -> Shear,
+    ) -> (Update<PlasticShear>, Flow) {
         let g = self.elasticity.shear();
         let [e1, e2, e3] = trial.strain;
         let (upper, lower) = trial.gaps();
-        let face = self.strength.solve(history.0, g, g * (e1 - e3));
+        let face = solve(g, g * (e1 - e3));
         let half = 0.5 * face.increment;
         if upper < half || lower < half {
-            return self.on_edge(trial, history);
+            return self.on_edge(trial, history, solve);
         }
         let m = g / (face.slope + g).sqrt();
         let loss = Loss { dyad: ([m, 0.0, -m], [m, 0.0, -m]), equal: None };
         let secants = [1.0 - half / upper, 1.0 - half / lower, face.strength / (g * (e1 - e3))];
-        self.answer(trial, [e1 - half, e2, e3 + half], &loss, secants, history.0 + face.increment)
+        let update = self.answer(trial, [e1 - half, e2, e3 + half], &loss, secants, history.0 + face.increment);
+        (update, Flow { dyad: loss.dyad.0, stiffness: face.slope + g, strength: face.strength })
     }
 
     /// An edge makes the strains of the smaller gap equal. With w = (1, 1, −2) for τ₁ = τ₂ or (2, −1, −1)
@@ -68,7 +77,12 @@ impl Tresca {
     /// s_u(ξ + Δ) + ¾G Δ = ½G w·ε, Δε_p = ¼Δ w + ½ (ε_i − ε_j) g,
     /// D = D_e − G g⊗g − ¼G²/(h + ¾G) w⊗w.
     #[inline(never)]
-    fn on_edge(&self, trial: &Ordered, history: &PlasticShear) -> Update<PlasticShear> {
+    fn on_edge(
+        &self,
+        trial: &Ordered,
+        history: &PlasticShear,
+        solve: impl Fn(f64, f64) -> Shear,
+    ) -> (Update<PlasticShear>, Flow) {
         let g = self.elasticity.shear();
         let [e1, e2, e3] = trial.strain;
         let (upper, lower) = trial.gaps();
@@ -78,7 +92,7 @@ impl Tresca {
         } else {
             ([2.0, -1.0, -1.0], upper + (e1 - e3))
         };
-        let Shear { increment, strength, slope } = self.strength.solve(history.0, 0.75 * g, 0.5 * g * reach);
+        let Shear { increment, strength, slope } = solve(0.75 * g, 0.5 * g * reach);
         let weight = 0.5 * g / (slope + 0.75 * g).sqrt();
         let dyad = w.map(|w| weight * w);
         // τ₁ − τ₃ = 2 s_u and the equal pair leave no freedom but the volume.
@@ -91,7 +105,8 @@ impl Tresca {
             ((1, 2), [ratio(upper), 0.0, ratio(e1 - e3)])
         };
         let loss = Loss { dyad: (dyad, dyad), equal: Some(equal) };
-        self.answer(trial, elastic, &loss, secants, history.0 + increment)
+        let update = self.answer(trial, elastic, &loss, secants, history.0 + increment);
+        (update, Flow { dyad, stiffness: slope + 0.75 * g, strength })
     }
 
     /// `secants` are parts of 2G.
@@ -113,6 +128,55 @@ impl Tresca {
             plastic: true,
             history: PlasticShear(shear),
         }
+    }
+}
+
+/// How a point flows.
+struct Flow {
+    /// As in [`Loss`], in descending order [√(F/L²)].
+    dyad: [f64; 3],
+    /// Derivative of the left side of the return's equation with respect to Δ [F/L²].
+    stiffness: f64,
+    /// s_u after the return [F/L²].
+    strength: f64,
+}
+
+impl Regularisable for Tresca {
+    fn plastic_strain(&self, history: &PlasticShear) -> f64 {
+        history.0 / SQRT_2
+    }
+
+    fn fastest_softening(&self) -> f64 {
+        2.0 * self.strength.fastest_softening()
+    }
+
+    /// With s_u(ξ) + ½h (ξ − √2 k) in the place of s_u(ξ) the return is that of [`Material::update`]. With its equation
+    /// s_u + c Δ = t and the vector v of its tangent D_e − v⊗v, ∂τ/∂k = −(h/√2)/√(s_u' + c) v and
+    /// ∂κ/∂k = ½h/(s_u' + c), where s_u' holds ½h.
+    fn update_with_field(
+        &self,
+        trial: &Vector3<f64>,
+        history: &PlasticShear,
+        field: FieldCoupling,
+    ) -> Result<FieldUpdate<PlasticShear>, NoReturn> {
+        let elastic = Hencky(self.elasticity).answer(trial);
+        let local = self.strength.at(history.0);
+        let (largest, smallest) = extremes(&elastic.kirchhoff);
+        let overshoot = 0.5 * (largest - smallest) - local - field.added_strength(history.0);
+        let scale = largest.abs().max(smallest.abs()).max(local);
+        if overshoot > YIELD_TOLERANCE * scale {
+            let ordered = Ordered::of(trial);
+            let solve = |stiffness, reach| field.solve(&self.strength, history.0, stiffness, reach);
+            let (update, flow) = self.yielded(&ordered, history, solve);
+            if flow.strength <= 0.0 {
+                return Err(NO_STRENGTH);
+            }
+            let by_field = ordered.by_axis(&flow.dyad) * (-field.modulus / (SQRT_2 * flow.stiffness.sqrt()));
+            let driver_by_field = 0.5 * field.modulus / flow.stiffness;
+            let driver = self.plastic_strain(&update.history);
+            return Ok(FieldUpdate { update, by_field, driver, driver_by_field });
+        }
+        Ok(FieldUpdate::uncoupled(elastic.with_history(*history), self.plastic_strain(history)))
     }
 }
 
@@ -138,7 +202,8 @@ impl Material for Tresca {
         if overshoot > 0.0 {
             let scale = largest.abs().max(smallest.abs()).max(strength);
             if overshoot > YIELD_TOLERANCE * scale {
-                return Ok(self.yielded(&Ordered::of(trial), history));
+                let solve = |stiffness, reach| self.strength.solve(history.0, stiffness, reach);
+                return Ok(self.yielded(&Ordered::of(trial), history, solve).0);
             }
         }
         Ok(elastic.with_history(*history))

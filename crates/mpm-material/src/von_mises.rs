@@ -4,10 +4,11 @@ use std::f64::consts::SQRT_2;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::field::NO_STRENGTH;
 use crate::law::YIELD_TOLERANCE;
 use crate::{
-    Elasticity, FieldInfo, Hencky, History, Material, NoReturn, ParameterError, PointParameters,
-    UndrainedStrength, Update,
+    Elasticity, FieldCoupling, FieldInfo, FieldUpdate, Hencky, History, Material, NoReturn, ParameterError,
+    PointParameters, Regularisable, UndrainedStrength, Update,
 };
 
 /// Von Mises plasticity with Hencky elasticity: |dev τ| ≤ ρ_y = √2 s_u(ξ), ξ = √2 Σ|Δε_p|.
@@ -116,18 +117,7 @@ impl Material for VonMises {
                 let solution = self.strength.solve(shear, g, rho / SQRT_2);
                 (SQRT_2 * solution.strength, two_g * solution.slope / (solution.slope + g))
             };
-            let beta = rho_y / rho;
-            let n = e * (two_g / rho);
-            let modulus = two_g * beta;
-            let isotropic = Matrix3::from_diagonal_element(modulus).add_scalar(k - modulus / 3.0);
-            Ok(Update {
-                elastic_strain: (e * beta).add_scalar(volumetric / 3.0),
-                kirchhoff: (e * modulus).add_scalar(k * volumetric),
-                tangent: isotropic - n * n.transpose() * (modulus - hardening),
-                secant: Vector3::repeat(modulus),
-                plastic: true,
-                history: PlasticStrain(history.0 + (rho - rho_y) / two_g),
-            })
+            Ok(Return { volumetric, e, rho, two_g, k }.answer(rho_y, hardening, history))
         } else {
             Ok(Hencky(self.elasticity).answer(trial).with_history(*history))
         }
@@ -144,6 +134,80 @@ impl Material for VonMises {
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
+    }
+}
+
+/// A trial state that yields.
+struct Return {
+    /// tr ε.
+    volumetric: f64,
+    /// Deviator of the trial strain.
+    e: Vector3<f64>,
+    /// 2G |e| [F/L²].
+    rho: f64,
+    two_g: f64,
+    /// Bulk modulus [F/L²].
+    k: f64,
+}
+
+impl Return {
+    /// The state that is returned to the radius `rho_y`; `hardening` is the modulus along n.
+    #[inline(always)]
+    fn answer(&self, rho_y: f64, hardening: f64, history: &PlasticStrain) -> Update<PlasticStrain> {
+        let Self { volumetric, e, rho, two_g, k } = *self;
+        let beta = rho_y / rho;
+        let n = e * (two_g / rho);
+        let modulus = two_g * beta;
+        let isotropic = Matrix3::from_diagonal_element(modulus).add_scalar(k - modulus / 3.0);
+        Update {
+            elastic_strain: (e * beta).add_scalar(volumetric / 3.0),
+            kirchhoff: (e * modulus).add_scalar(k * volumetric),
+            tangent: isotropic - n * n.transpose() * (modulus - hardening),
+            secant: Vector3::repeat(modulus),
+            plastic: true,
+            history: PlasticStrain(history.0 + (rho - rho_y) / two_g),
+        }
+    }
+}
+
+impl Regularisable for VonMises {
+    fn plastic_strain(&self, history: &PlasticStrain) -> f64 {
+        history.0
+    }
+
+    fn fastest_softening(&self) -> f64 {
+        2.0 * self.strength.fastest_softening()
+    }
+
+    /// With s_u(ξ) + ½h (ξ − √2 k) in the place of s_u(ξ) the return is that of [`Material::update`], and
+    /// ∂τ/∂k = −(2G h/D) n, ∂κ/∂k = h/D, D = 2G + ρ_loc' + h = 2 (s_u' + ½h + G).
+    fn update_with_field(
+        &self,
+        trial: &Vector3<f64>,
+        history: &PlasticStrain,
+        field: FieldCoupling,
+    ) -> Result<FieldUpdate<PlasticStrain>, NoReturn> {
+        let g = self.elasticity.shear();
+        let (k, two_g, shear) = (self.elasticity.bulk(), 2.0 * g, SQRT_2 * history.0);
+        let volumetric = trial.sum();
+        let e = trial.add_scalar(-volumetric / 3.0);
+        let rho = two_g * e.norm();
+        let local = self.strength.at(shear);
+        let strength = local + field.added_strength(shear);
+        if rho > SQRT_2 * (strength + YIELD_TOLERANCE * local) {
+            let solution = field.solve(&self.strength, shear, g, rho / SQRT_2);
+            if solution.strength <= 0.0 {
+                return Err(NO_STRENGTH);
+            }
+            let hardening = two_g * solution.slope / (solution.slope + g);
+            let of = Return { volumetric, e, rho, two_g, k };
+            let update = of.answer(SQRT_2 * solution.strength, hardening, history);
+            let driver_by_field = 0.5 * field.modulus / (solution.slope + g);
+            let by_field = e * (-two_g * two_g * driver_by_field / rho);
+            return Ok(FieldUpdate { by_field, driver: update.history.0, driver_by_field, update });
+        }
+        let update = Hencky(self.elasticity).answer(trial).with_history(*history);
+        Ok(FieldUpdate::uncoupled(update, history.0))
     }
 }
 

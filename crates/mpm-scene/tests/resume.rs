@@ -89,6 +89,13 @@ fn under_every_basis() {
     for basis in ["Smpm", "Cpdi1", "Cpdi2q"] {
         goes_on_bit_for_bit(&format!("{basis} on splines"), &splines.replace("BASIS", basis));
     }
+    for gradient in ["modulus: 200, length: 0.8", "driver: Strain, modulus: 200, length: 0.8"] {
+        let law = format!("yield_radius: 4, gradient: ({gradient}), density");
+        goes_on_bit_for_bit(
+            gradient,
+            &PLANE.replace("BASIS", "Cpdi1").replace("yield_radius: 4, density", &law),
+        );
+    }
     let gently = SOLID.replace("(0.4, 0, -1)", "(0.1, 0, -0.3)");
     goes_on_bit_for_bit("multigrid", &SOLID.replace("BASIS", "Cpdi1, solver: Iterative"));
     let basis = "Cpdi2Hexahedron, domains: (fallback_beyond: 0.001)";

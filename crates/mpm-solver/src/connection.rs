@@ -5,14 +5,15 @@ use crate::model::{Model, NamedBody, NamedContribution};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
-    AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, Couplings,
-    SparsityPattern, StepStart, Unknowns,
+    AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, CoupledPlaces, Couplings,
+    FieldNodes, FieldStart, FollowedBody, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
 use mpm_linear::Symmetry;
 use std::cell::Cell;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
 pub(crate) struct Connected<const D: usize> {
@@ -22,14 +23,53 @@ pub(crate) struct Connected<const D: usize> {
     pub pattern: SparsityPattern<D>,
     /// Of every contribution of the model: which of the unknowns that belong to no node's displacement are its own.
     pub own: Vec<Range<usize>>,
+    /// The nodal field of regularised bodies, where there are any.
+    pub field: Option<NodalField>,
     /// Whether the linear solver has analysed the pattern.
     pub is_analysed: Cell<bool>,
+}
+
+/// The nodal field of regularised bodies in a load step. Its unknowns are the first that belong to no node's displacement.
+pub(crate) struct NodalField {
+    pub nodes: Arc<FieldNodes>,
+    /// Its active nodes, in order.
+    pub active: Vec<usize>,
+    /// Where it begins.
+    pub start: FieldStart,
 }
 
 impl<const D: usize> Connected<D> {
     /// The unknowns of the step.
     pub(crate) fn unknowns(&self) -> &Unknowns<D> {
         self.pattern.unknowns()
+    }
+
+    /// The unknowns at the start of the step: nothing has moved, and the nodal field follows the points.
+    pub(crate) fn at_rest(&self) -> UnknownVector<D> {
+        let mut rest = UnknownVector::zeros(self.unknowns());
+        if let Some(field) = &self.field {
+            rest.own[..field.nodes.len()].copy_from_slice(&field.start.field);
+        }
+        rest
+    }
+
+    /// The same with the nodal field as it will be if the last step goes on, `times` as long.
+    pub(crate) fn onwards(&self, times: f64) -> UnknownVector<D> {
+        let mut onwards = self.at_rest();
+        let change = self.field.iter().flat_map(|field| &field.start.change);
+        onwards.own.iter_mut().zip(change).for_each(|(value, change)| *value += times * change);
+        onwards
+    }
+
+    /// Number of unknowns of the nodal field.
+    pub(crate) fn n_field(&self) -> usize {
+        self.field.as_ref().map_or(0, |field| field.nodes.len())
+    }
+
+    /// The active node at which an equation of the nodal field stands.
+    pub(crate) fn field_node(&self, equation: usize) -> Option<usize> {
+        let first = self.unknowns().displacement(self.active.len(), 0).equation();
+        self.field.as_ref()?.active.get(equation.checked_sub(first)?).copied()
     }
 
     /// The bodies with their connections.
@@ -151,7 +191,7 @@ pub(crate) fn connect<const D: usize>(
         .collect::<Result<_, _>>()?;
     let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
     let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry: false };
-    let Numbered { unknowns, own, begun } = begin(model, &start)?;
+    let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
     let same = begun == Begun::AsBefore
         && former.as_ref().is_some_and(|former| {
             former.active == active
@@ -160,16 +200,17 @@ pub(crate) fn connect<const D: usize>(
         });
     match former {
         Some(Connected { assembly_plans, pattern, is_analysed, .. }) if same => {
-            let assembly_plans = assembly_plans
+            let assembly_plans: Vec<AssemblyPlan<D>> = assembly_plans
                 .into_iter()
                 .zip(linked)
                 .map(|(kept, now)| kept.relinked(now.connectivity))
                 .collect();
-            Ok((Connected { active, assembly_plans, pattern, own, is_analysed }, Kept::Pattern))
+            let field = field.map(|nodes| nodal_field(model, nodes, &assembly_plans, &pattern));
+            Ok((Connected { active, assembly_plans, pattern, own, field, is_analysed }, Kept::Pattern))
         }
         former => {
             let former = former.map(|former| former.pattern);
-            Ok((couple(model, active, linked, (unknowns, own), former), Kept::Memory))
+            Ok((couple(model, active, linked, (unknowns, own, field), former), Kept::Memory))
         }
     }
 }
@@ -184,13 +225,13 @@ fn begin_again<const D: usize>(
     let connectivity: Vec<&Connectivity<D>> =
         former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
     let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry: true };
-    let Numbered { unknowns, own, begun } = begin(model, &start)?;
+    let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
     if begun == Begun::AsBefore && unknowns == *former.unknowns() {
         return Ok((former, Kept::All));
     }
     let Connected { active, assembly_plans, pattern, .. } = former;
     let linked = assembly_plans.into_iter().map(AssemblyPlan::into_body_connectivity).collect();
-    Ok((couple(model, active, linked, (unknowns, own), Some(pattern)), Kept::Memory))
+    Ok((couple(model, active, linked, (unknowns, own, field), Some(pattern)), Kept::Memory))
 }
 
 /// Makes the pattern of what all contributions couple, in the memory of a former one.
@@ -198,17 +239,50 @@ fn couple<const D: usize>(
     model: &mut Model<D>,
     active: ActiveNodes<D>,
     linked: Vec<BodyConnectivity<D>>,
-    (unknowns, own): (Unknowns<D>, Vec<Range<usize>>),
+    (unknowns, own, field): (Unknowns<D>, Vec<Range<usize>>, Option<Arc<FieldNodes>>),
     former: Option<SparsityPattern<D>>,
 ) -> Connected<D> {
-    let mut couplings: Vec<&dyn Couplings> = linked.iter().map(|it| it as _).collect();
+    // A regularised body couples the field of its nodes, too.
+    let regularised = |k: usize| field.as_ref().filter(|_| model.bodies[k].body.regularisation().is_some());
+    let with_field = |(k, linked): (usize, &BodyConnectivity<D>)| {
+        regularised(k).map(|nodes| nodes.couplings(&linked.connectivity))
+    };
+    let with_field: Vec<Option<CoupledPlaces>> = linked.iter().enumerate().map(with_field).collect();
+    let of_body = linked.iter().zip(&with_field);
+    let mut couplings: Vec<&dyn Couplings> =
+        of_body.map(|(plain, with_field)| with_field.as_ref().map_or(plain as _, |it| it as _)).collect();
     couplings.extend(model.contributions.iter().map(|named| named.contribution.couplings()));
     let pattern = SparsityPattern::reusing(former, &unknowns, model.symmetry(), &couplings);
-    let assembly_plans = linked.into_iter().map(|linked| AssemblyPlan::new(linked, &pattern)).collect();
+    let plan = |(k, linked)| {
+        let plan = AssemblyPlan::new(linked, &pattern);
+        match regularised(k) {
+            Some(nodes) => plan.with_field(nodes.clone(), &pattern),
+            None => plan,
+        }
+    };
+    let assembly_plans: Vec<AssemblyPlan<D>> = linked.into_iter().enumerate().map(plan).collect();
+    let field = field.map(|nodes| nodal_field(model, nodes, &assembly_plans, &pattern));
     for named in &mut model.contributions {
         named.contribution.locate(&pattern);
     }
-    Connected { active, assembly_plans, pattern, own, is_analysed: Cell::new(false) }
+    Connected { active, assembly_plans, pattern, own, field, is_analysed: Cell::new(false) }
+}
+
+/// The nodal field as it follows the points at the start of the step.
+fn nodal_field<const D: usize>(
+    model: &Model<D>,
+    nodes: Arc<FieldNodes>,
+    plans: &[AssemblyPlan<D>],
+    pattern: &SparsityPattern<D>,
+) -> NodalField {
+    let bodies = model.bodies.iter().zip(plans).filter_map(|(named, plan)| {
+        let regularisation = named.body.regularisation()?;
+        Some((plan, regularisation, move |point| named.body.field_point(point)))
+    });
+    let bodies: Vec<_> = bodies.collect();
+    let bodies: Vec<FollowedBody<'_, D>> =
+        bodies.iter().map(|(plan, regularisation, point)| (*plan, *regularisation, point as _)).collect();
+    NodalField { active: nodes.active().collect(), start: follow(pattern, &bodies), nodes }
 }
 
 /// What contributions may know when a load step begins.
@@ -226,6 +300,8 @@ struct Numbered<const D: usize> {
     unknowns: Unknowns<D>,
     /// See [`Connected::own`].
     own: Vec<Range<usize>>,
+    /// Nodes of the nodal field of regularised bodies.
+    field: Option<Arc<FieldNodes>>,
     begun: Begun,
 }
 
@@ -234,6 +310,16 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
     let Start { mesh, active, connectivity, interval: Interval { from, to }, is_retry } = *start;
     let mut unknowns = Unknowns::of_nodes(active.len());
     let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
+    let is_regularised =
+        |(named, _): &(&NamedBody<D>, &&Connectivity<D>)| named.body.regularisation().is_some();
+    let regularised: Vec<&Connectivity<D>> = model
+        .bodies
+        .iter()
+        .zip(connectivity)
+        .filter(is_regularised)
+        .map(|(_, connectivity)| *connectivity)
+        .collect();
+    let field = (!regularised.is_empty()).then(|| Arc::new(FieldNodes::of(&regularised, &mut unknowns)));
     let bodies = model.bodies.iter().zip(connectivity);
     let bodies: Vec<BodyAtStart<'_, D>> = bodies
         .map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity })
@@ -251,7 +337,7 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
         }
         own.push(first..unknowns.n_own());
     }
-    Ok(Numbered { unknowns, own, begun })
+    Ok(Numbered { unknowns, own, field, begun })
 }
 
 /// Where the lines of nodes of each direction stand at rest `[L]`; in directions that do not exist there is one.

@@ -268,6 +268,18 @@ pub enum StepFailure {
         /// How it showed.
         cause: String,
     },
+    /// Nothing determines the field that regularises a law.
+    #[error(
+        "nothing determines the regularising field at node {node} at {position:?}: the tangent is singular in it ({cause})"
+    )]
+    SingularField {
+        /// Index of the node.
+        node: usize,
+        /// Where it stands `[L]`.
+        position: Vec<f64>,
+        /// How it showed.
+        cause: String,
+    },
     /// The linear solution is not finite or not accurate.
     #[error("the linear system could not be solved: {0}")]
     Linear(String),

@@ -101,6 +101,7 @@ fn balance<const D: usize>(
     let hints = Hints {
         lattice: Some(LatticePlaces { index: &index, lines: &lines, periods: periods(model) }),
         position: Some(&|node| position(model, mesh, connected.active.nodes()[node])),
+        further: Some(&|equation| connected.field_node(equation)),
         is_held: Some(&|equation| constraints.is_held(connected.unknowns(), equation)),
         is_kept: connected.is_analysed.get(),
         owned: None,
@@ -111,7 +112,7 @@ fn balance<const D: usize>(
     let mut equilibrium = match (found, &mut plan.kind) {
         (Some(found), _) => newton::go_on(&problem, found, solver)?,
         (None, StepKind::Load(predictor)) => {
-            let guess = predictor.as_ref().map(|last| last.displacement(connected, span, &constraints));
+            let guess = predictor.as_ref().and_then(|last| last.unknowns(connected, span, &constraints));
             newton::solve(&problem, guess, solver)?
         }
         (None, StepKind::Relaxed) => relaxation::solve(&problem, solver)?,
@@ -171,7 +172,8 @@ fn advance<const D: usize>(
     let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
     timings.skipped.domains += without_domain.map(|named| named.body.n_points() as u64).sum::<u64>();
     timings.time(Phase::Advance, || {
-        let converged = Converged { mesh, active: &connected.active, increment: &increment.nodes };
+        let (active, own) = (&connected.active, &increment.own[..]);
+        let converged = Converged { mesh, active, increment: &increment.nodes, own };
         for (named, assembly_plan) in model.bodies.iter_mut().zip(&connected.assembly_plans) {
             named.body.prepare(assembly_plan, converged).map_err(|reason| StepFailure::Advance {
                 body: named.name.clone(),

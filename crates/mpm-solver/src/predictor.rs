@@ -3,7 +3,7 @@
 use crate::connection::Connected;
 use crate::loading::impose;
 use crate::state::StoredPredictor;
-use mpm_assembly::Constraints;
+use mpm_assembly::{Constraints, UnknownVector};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{NodeId, Vector};
 
@@ -29,19 +29,26 @@ impl<const D: usize> Predictor<D> {
         Self { increment: active.nodes().iter().copied().zip(increment).collect(), fraction, length }
     }
 
-    /// The displacement of a load step over `span` of the load fraction: that of the last step in proportion, with
+    /// The unknowns of a load step over `span` of the load fraction: those of the last step in proportion, with
     /// the components that `constraints` prescribes `[L]`.
-    pub(crate) fn displacement(
+    ///
+    /// None where contributions have unknowns of their own, of which nothing is guessed: a guess without them would be out
+    /// of balance.
+    pub(crate) fn unknowns(
         &self,
         connected: &Connected<D>,
         span: f64,
         constraints: &Constraints<D>,
-    ) -> Vec<Vector<D>> {
+    ) -> Option<UnknownVector<D>> {
+        if connected.unknowns().n_own() > connected.n_field() {
+            return None;
+        }
         let scale = span / self.fraction;
-        let mut displacement = self.carried(connected);
-        displacement.iter_mut().for_each(|u| *u *= scale);
-        impose(constraints, constraints.increment(), &mut displacement);
-        displacement
+        let mut unknowns = connected.onwards(scale);
+        unknowns.nodes = self.carried(connected);
+        unknowns.nodes.iter_mut().for_each(|u| *u *= scale);
+        impose(constraints, constraints.increment(), &mut unknowns.nodes);
+        Some(unknowns)
     }
 
     /// Its displacement on the nodes of this step; a node that was not active then takes the mean of

@@ -7,7 +7,7 @@ use crate::connection::contributions;
 use crate::equilibrium::problem::refuse;
 use crate::error::StepFailure;
 use crate::loading::{Carried, StepLoading};
-use mpm_assembly::{Constraints, SystemSums, Trial, UnknownVector};
+use mpm_assembly::{Constraints, SystemSums, Trial};
 
 /// What the supports carry that end in the stage of a load step, at the start of that step; nothing on components that
 /// another support holds now.
@@ -23,7 +23,7 @@ pub(crate) fn carried<const D: usize>(
     if released(start.stage()).next().is_none() {
         return Ok(Vec::new());
     }
-    let increment = UnknownVector::zeros(connected.unknowns());
+    let increment = connected.at_rest();
     let mut force = increment.clone();
     let trial =
         Trial { pattern: &connected.pattern, constraints, increment: &increment, end: start, is_first: false };

@@ -77,7 +77,7 @@ fn scene(name: &str, elastic: bool) -> Result<Scene, Broken> {
     };
     for law in materials.values_mut() {
         if let (true, MaterialInput::VonMises { young, poisson, density, .. }) = (elastic, law.clone()) {
-            *law = MaterialInput::Hencky { young, poisson, density };
+            *law = MaterialInput::Hencky { young, poisson, gradient: None, density };
         }
     }
     Ok(scene)

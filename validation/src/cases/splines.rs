@@ -331,7 +331,7 @@ fn patches(_: Extent) -> Result<Findings, Broken> {
                     if let (true, MaterialInput::VonMises { young, poisson, density, .. }) =
                         (elastic, law.clone())
                     {
-                        *law = MaterialInput::Hencky { young, poisson, density };
+                        *law = MaterialInput::Hencky { young, poisson, gradient: None, density };
                     }
                 }
                 let history = run(&Scene::PlaneStrain(scene))?.completed()?;

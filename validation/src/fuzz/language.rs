@@ -16,7 +16,7 @@ pub(super) const SMALL: &[&str] = &[
     r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
     motion: Stretch([(axis: Y, anchor: 0, driven: 1, displacement: 0.1, ramp: {"press": [(1, 1)], "hold": [(0.5, 0.9), (1, 0.8)]})]),
-    basis: Cpdi1, materials: { "soil": VonMises(young: 1e3, poisson: 0.3, yield_radius: 40, density: 2) },
+    basis: Cpdi1, materials: { "soil": VonMises(young: 1e3, poisson: 0.3, yield_radius: 40, gradient: (driver: PlasticStrain, modulus: 300, length: 0.5), density: 2) },
     bodies: [(name: "block", material: "soil", shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 2)],
     supports: [
         (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
@@ -36,7 +36,7 @@ pub(super) const SMALL: &[&str] = &[
     r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)], functions: Splines(degree: 2)),
     motion: Stretch([(axis: Y, anchor: 0, driven: 2, displacement: 0.1)]),
-    basis: Cpdi2q, stabilisation: Ghost(), materials: { "a": Hencky(young: 1e3, poisson: 0.3, density: 1) },
+    basis: Cpdi2q, stabilisation: Ghost(), materials: { "a": Hencky(young: 1e3, poisson: 0.3, gradient: (driver: Strain, modulus: 1e3, length: 0.3), density: 1) },
     bodies: [(name: "b", material: "a", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2, tiling: Cells)],
     supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
     loads: [BodyForce(acceleration: (0, -1)), Traction(body: "b", axis: Y, at: 1, value: (0, -1))],

@@ -139,7 +139,7 @@ fn rounding(extent: Extent) -> Result<Findings, Broken> {
 fn elastic(mut scene: PlaneScene) -> PlaneScene {
     for material in scene.materials.values_mut() {
         if let MaterialInput::VonMises { young, poisson, density, .. } = material.clone() {
-            *material = MaterialInput::Hencky { young, poisson, density };
+            *material = MaterialInput::Hencky { young, poisson, gradient: None, density };
         }
     }
     scene.output.fields.retain(|field| !matches!(field, FieldInput::Plastic | FieldInput::Rho));

@@ -94,7 +94,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("timing.rs", "", "of checkpoints"),
     ("skipped.rs", "skipped: ", "names of counts"),
     ("von_mises.rs", "the accumulated plastic strain", "of checkpoints"),
-    ("body/material_body.rs", "", "names of columns of checkpoints"),
+    ("body/points.rs", "", "names of columns in `mpm check`"),
     ("assembly/src/contribution.rs", "has {} numbers", "of checkpoints"),
     ("basis/src/domain.rs", "a domain has no volume", "of checkpoints"),
     ("basis/src/fallback.rs", "a domain is of kind", "of checkpoints"),
@@ -133,7 +133,13 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ),
     ("error.rs", "contribution `{contribution}`", "of contributions that programs make"),
     ("solver/src/error.rs", "nothing resists {unknown}", "of loaded tools, in `tools.rs` of `mpm-scene`"),
+    (
+        "material/src/field.rs",
+        "the regularising field leaves it",
+        "of strains, in `mpm-material/tests/field.rs`",
+    ),
     // No scene is known that ends so.
+    ("error.rs", "nothing determines the regularising field", "every node of the field has stiffness"),
     ("body/start.rs", "material point", "the compiler says it with position and depth"),
     ("body/trial.rs", "has no stress", "the solver says it with body, position and reason"),
     ("error.rs", "body `{body}`: the law of material point", "of laws of programs, in `own_material.rs`"),

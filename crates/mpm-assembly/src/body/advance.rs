@@ -68,6 +68,8 @@ pub struct Converged<'a, const D: usize> {
     pub active: &'a ActiveNodes<D>,
     /// `Δu_v` of every active node `[L]`.
     pub increment: &'a [Vector<D>],
+    /// The unknowns that belong to no node's displacement; read where a nodal field is among them.
+    pub own: &'a [f64],
 }
 
 /// What the law says of the points after a load step, worked out beside the present columns.

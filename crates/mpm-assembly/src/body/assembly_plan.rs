@@ -2,12 +2,13 @@
 
 use super::body_connectivity::BodyConnectivity;
 use super::dilatation::Dilatation;
+use super::regularised::{FieldNodes, FieldPlan};
 use crate::body::strips::Strips;
 use crate::unknowns::{Couplings, SparsityPattern};
 use mpm_basis::Connectivity;
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
 /// threads.
@@ -18,6 +19,7 @@ const TASKS: usize = 32;
 pub struct AssemblyPlan<const D: usize> {
     body: BodyConnectivity<D>,
     pub(crate) sums: Summation<D>,
+    field: Option<FieldPlan<D>>,
 }
 
 /// What sums over a body's points need; the same for all lists that connect the same points and nodes.
@@ -47,7 +49,22 @@ impl<const D: usize> AssemblyPlan<D> {
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
         let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
-        Self { body, sums: Summation { strips, slots, slot_start, scratch } }
+        Self { body, sums: Summation { strips, slots, slot_start, scratch }, field: None }
+    }
+
+    /// The same of a regularised body, whose nodal field lives on `nodes`; the pattern
+    /// [couples](FieldNodes::couplings) it.
+    pub fn with_field(self, nodes: Arc<FieldNodes>, pattern: &SparsityPattern<D>) -> Self {
+        let field = FieldPlan::new(nodes, self.connectivity(), pattern, self.sums.scratch.len());
+        Self { field: Some(field), ..self }
+    }
+
+    /// Where the nodal field of a regularised body stands.
+    ///
+    /// # Panics
+    /// The plan has been made without one.
+    pub(crate) fn field(&self) -> &FieldPlan<D> {
+        self.field.as_ref().expect("the plan of a regularised body has its field")
     }
 
     /// Whether the same points have the same nodes in `body`, and nothing else couples them.
@@ -88,6 +105,7 @@ impl<const D: usize> AssemblyPlan<D> {
         self.body.connectivity.bytes()
             + size_of_val(&self.sums.slots[..])
             + size_of_val(&self.sums.slot_start[..])
+            + self.field.as_ref().map_or(0, FieldPlan::bytes)
     }
 }
 

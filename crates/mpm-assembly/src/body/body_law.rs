@@ -3,6 +3,7 @@
 use crate::body::advance::PreparedState;
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::points::Points;
+use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
@@ -10,7 +11,7 @@ use crate::body::stored::ForeignPoints;
 use crate::body::trial::InadmissiblePoint;
 use mpm_grid::Vector;
 use mpm_linear::Symmetry;
-use mpm_material::{Elasticity, FieldInfo, SymmetricTensor};
+use mpm_material::{Elasticity, FieldInfo, Regularisation, SymmetricTensor};
 
 /// What is compiled for each law. `points` are those of the body.
 pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
@@ -19,6 +20,23 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
 
     /// The law, with what it remembers of the points, of a body of revolution that turns.
     fn with_twist(self: Box<Self>) -> Box<dyn BodyLaw<3>>;
+
+    /// The nodal field that regularises it, if one does.
+    fn regularisation(&self) -> Option<Regularisation> {
+        None
+    }
+
+    /// About the width of shear bands that the field allows, where there is one and bands can form `[L]`.
+    fn band_width(&self) -> Option<f64> {
+        None
+    }
+
+    /// What the field sees of a point, where there is one.
+    fn field_point(&self, points: &Points<D>, point: usize) -> FieldPoint<D> {
+        let (volume, deformation_gradient) =
+            (points.reference_volume[point], points.deformation_gradient[point]);
+        FieldPoint { volume, deformation_gradient, driver: 0.0, driver_step: 0.0 }
+    }
 
     fn can_yield(&self) -> bool;
 
@@ -57,21 +75,33 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
         sums: Sums<'_, D>,
     ) -> Result<f64, InadmissiblePoint>;
 
-    /// As [`dissipation::dissipation`].
+    /// As [`Self::assemble`], with the nodal field where there is one.
+    fn assemble_with_field(
+        &self,
+        points: &Points<D>,
+        plan: &AssemblyPlan<D>,
+        input: FieldInput<'_, D>,
+        sums: FieldSums<'_, D>,
+    ) -> Result<f64, InadmissiblePoint> {
+        self.assemble(points, plan, input.nodes, sums.nodes)
+    }
+
+    /// As [`dissipation::dissipation`]; the trial displacement comes with the unknowns that belong to no node's
+    /// displacement.
     fn dissipation(
         &self,
         points: &Points<D>,
         plan: &AssemblyPlan<D>,
-        increment: &[Vector<D>],
+        trial: (&[Vector<D>], &[f64]),
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint>;
 
-    /// Works out the state after a load step; the histories are kept here until [`Self::commit`].
+    /// Works out the state after a load step of a balanced displacement and the other unknowns; the histories are kept here until [`Self::commit`].
     fn advance(
         &mut self,
         points: &Points<D>,
         plan: &AssemblyPlan<D>,
-        increment: &[Vector<D>],
+        balanced: (&[Vector<D>], &[f64]),
         next: &mut PreparedState<D>,
     ) -> Result<(), InadmissiblePoint>;
 

@@ -7,6 +7,7 @@ use crate::body::dilatation::Dilatation;
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
+use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
@@ -16,7 +17,7 @@ use mpm_basis::parallel::each_point;
 use mpm_basis::{ActiveNodes, Connectivity, Corner, DomainControl, DomainReport, Stencils, UnconnectedPoint};
 use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::FieldInfo;
+use mpm_material::{FieldInfo, Regularisation};
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
@@ -38,6 +39,15 @@ pub trait Body<const D: usize>: Send + Sync {
 
     /// Whether volume changes are averaged over cells; this needs vertices.
     fn averages_volume_changes(&self) -> bool;
+
+    /// The nodal field that regularises its law, if one does.
+    fn regularisation(&self) -> Option<Regularisation>;
+
+    /// About the width of shear bands that the field allows, if one regularises the law and bands can form `[L]`.
+    fn band_width(&self) -> Option<f64>;
+
+    /// What that field sees of a point.
+    fn field_point(&self, point: usize) -> FieldPoint<D>;
 
     /// Whether its law can yield.
     fn can_yield(&self) -> bool;
@@ -116,6 +126,9 @@ pub trait Body<const D: usize>: Send + Sync {
     ///
     /// # Errors
     /// The first point that has no admissible state under the trial displacement.
+    ///
+    /// # Panics
+    /// A nodal field regularises the body, see [`Self::assemble_with_field`].
     fn assemble(
         &self,
         plan: &AssemblyPlan<D>,
@@ -123,14 +136,26 @@ pub trait Body<const D: usize>: Send + Sync {
         sums: Sums<'_, D>,
     ) -> Result<f64, InadmissiblePoint>;
 
-    /// Energy that a trial displacement dissipates `[F L]`, see `dissipation.rs`.
+    /// As [`Self::assemble`], of any body: with the nodal field where one regularises the body.
+    ///
+    /// # Errors
+    /// As of [`Self::assemble`].
+    fn assemble_with_field(
+        &self,
+        plan: &AssemblyPlan<D>,
+        input: FieldInput<'_, D>,
+        sums: FieldSums<'_, D>,
+    ) -> Result<f64, InadmissiblePoint>;
+
+    /// Energy that a trial displacement, with the unknowns that belong to no node's displacement, dissipates `[F L]`, see
+    /// `dissipation.rs`.
     ///
     /// # Errors
     /// The first point that has no admissible state under the trial displacement.
     fn dissipation(
         &self,
         plan: &AssemblyPlan<D>,
-        increment: &[Vector<D>],
+        trial: (&[Vector<D>], &[f64]),
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint>;
 

@@ -103,7 +103,7 @@ pub fn determinant<const D: usize>(f: &Block<D>) -> f64 {
 
 /// `det(I + H) - 1` without forming the difference.
 #[inline]
-fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
+pub(crate) fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
     match D {
         1 => h[(0, 0)],
         2 => (h[(0, 0)] + h[(1, 1)]) + (h[(0, 0)] * h[(1, 1)] - h[(0, 1)] * h[(1, 0)]),

@@ -3,6 +3,7 @@
 use crate::body::advance::PreparedState;
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::body_law::BodyLaw;
+use crate::body::by_point::{Asked, PointLaw};
 use crate::body::dissipation;
 use crate::body::pass;
 use crate::body::points::{Points, at_rest};
@@ -11,7 +12,7 @@ use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::ForeignPoints;
 use crate::body::trial::{Committed, InadmissiblePoint};
-use crate::body::turning_law::{Asked, PointLaw, Turning};
+use crate::body::turning_law::Turning;
 use mpm_grid::Vector;
 use mpm_linear::Symmetry;
 use mpm_material::{
@@ -43,16 +44,16 @@ impl LawOfBody<2> {
 }
 
 /// A law and its histories; compiled with or without a hoop.
-struct LawOf<M: Material, const HOOP: bool> {
-    law: M,
+pub(super) struct LawOf<M: Material, const HOOP: bool> {
+    pub law: M,
     /// One for each point; zero bytes for elasticity.
-    history: Vec<M::History>,
+    pub history: Vec<M::History>,
     /// Of the next step, kept for its memory.
-    next_history: Vec<M::History>,
+    pub next_history: Vec<M::History>,
 }
 
 impl<M: Material, const HOOP: bool> LawOf<M, HOOP> {
-    fn new(law: M) -> Self {
+    pub fn new(law: M) -> Self {
         Self { law, history: Vec::new(), next_history: Vec::new() }
     }
 
@@ -143,7 +144,7 @@ impl<const D: usize, M: Material + 'static, const HOOP: bool> BodyLaw<D> for Law
         &self,
         points: &Points<D>,
         plan: &AssemblyPlan<D>,
-        increment: &[Vector<D>],
+        (increment, _): (&[Vector<D>], &[f64]),
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint> {
         dissipation::dissipation::<D, M, HOOP>(self.committed(points), plan, increment, gradient)
@@ -153,7 +154,7 @@ impl<const D: usize, M: Material + 'static, const HOOP: bool> BodyLaw<D> for Law
         &mut self,
         points: &Points<D>,
         plan: &AssemblyPlan<D>,
-        increment: &[Vector<D>],
+        (increment, _): (&[Vector<D>], &[f64]),
         next: &mut PreparedState<D>,
     ) -> Result<(), InadmissiblePoint> {
         let committed = Committed { law: &self.law, points, history: &self.history };
@@ -214,10 +215,8 @@ impl<M: Material> PointLaw for LawOf<M, false> {
         self.law.fluid_stress(volumetric, &self.history[point])
     }
 
-    fn update(&self, point: usize, trial: &Vector3<f64>) -> Result<Update<()>, NoReturn> {
-        let Update { elastic_strain, kirchhoff, tangent, secant, plastic, .. } =
-            self.law.update(trial, &self.history[point])?;
-        Ok(Update { elastic_strain, kirchhoff, tangent, secant, plastic, history: () })
+    fn update(&self, point: usize, trial: &Vector3<f64>, _field: f64) -> Result<Update<()>, NoReturn> {
+        Ok(self.law.update(trial, &self.history[point])?.without_history())
     }
 }
 
@@ -306,7 +305,7 @@ impl<M: Material + 'static> BodyLaw<3> for TurningLaw<M> {
         &self,
         points: &Points<3>,
         plan: &AssemblyPlan<3>,
-        increment: &[Vector<3>],
+        (increment, _): (&[Vector<3>], &[f64]),
         gradient: &mut [Vector<3>],
     ) -> Result<f64, InadmissiblePoint> {
         self.turning(points).dissipation(plan, increment, gradient)
@@ -316,7 +315,7 @@ impl<M: Material + 'static> BodyLaw<3> for TurningLaw<M> {
         &mut self,
         points: &Points<3>,
         plan: &AssemblyPlan<3>,
-        increment: &[Vector<3>],
+        (increment, _): (&[Vector<3>], &[f64]),
         next: &mut PreparedState<3>,
     ) -> Result<(), InadmissiblePoint> {
         let mut asked = std::mem::take(&mut self.next);

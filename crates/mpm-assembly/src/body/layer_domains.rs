@@ -64,7 +64,7 @@ impl BodyDomains<3> for LayerDomains {
             step.active.space().section(&mesh).expect("the section of a layer has the nodes of the layer");
         let (active, increment) = (step.active.section(nodes), section(step.increment));
         let deformation_gradient: Vec<Block<2>> = deformation_gradient.iter().map(flattened_block).collect();
-        let in_plane = Converged { mesh: &mesh, active: &active, increment: &increment };
+        let in_plane = Converged { mesh: &mesh, active: &active, increment: &increment, own: step.own };
         let of = (&section(position)[..], space);
         self.0.advance(of, &deformation_gradient, &connectivity.section(), in_plane)
     }

@@ -12,6 +12,7 @@ use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::pressed::pressure_over_shear;
+use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
@@ -23,7 +24,7 @@ use mpm_basis::{
 };
 use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::{FieldInfo, Material};
+use mpm_material::{FieldInfo, Material, Regularisation};
 use std::any::Any;
 
 /// The one kind of [`Body`] there is.
@@ -153,6 +154,18 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.mean_dilatation.is_some()
     }
 
+    fn regularisation(&self) -> Option<Regularisation> {
+        self.law.regularisation()
+    }
+
+    fn band_width(&self) -> Option<f64> {
+        self.law.band_width()
+    }
+
+    fn field_point(&self, point: usize) -> FieldPoint<D> {
+        self.law.field_point(&self.points, point)
+    }
+
     fn can_yield(&self) -> bool {
         self.law.can_yield()
     }
@@ -188,11 +201,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn extent(&self, point: usize) -> PointExtent<D> {
-        let dimensions = self.points.space.coordinates::<D>() as f64;
-        let width = self.points.reference_size(point).powf(1.0 / dimensions);
-        // Half the diagonal of a cube, stretched by the norm of F, where there is no domain.
-        let cube = || 0.5 * width * dimensions.sqrt() * self.points.deformation_gradient[point].norm();
-        let radius = self.domains.radius(point).unwrap_or_else(cube);
+        let (width, radius) = self.points.extent(point, self.domains.radius(point));
         PointExtent { position: self.points.position[point], width, radius }
     }
 
@@ -256,10 +265,19 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     fn dissipation(
         &self,
         plan: &AssemblyPlan<D>,
-        increment: &[Vector<D>],
+        trial: (&[Vector<D>], &[f64]),
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint> {
-        self.law.dissipation(&self.points, plan, increment, gradient)
+        self.law.dissipation(&self.points, plan, trial, gradient)
+    }
+
+    fn assemble_with_field(
+        &self,
+        plan: &AssemblyPlan<D>,
+        input: FieldInput<'_, D>,
+        sums: FieldSums<'_, D>,
+    ) -> Result<f64, InadmissiblePoint> {
+        self.law.assemble_with_field(&self.points, plan, input, sums)
     }
 
     fn external_force(
@@ -341,10 +359,9 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
 
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError> {
         self.is_prepared = false;
-        self.law.advance(&self.points, plan, step.increment, &mut self.prepared)?;
-        let deformation_gradient = self.prepared.deformation_gradient();
+        self.law.advance(&self.points, plan, (step.increment, step.own), &mut self.prepared)?;
         let of = (&self.points.position[..], self.points.space);
-        self.domains.advance(of, deformation_gradient, plan.connectivity(), step)?;
+        self.domains.advance(of, self.prepared.deformation_gradient(), plan.connectivity(), step)?;
         self.is_prepared = true;
         Ok(())
     }
@@ -406,25 +423,7 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     }
 
     fn columns(&self) -> Vec<(&'static str, usize)> {
-        let points = &self.points;
-        let mut columns = vec![
-            ("position", size_of_val(&points.position[..])),
-            ("position at rest", size_of_val(&points.reference_position[..])),
-            ("volume at rest", size_of_val(&points.reference_volume[..])),
-            ("mass", size_of_val(&points.mass[..])),
-            ("domain", points.len() * self.domains.domain_bytes()),
-            ("deformation gradient", size_of_val(&points.deformation_gradient[..])),
-            ("elastic state", size_of_val(&points.elastic_excess[..])),
-            ("history of the law", self.law.history_bytes()),
-            ("plastic state", size_of_val(&points.plastic[..])),
-        ];
-        if points.space.is_axisymmetric() && D == 2 {
-            columns.push(("hoop stretch", size_of_val(&points.hoop_stretch[..])));
-        }
-        if points.space.turns::<D>() {
-            columns.push(("angle", size_of_val(&points.angle[..])));
-        }
-        columns
+        self.points.columns(self.domains.domain_bytes(), self.law.history_bytes())
     }
 
     fn stored_columns(&self) -> Vec<(&'static str, usize)> {

@@ -79,6 +79,37 @@ impl<const D: usize> Points<D> {
         }
     }
 
+    /// Width of what a point stands for at rest, and the radius around it: that of its domain, or where it has none half the
+    /// diagonal of a cube, stretched by the norm of F `[L]`.
+    pub fn extent(&self, point: usize, radius: Option<f64>) -> (f64, f64) {
+        let dimensions = self.space.coordinates::<D>() as f64;
+        let width = self.reference_size(point).powf(1.0 / dimensions);
+        let cube = || 0.5 * width * dimensions.sqrt() * self.deformation_gradient[point].norm();
+        (width, radius.unwrap_or_else(cube))
+    }
+
+    /// Name and bytes of every column; `domain` are those of a point's domain, `histories` those of all histories.
+    pub fn columns(&self, domain: usize, histories: usize) -> Vec<(&'static str, usize)> {
+        let mut columns = vec![
+            ("position", size_of_val(&self.position[..])),
+            ("position at rest", size_of_val(&self.reference_position[..])),
+            ("volume at rest", size_of_val(&self.reference_volume[..])),
+            ("mass", size_of_val(&self.mass[..])),
+            ("domain", self.len() * domain),
+            ("deformation gradient", size_of_val(&self.deformation_gradient[..])),
+            ("elastic state", size_of_val(&self.elastic_excess[..])),
+            ("history of the law", histories),
+            ("plastic state", size_of_val(&self.plastic[..])),
+        ];
+        if self.space.is_axisymmetric() && D == 2 {
+            columns.push(("hoop stretch", size_of_val(&self.hoop_stretch[..])));
+        }
+        if self.space.turns::<D>() {
+            columns.push(("angle", size_of_val(&self.angle[..])));
+        }
+        columns
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.position.len()

@@ -7,7 +7,10 @@ use crate::body::body_domains::DomainsOfBody;
 use crate::body::law_of_body::LawOfBody;
 use crate::body::space::Space;
 use mpm_basis::{Basis, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, Fallback, Gimp, Smpm};
-use mpm_material::{CamClay, DruckerPrager, Hencky, MohrCoulomb, NeoHooke, PerPoint, Tresca, VonMises};
+use mpm_material::{
+    CamClay, DruckerPrager, FieldDriver, Hencky, MohrCoulomb, NeoHooke, ParameterError, PerPoint,
+    Regularisation, Tresca, VonMises,
+};
 
 macro_rules! shipped_laws {
     ($($law:ident($type:ty)),* $(,)?) => {
@@ -45,6 +48,38 @@ macro_rules! shipped_laws {
 shipped_laws! {
     Hencky(Hencky), NeoHooke(NeoHooke), VonMises(VonMises), Tresca(Tresca), MohrCoulomb(MohrCoulomb),
     DruckerPrager(DruckerPrager), CamClay(CamClay), PerPoint(PerPoint),
+}
+
+impl ShippedLaw {
+    /// The law of bodies in the plane or in space under a nodal field that its driver names; none where a law has no plastic
+    /// strain that could drive it.
+    ///
+    /// # Errors
+    /// As of [`LawOfBody::regularised`].
+    #[inline(never)]
+    pub fn regularised<const D: usize>(
+        self,
+        regularisation: Regularisation,
+    ) -> Result<Option<LawOfBody<D>>, ParameterError> {
+        let law = match (regularisation.driver(), self) {
+            (FieldDriver::PlasticStrain, Self::VonMises(law)) => LawOfBody::regularised(law, regularisation)?,
+            (FieldDriver::PlasticStrain, Self::Tresca(law)) => LawOfBody::regularised(law, regularisation)?,
+            (FieldDriver::PlasticStrain, _) => return Ok(None),
+            (FieldDriver::Strain, Self::Hencky(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+            (FieldDriver::Strain, Self::NeoHooke(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+            (FieldDriver::Strain, Self::VonMises(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+            (FieldDriver::Strain, Self::Tresca(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+            (FieldDriver::Strain, Self::MohrCoulomb(law)) => {
+                LawOfBody::regularised_by_strain(law, regularisation)
+            }
+            (FieldDriver::Strain, Self::DruckerPrager(law)) => {
+                LawOfBody::regularised_by_strain(law, regularisation)
+            }
+            (FieldDriver::Strain, Self::CamClay(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+            (FieldDriver::Strain, Self::PerPoint(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+        };
+        Ok(Some(law))
+    }
 }
 
 /// A law that becomes one of bodies in D dimensions.

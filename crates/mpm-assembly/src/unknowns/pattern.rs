@@ -139,6 +139,16 @@ impl<const D: usize> SparsityPattern<D> {
         }
     }
 
+    /// Where the entry in a row stands in its column.
+    pub(crate) fn offset(&self, row: usize, column: usize) -> u32 {
+        u32::try_from(self.find(row, column) - self.column_start[column]).expect("fewer than 2^32 rows")
+    }
+
+    /// The entries of some columns.
+    pub(crate) fn column_range(&self, columns: std::ops::Range<usize>) -> std::ops::Range<usize> {
+        self.column_start[columns.start]..self.column_start[columns.end]
+    }
+
     /// Place of the entry in a row and a column; of a symmetric tangent the row is not above the column.
     fn find(&self, row: usize, column: usize) -> usize {
         let entries = self.column_start[column]..self.column_start[column + 1];

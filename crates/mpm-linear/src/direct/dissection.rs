@@ -24,19 +24,31 @@ use crate::matrix::Pattern;
 /// eliminated at step k.
 ///
 /// `lattice` holds the multi-index of each node, `periodic` the number of lattice lines of each
-/// direction that closes on itself. Equations that belong to no node come last.
+/// direction that closes on itself. Equations of a further field on the nodes (see [`crate::Hints::further`]) follow those
+/// of their node; equations that belong to no node come last.
 pub(super) fn elimination_order(
     pattern: Pattern<'_>,
     lattice: &[[u32; 3]],
     periodic: [Option<u32>; 3],
+    further: impl Fn(usize) -> Option<usize>,
 ) -> Vec<usize> {
     assert_eq!(pattern.blocks, lattice.len(), "a place on the lattice for each node");
     let graph = BlockGraph::new(pattern);
     let dissected = nested_dissection(&graph, lattice, periodic);
     let nodes = graph.postorder(&dissected);
     let components = pattern.block;
-    let of_nodes = nodes.iter().flat_map(|&v| (0..components).map(move |i| components * v as usize + i));
-    of_nodes.chain(components * pattern.blocks..pattern.n_equations()).collect()
+    let behind = components * pattern.blocks..pattern.n_equations();
+    let mut fields: Vec<(usize, usize)> =
+        behind.clone().filter_map(|equation| Some((further(equation)?, equation))).collect();
+    fields.sort_unstable();
+    let mut order = Vec::with_capacity(pattern.n_equations());
+    for v in nodes.iter().map(|&v| v as usize) {
+        order.extend((0..components).map(|i| components * v + i));
+        let first = fields.partition_point(|&(node, _)| node < v);
+        order.extend(fields[first..].iter().take_while(|&&(node, _)| node == v).map(|&(_, equation)| equation));
+    }
+    order.extend(behind.filter(|&equation| further(equation).is_none()));
+    order
 }
 
 /// Order of elimination of the nodes, new to old.

@@ -343,7 +343,10 @@ pub fn predict_factor_entries(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result
 fn order(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<Vec<usize>, OutOfMemory> {
     pattern.check();
     match hints.lattice {
-        Some(places) => Ok(elimination_order(pattern, places.index, places.periods)),
+        Some(places) => {
+            let further = |equation| hints.further.and_then(|node_of| node_of(equation));
+            Ok(elimination_order(pattern, places.index, places.periods, further))
+        }
         None => cholesky::minimum_degree(pattern),
     }
 }

@@ -1,7 +1,8 @@
 //! Bases and laws: what points of a body are under.
 
+use super::gradient::regularisation;
 use super::initial::{Beginning, Starts, refused, starts};
-use super::law::{Refusal, Refused, Site, WithLaw, with_law};
+use super::law::{Refusal, Refused, Site, WithLaw, inside, with_law};
 use super::parameters::fields_of;
 use super::quantity::Fields;
 use crate::error::SceneError;
@@ -181,8 +182,16 @@ where
     let starts = starts(beginning, &positions)?;
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
-    let law = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
-    body(basis, law.in_space(plan.space), seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
+    let shipped = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
+    let law = match law.gradient() {
+        None => shipped.in_space(plan.space),
+        Some(input) => {
+            let refused = |it| Refusal::Law(inside(".gradient")(it));
+            let law = regularisation(input).and_then(|it| shipped.regularised(it)).map_err(refused)?;
+            law.expect("a law without plastic strain is refused before")
+        }
+    };
+    body(basis, law, seeded, (&starts.points, starts.density.as_ref()), plan).map_err(
         |RefusedStart { point, reason }| {
             let stress = starts.points[point].stress.unwrap_or(SymmetricTensor::ZERO);
             Refusal::Initial(refused(

@@ -5,6 +5,7 @@ mod basis;
 mod bodies;
 mod drawn;
 mod drive;
+mod gradient;
 mod initial;
 mod law;
 mod loads;

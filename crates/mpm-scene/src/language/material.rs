@@ -15,6 +15,9 @@ pub enum MaterialInput {
         young: Quantity<Positive>,
         /// Poisson's ratio ν, -1 < ν < 0.5 `[-]`.
         poisson: Poisson,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
@@ -25,6 +28,9 @@ pub enum MaterialInput {
         young: Quantity<Positive>,
         /// Poisson's ratio ν of small strains, 0 ≤ ν < 0.5 `[-]`.
         poisson: Poisson,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
@@ -44,6 +50,9 @@ pub enum MaterialInput {
         /// How the undrained strength changes; it stays if left out.
         #[serde(default)]
         softening: Option<SofteningInput>,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
@@ -59,6 +68,9 @@ pub enum MaterialInput {
         /// How it changes; it stays if left out.
         #[serde(default)]
         softening: Option<SofteningInput>,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
@@ -87,6 +99,9 @@ pub enum MaterialInput {
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
         fluid_bulk: Option<Quantity<Positive>>,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
@@ -111,6 +126,9 @@ pub enum MaterialInput {
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
         fluid_bulk: Option<Quantity<Positive>>,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
@@ -136,10 +154,36 @@ pub enum MaterialInput {
         /// Bulk modulus of pore fluid that cannot leave; no fluid if left out `[F/L²]`.
         #[serde(default)]
         fluid_bulk: Option<Quantity<Positive>>,
+        /// A nodal field that keeps softening from depending on the mesh; none if left out.
+        #[serde(default)]
+        gradient: Option<GradientInput>,
         /// Mass per reference volume; needed where a body force acts `[M/L³]`.
         #[serde(default)]
         density: Option<Quantity<Positive>>,
     },
+}
+
+/// A nodal field k that follows a measure d of the strain: `½ h (d - k)² + ½ h l² |Grad k|²` is stored besides.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GradientInput {
+    /// What it follows.
+    #[serde(default)]
+    pub driver: DriverInput,
+    /// h, several times as large as the slope with which the strength falls `[F/L²]`.
+    pub modulus: Positive,
+    /// l, with which the width of shear bands grows `[L]`.
+    pub length: Positive,
+}
+
+/// What a nodal field follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum DriverInput {
+    /// The accumulated plastic strain, of `VonMises` and `Tresca`: against softening of the material.
+    #[default]
+    PlasticStrain,
+    /// A measure of the total shear, of all laws: against softening by large elastic strains. It stiffens elasticity.
+    Strain,
 }
 
 /// Undrained strength s_u as a function of the accumulated plastic shear ξ.
@@ -216,6 +260,19 @@ impl MaterialInput {
             | Self::MohrCoulomb { density, .. }
             | Self::DruckerPrager { density, .. }
             | Self::CamClay { density, .. } => density.as_ref(),
+        }
+    }
+
+    /// The nodal field that regularises it, if one does.
+    pub fn gradient(&self) -> Option<&GradientInput> {
+        match self {
+            Self::Hencky { gradient, .. }
+            | Self::NeoHooke { gradient, .. }
+            | Self::VonMises { gradient, .. }
+            | Self::Tresca { gradient, .. }
+            | Self::MohrCoulomb { gradient, .. }
+            | Self::DruckerPrager { gradient, .. }
+            | Self::CamClay { gradient, .. } => gradient.as_ref(),
         }
     }
 

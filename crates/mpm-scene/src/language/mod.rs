@@ -37,7 +37,7 @@ pub use boundary::{
 pub use direction::Direction;
 pub use drive::{DriveInput, PointControlInput, SegmentInput};
 pub use edit::{EditError, Edited, set_value};
-pub use material::{ConeInput, ConeMatchInput, MaterialInput, SofteningInput};
+pub use material::{ConeInput, ConeMatchInput, DriverInput, GradientInput, MaterialInput, SofteningInput};
 pub use mesh::{AxisInput, CornerInput, FunctionsInput, MeshInput, MotionInput, ReindexingInput, StretchInput};
 pub use number::{Coordinates, Count, Finite, Fraction, PlanePoint, Poisson, Positive};
 pub use position::{Position, position_of};

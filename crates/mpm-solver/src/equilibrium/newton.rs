@@ -38,15 +38,14 @@ const MOST_RESERVED: u32 = 1000;
 /// Why the iteration from `Δu = 0` failed.
 pub(crate) fn solve<const D: usize>(
     problem: &Problem<'_, D>,
-    guess: Option<Vec<Vector<D>>>,
+    guess: Option<UnknownVector<D>>,
     solver: &mut Solver<D>,
 ) -> Result<Equilibrium<D>, StepFailure> {
     let mut rest = solver.at_rest(problem);
-    // Nothing is guessed of unknowns that belong to no node: with the nodes alone a guess would be out of balance.
-    if let Some(increment) = guess.filter(|_| rest.increment.own.is_empty()) {
+    if let Some(increment) = guess {
         let before = solver.timings.count(Phase::Solve);
         let mut guessed = rest.clone();
-        guessed.increment.nodes = increment;
+        guessed.increment = increment;
         guessed.is_first = false;
         let start = Start { iterate: guessed, lift: &[], patience: Patience::UntilSlow };
         match iterate(start, problem, solver) {

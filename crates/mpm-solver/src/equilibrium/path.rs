@@ -93,7 +93,7 @@ pub(crate) fn solve_measured<const D: usize>(
     if step.measure == Length::Dissipation && equilibrium.effort.is_unstable && end.get() < 1.0 {
         return Err(StepFailure::Path(PathFailure::LimitPoint));
     }
-    step.length = gauge(problem, &weights(problem), step.measure, &equilibrium.increment.nodes, &[])?.length;
+    step.length = gauge(problem, &weights(problem), step.measure, &equilibrium.increment, &[])?.length;
     Ok(equilibrium)
 }
 
@@ -166,7 +166,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
         let mut iterate = self.solver.at_rest(self.problem);
         let mut at = self.guess(step, &mut iterate)?;
         let mut trial = self.evaluate(&mut iterate, at)?;
-        let mut gauge = self.gauge(step.measure, &iterate.increment.nodes)?;
+        let mut gauge = self.gauge(step.measure, &iterate.increment)?;
         let aim = step.aim.expect("the first guess sets it");
 
         for _ in 0..self.problem.tolerance.iterations {
@@ -191,7 +191,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
                     *increment = from.own[k] + solution.own(k, &change) * part;
                 }
                 let tried = self.evaluate(&mut iterate, at);
-                match tried.and_then(|trial| Ok((trial, self.gauge(step.measure, &iterate.increment.nodes)?))) {
+                match tried.and_then(|trial| Ok((trial, self.gauge(step.measure, &iterate.increment)?))) {
                     Err(failure) if failure.is_of_trial() && halvings < HALVINGS => {}
                     // Where nothing yields any more there is no way back.
                     Ok((_, gauge)) if gauge.length == 0.0 && halvings < HALVINGS => {}
@@ -240,7 +240,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
         self.solver.solve_bordered(&problem, &iterate.out_of_balance, &[&trial.rate], &mut iterate.effort)
     }
 
-    fn gauge(&mut self, measure: Length, increment: &[Vector<D>]) -> Result<Gauge<D>, StepFailure> {
+    fn gauge(&mut self, measure: Length, increment: &UnknownVector<D>) -> Result<Gauge<D>, StepFailure> {
         let Self { problem, weights, origin, solver, .. } = self;
         solver.timings.time(Phase::Stress, || gauge(problem, weights, measure, increment, origin))
     }
@@ -279,26 +279,20 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             }
         };
         let change = match step.measure {
-            Length::Displacement => self.displacing(step, &solution.of_columns[0].nodes)?,
+            Length::Displacement => self.displacing(step, &solution.of_columns[0])?,
             Length::Dissipation => {
-                let nodes = 0..iterate.increment.nodes.len();
                 let rates = &trial.loading.rates;
+                let connected = self.problem.connected;
                 self.dissipating(step, |change| {
-                    let mut increment: Vec<Vector<D>> =
-                        nodes.clone().map(|node| solution.displacement(node, &[change])).collect();
+                    let mut increment = solution.changed(connected.at_rest(), change);
                     let prescribed: Vec<Vector<D>> =
                         rates.increment().iter().map(|rate| rate * change).collect();
-                    impose(rates, &prescribed, &mut increment);
+                    impose(rates, &prescribed, &mut increment.nodes);
                     increment
                 })?
             }
         };
-        for (v, increment) in iterate.increment.nodes.iter_mut().enumerate() {
-            *increment = solution.displacement(v, &[change]);
-        }
-        for (k, increment) in iterate.increment.own.iter_mut().enumerate() {
-            *increment = solution.own(k, &[change]);
-        }
+        iterate.increment = solution.changed(self.problem.connected.at_rest(), change);
         Ok(at + change)
     }
 
@@ -314,6 +308,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
             return Ok(None);
         };
         let scale = aim / last.length;
+        iterate.increment = self.problem.connected.onwards(scale);
         iterate.increment.nodes = last.carried(self.problem.connected);
         for (v, increment) in iterate.increment.nodes.iter_mut().enumerate() {
             *increment *= scale;
@@ -322,15 +317,15 @@ impl<const D: usize> PathIteration<'_, '_, D> {
         let end = at + scale * last.fraction;
         let loading = self.loading.linearised(end)?;
         impose(&loading.rates, &loading.prescribed, &mut iterate.increment.nodes);
-        if matches!(self.gauge(step.measure, &iterate.increment.nodes), Ok(gauge) if gauge.length > 0.0) {
+        if matches!(self.gauge(step.measure, &iterate.increment), Ok(gauge) if gauge.length > 0.0) {
             return Ok(Some(end));
         }
-        iterate.increment.clear();
+        iterate.increment = self.problem.connected.at_rest();
         Ok(None)
     }
 
     /// The change of load fraction along the tangent `per_fraction` that is as long as the step should be.
-    fn displacing(&self, step: &mut PathStep<D>, per_fraction: &[Vector<D>]) -> Result<f64, StepFailure> {
+    fn displacing(&self, step: &mut PathStep<D>, per_fraction: &UnknownVector<D>) -> Result<f64, StepFailure> {
         let unit = gauge(self.problem, &self.weights, Length::Displacement, per_fraction, &[])?;
         let aim = *step.aim.get_or_insert(unit.length * step.seed);
         // Onwards is where the last step went.
@@ -345,7 +340,7 @@ impl<const D: usize> PathIteration<'_, '_, D> {
     fn dissipating(
         &mut self,
         step: &mut PathStep<D>,
-        along: impl Fn(f64) -> Vec<Vector<D>>,
+        along: impl Fn(f64) -> UnknownVector<D>,
     ) -> Result<f64, StepFailure> {
         let mut energy = |change: f64| match self.gauge(Length::Dissipation, &along(change)) {
             // A step that inverts a point is too long as well.
@@ -399,9 +394,10 @@ fn gauge<const D: usize>(
     problem: &Problem<'_, D>,
     weights: &[f64],
     measure: Length,
-    increment: &[Vector<D>],
+    increment: &UnknownVector<D>,
     origin: &[Vector<D>],
 ) -> Result<Gauge<D>, StepFailure> {
+    let UnknownVector { nodes: increment, own } = increment;
     let mut gradient = vec![Vector::zeros(); increment.len()];
     let mut length = 0.0;
     match measure {
@@ -424,7 +420,7 @@ fn gauge<const D: usize>(
             for (named, assembly_plan) in problem.bodies.iter().zip(&problem.connected.assembly_plans) {
                 let energy = named
                     .body
-                    .dissipation(assembly_plan, increment, &mut gradient)
+                    .dissipation(assembly_plan, (increment, own), &mut gradient)
                     .map_err(|it| inadmissible(named, it))?;
                 length += energy;
             }

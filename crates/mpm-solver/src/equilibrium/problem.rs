@@ -114,8 +114,8 @@ impl Effort {
 }
 
 impl<const D: usize> Iterate<D> {
-    /// Nothing has moved, and linear systems will be solved by `method` until it fails.
-    pub(crate) fn at_rest(unknowns: &Unknowns<D>, method: Method) -> Self {
+    /// [Nothing has moved](Connected::at_rest), and linear systems will be solved by `method` until it fails.
+    pub(crate) fn at_rest(connected: &Connected<D>, method: Method) -> Self {
         let effort = Effort {
             residuals: Vec::new(),
             residual: 0.0,
@@ -130,8 +130,9 @@ impl<const D: usize> Iterate<D> {
             refinements: 0,
             pivot_spread: None,
         };
+        let unknowns = connected.unknowns();
         Self {
-            increment: UnknownVector::zeros(unknowns),
+            increment: connected.at_rest(),
             reaction: UnknownVector::zeros(unknowns),
             out_of_balance: UnknownVector::zeros(unknowns),
             is_first: true,

@@ -6,6 +6,8 @@
 
 use super::problem::{Iterate, Problem};
 use super::round_off::{BodyScale, norm, norm_of};
+use crate::connection::NodalField;
+use mpm_assembly::FieldStart;
 use mpm_grid::Vector;
 
 /// Residual of a contribution's own unknowns, over its own scale, that rounding alone can cause.
@@ -60,14 +62,28 @@ impl<const D: usize> Problem<'_, D> {
         if force == 0.0 { 0.0 } else { force / scale }
     }
 
-    /// Residuals of contributions' own unknowns over their own scales.
+    /// Residuals of the nodal field, and of contributions' own unknowns over their own scales.
     fn own_residuals<'a>(&'a self, iterate: &'a Iterate<D>) -> impl Iterator<Item = f64> + 'a {
         let trial = self.trial(&iterate.increment, false);
+        let of_field = self.connected.field.iter().map(|field| self.field_residual(iterate, field));
         let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
-        with_own.map(move |(named, own)| {
+        let of_contributions = with_own.map(move |(named, own)| {
             let residual = norm_of(&iterate.out_of_balance.own[own.clone()]);
             if residual == 0.0 { 0.0 } else { residual / named.contribution.own_scale(&trial) }
-        })
+        });
+        of_field.chain(of_contributions)
+    }
+
+    /// Residual of the nodal field over `Σ_p V⁰_p h S_vp k_v`, which its drivers balance. Rounding leaves a field that is
+    /// nothing a residual below the tolerance.
+    fn field_residual(&self, iterate: &Iterate<D>, field: &NodalField) -> f64 {
+        let (n, FieldStart { field: start, weight, .. }) = (field.nodes.len(), &field.start);
+        let residual = norm_of(&iterate.out_of_balance.own[..n]);
+        let sizes = iterate.increment.own.iter().zip(start).zip(weight);
+        let sizes: Vec<f64> =
+            sizes.map(|((value, start), weight)| weight * value.abs().max(start.abs())).collect();
+        let scale = norm_of(&sizes) + NO_STRAIN / self.tolerance.residual * norm_of(weight);
+        if residual == 0.0 { 0.0 } else { residual / scale }
     }
 
     /// Whether the forces are balanced to `goal`, or as well as rounding lets them. `iterate.effort` holds the

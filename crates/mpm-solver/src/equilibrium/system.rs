@@ -92,7 +92,7 @@ impl<const D: usize> Solver<D> {
 
     /// No node has moved.
     pub(crate) fn at_rest(&self, problem: &Problem<'_, D>) -> Iterate<D> {
-        Iterate::at_rest(problem.unknowns(), self.linear.first_method())
+        Iterate::at_rest(problem.connected, self.linear.first_method())
     }
 
     /// Estimate of the condition number of the last tangent, if it can be had.
@@ -147,8 +147,9 @@ impl<const D: usize> Solver<D> {
         self.weakest_pivot = factored.weakest;
         effort.pivot_spread = larger(effort.pivot_spread, factored.pivot_ratio.map(f64::recip));
         if let Some(pivot) = factored.not_positive {
-            let node = problem.unknowns().node_of(pivot.equation);
-            effort.unstable_node = node.map(|(node, _)| problem.connected.active.nodes()[node]);
+            let node = problem.unknowns().node_of(pivot.equation).map(|(node, _)| node);
+            let node = node.or_else(|| problem.connected.field_node(pivot.equation));
+            effort.unstable_node = node.map(|node| problem.connected.active.nodes()[node]);
         }
         Ok(())
     }
@@ -246,6 +247,18 @@ impl<const D: usize> BorderedSolution<D> {
         columns.fold(self.of_force.nodes[node], |sum, (column, unknown)| sum + column.nodes[node] * *unknown)
     }
 
+    /// The displacement of a change of the only border unknown, and what it makes of the other unknowns, from `rest` on.
+    pub(crate) fn changed(&self, rest: UnknownVector<D>, change: f64) -> UnknownVector<D> {
+        let mut changed = rest;
+        for (v, increment) in changed.nodes.iter_mut().enumerate() {
+            *increment = self.displacement(v, &[change]);
+        }
+        for (k, increment) in changed.own.iter_mut().enumerate() {
+            *increment += self.own(k, &[change]);
+        }
+        changed
+    }
+
     /// The change of an unknown that belongs to no node's displacement.
     pub(crate) fn own(&self, unknown: usize, border_unknowns: &[f64]) -> f64 {
         let columns = self.of_columns.iter().zip(border_unknowns);
@@ -313,6 +326,15 @@ pub(crate) fn singular<const D: usize>(
 ) -> StepFailure {
     let unknowns = problem.unknowns();
     let axes = problem.bodies.first().map_or(Space::default(), |named| named.body.space()).axes();
+    if let Some(node) = problem.connected.field_node(equation) {
+        let node = problem.connected.active.nodes()[node];
+        let position = problem.connected.active.space().position(problem.mesh, node);
+        return StepFailure::SingularField {
+            node: node.index(),
+            position: position.iter().copied().collect(),
+            cause,
+        };
+    }
     let Some((node, component)) = unknowns.node_of(equation) else {
         let own = equation - unknowns.displacement(unknowns.n_nodes(), 0).equation();
         let owner = problem.connected.own.iter().position(|range| range.contains(&own));

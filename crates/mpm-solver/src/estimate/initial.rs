@@ -4,7 +4,7 @@ use super::remarks::place;
 use crate::connection::Connected;
 use crate::loading::StepLoading;
 use crate::model::Model;
-use mpm_assembly::{Constraints, SystemSums, Trial, UnknownVector};
+use mpm_assembly::{Constraints, Contribution, SystemSums, Trial};
 use mpm_grid::{LoadFraction, Mesh, Vector, six_digits};
 
 /// Out-of-balance force, as a part of the forces of the initial stress, that is told; rounding leaves some 1e-12.
@@ -18,7 +18,7 @@ pub(super) fn of<const D: usize>(
     connected: &Connected<D>,
     constraints: &Constraints<D>,
 ) -> Option<String> {
-    let rest = UnknownVector::zeros(connected.unknowns());
+    let rest = connected.at_rest();
     let mut force = rest.clone();
     let mut sums = SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
     let trial = Trial {
@@ -29,7 +29,7 @@ pub(super) fn of<const D: usize>(
         is_first: false,
     };
     for body in connected.bodies(&model.bodies) {
-        body.body.assemble(body.plan, trial.nodes(), sums.nodes()).ok()?;
+        body.add(&trial, &mut sums).ok()?;
     }
     let size = norm(force.nodes.iter());
     if size == 0.0 {

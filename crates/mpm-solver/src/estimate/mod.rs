@@ -15,9 +15,9 @@ use crate::steps::stations;
 use mpm_assembly::{Constraints, Contribution, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Hints, LatticePlaces, Prediction, predict, predict_factor_entries};
+use mpm_linear::{LatticePlaces, Prediction, predict};
 pub use rehearsal::Seconds;
-use rehearsal::{Rehearsal, rehearse};
+use rehearsal::{Rehearsal, factor_entries, is_iterative, rehearse};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -154,13 +154,9 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     };
     let seconds = rehearse(&stage)?;
     // Of a solver of one's own nothing is known; it is taken to factorise.
-    let is_iterative = model.choice().is_some_and(|choice| choice.is_iterative(&prediction));
-    let factor_entries = if is_iterative {
-        prediction.factor_entries as usize
-    } else {
-        predict_factor_entries(pattern.for_solver(), &Hints::on_lattice(places))
-            .map_err(|it| Error::TooLarge(it.to_string()))?
-    };
+    let is_iterative = is_iterative(&stage);
+    let factor_entries =
+        if is_iterative { prediction.factor_entries as usize } else { factor_entries(&stage)? };
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();

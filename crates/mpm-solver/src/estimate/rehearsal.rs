@@ -2,14 +2,14 @@
 
 use crate::clock::processor_seconds;
 use crate::connection::Connected;
-use crate::equilibrium::problem::inadmissible;
+use crate::equilibrium::problem::refuse;
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
 use mpm_assembly::{
     Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views,
 };
 use mpm_grid::{Block, LoadFraction, Mesh};
-use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation};
+use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation, predict_factor_entries};
 use std::hint::black_box;
 
 /// Newton iterations of a load step that are reckoned with: the shipped scenes take 1 to 5.3, whether anything yields or not.
@@ -134,7 +134,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
         false => STRAIN,
     });
     let nodes = connected.active.nodes().iter();
-    let rest = UnknownVector::zeros(connected.unknowns());
+    let rest = connected.at_rest();
     let strained = nodes.map(|&node| strain * connected.active.space().position(stage.mesh, node)).collect();
     let strained = UnknownVector { nodes: strained, ..rest.clone() };
     let mut force = rest.clone();
@@ -144,9 +144,9 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
         let tangent = Some(SystemTangent { values, lift: None });
         let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
         let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: false };
-        for (named, connected) in model.bodies.iter().zip(&bodies) {
-            let summed = connected.body.assemble(connected.plan, trial.nodes(), sums.nodes());
-            summed.map_err(|it| inadmissible(named, it))?;
+        for (index, connected) in bodies.iter().enumerate() {
+            let summed = connected.add(&trial, &mut sums);
+            summed.map_err(|it| refuse(&model.bodies, &model.contributions, index, it))?;
         }
         Ok::<_, StepFailure>(())
     };
@@ -215,8 +215,9 @@ fn try_solution<const D: usize>(stage: &Rehearsal<'_, D>, values: &[f64]) -> Opt
     let pattern = stage.connected.pattern.for_solver();
     let matrix = Matrix { pattern, values };
     let mut linear = stage.model.linear_solver();
+    let further = |equation| stage.connected.field_node(equation);
     let clock = processor_seconds();
-    linear.analyse(pattern, &Hints::on_lattice(stage.places)).ok()?;
+    linear.analyse(pattern, &Hints { further: Some(&further), ..Hints::on_lattice(stage.places) }).ok()?;
     let analyse = processor_seconds() - clock;
     let solve = shortest(|| {
         let mut rhs = vec![1.0; pattern.n_equations()];
@@ -228,9 +229,21 @@ fn try_solution<const D: usize>(stage: &Rehearsal<'_, D>, values: &[f64]) -> Opt
     Some((analyse, solve))
 }
 
+/// Entries of the factor.
+///
+/// # Errors
+/// Not even its structure fits into memory.
+pub(super) fn factor_entries<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<usize, Error> {
+    let further = |equation| stage.connected.field_node(equation);
+    let hints = Hints { further: Some(&further), ..Hints::on_lattice(stage.places) };
+    let entries = predict_factor_entries(stage.connected.pattern.for_solver(), &hints);
+    entries.map_err(|it| Error::TooLarge(it.to_string()))
+}
+
 /// Whether the linear systems are solved by iteration.
-fn is_iterative<const D: usize>(stage: &Rehearsal<'_, D>) -> bool {
-    stage.model.choice().is_some_and(|choice| choice.is_iterative(stage.prediction))
+pub(super) fn is_iterative<const D: usize>(stage: &Rehearsal<'_, D>) -> bool {
+    let can_be = stage.connected.pattern.for_solver().has_blocks_only();
+    can_be && stage.model.choice().is_some_and(|choice| choice.is_iterative(stage.prediction))
 }
 
 /// The same from operations and bytes, and from what the machine does with small ones.

@@ -16,6 +16,9 @@ const INSIDE: [f64; 2] = [0.5, 1.5];
 /// direction, where their domains are little smaller than the cell.
 const ANY: [f64; 2] = [0.02, 4.0];
 
+/// Points across a shear band at least.
+const ACROSS: f64 = 6.0;
+
 /// Sentences, the most surprising first.
 pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes<D>) -> Vec<String> {
     let mut remarks: Vec<String> = model.bodies.iter().flat_map(|named| fill(named, mesh)).collect();
@@ -26,6 +29,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     remarks.extend(shared(model, mesh, active));
     let bodies = model.bodies_by_name();
     remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh, &bodies)));
+    remarks.extend(model.bodies.iter().filter_map(across_bands));
     remarks.extend(jumps(model));
     remarks.extend(knots(model));
     remarks
@@ -72,6 +76,20 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
             "points of body `{name}` have volume {} in the cells {which}, which have {}: are their volumes in other units?",
             six_digits(filled),
             six_digits(whole)
+        )
+    })
+}
+
+/// Points of a regularised body that are too large for the width of its shear bands.
+fn across_bands<const D: usize>(named: &NamedBody<D>) -> Option<String> {
+    let width = named.body.band_width()?;
+    let largest = (0..named.body.n_points()).map(|p| named.body.extent(p).width).fold(0.0, f64::max);
+    (largest * ACROSS > width).then(|| {
+        format!(
+            "shear bands of body `{}` are about {} wide, and its points up to {}: expected {ACROSS} points across a band",
+            named.name,
+            six_digits(width),
+            six_digits(largest)
         )
     })
 }

@@ -1,10 +1,10 @@
 //! Energies of a run: what is stored, what is dissipated, what was done from outside, and whether they agree.
 
-use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible};
+use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible, refuse};
 use crate::error::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::NamedBody;
-use mpm_assembly::{Constraints, PassInput, Sums, views};
+use mpm_assembly::{Constraints, Contribution, SystemSums, Trial, views};
 use mpm_grid::{LoadFraction, Vector};
 
 /// What a load step dissipates and what is done on it from outside `[F L]` (in the plane: per unit thickness).
@@ -32,17 +32,22 @@ impl StepEnergy {
         let (before, after) = (loading.external_force(start), loading.external_force(end));
         let problem = &Problem { external: &after, end, ..*problem };
         let increment = &equilibrium.increment.nodes;
-        let rest = vec![Vector::zeros(); increment.len()];
+        let rest = problem.connected.at_rest();
         let free = Constraints::none(increment.len());
-        let (mut internal, mut unused) = (rest.clone(), rest.clone());
+        let (mut internal, mut unused) = (rest.clone(), vec![Vector::zeros(); increment.len()]);
+        internal.clear();
         let mut dissipated = 0.0;
-        for (named, assembly_plan) in problem.bodies.iter().zip(&problem.connected.assembly_plans) {
-            let refuse = |it| inadmissible(named, it);
-            let input = PassInput { pattern: &problem.connected.pattern, constraints: &free, increment: &rest };
-            let sums = Sums { internal: &mut internal, tangent: None };
-            named.body.assemble(assembly_plan, input, sums).map_err(refuse)?;
-            dissipated += named.body.dissipation(assembly_plan, increment, &mut unused).map_err(refuse)?;
+        let mut sums = SystemSums { force: &mut internal, tangent: None, smallest_determinant: f64::INFINITY };
+        let at_rest = Trial { constraints: &free, ..problem.trial(&rest, false) };
+        let bodies = problem.connected.bodies(problem.bodies);
+        for (index, (named, connected)) in problem.bodies.iter().zip(&bodies).enumerate() {
+            let added = connected.add(&at_rest, &mut sums);
+            added.map_err(|it| refuse(problem.bodies, problem.named, index, it))?;
+            let trial = (&increment[..], &equilibrium.increment.own[..]);
+            let energy = named.body.dissipation(connected.plan, trial, &mut unused);
+            dissipated += energy.map_err(|it| inadmissible(named, it))?;
         }
+        let internal = internal.nodes;
         let mut work = 0.0;
         for (v, u) in increment.iter().enumerate() {
             for i in 0..D {

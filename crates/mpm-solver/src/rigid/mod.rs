@@ -15,9 +15,7 @@ pub(crate) mod rest;
 use crate::connection::{Connected, contributions};
 use crate::model::Model;
 use modes::{Frames, Mode, turns};
-use mpm_assembly::{
-    Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent,
-};
+use mpm_assembly::{Constraints, Contribution, SystemSums, SystemTangent, Trial, finish_tangent};
 use mpm_basis::Connectivity;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Matrix, Symmetry};
@@ -144,7 +142,7 @@ fn tangent_at_rest<const D: usize>(
 ) -> Option<Vec<f64>> {
     let pattern = &connected.pattern;
     let mut values = vec![0.0; pattern.n_entries()];
-    let increment = UnknownVector::zeros(connected.unknowns());
+    let increment = connected.at_rest();
     let mut force = increment.clone();
     let tangent = Some(SystemTangent { values: &mut values, lift: None });
     let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };

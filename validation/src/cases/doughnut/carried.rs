@@ -28,8 +28,12 @@ fn ring(method: &Method, elastic: bool, reindexing: ReindexingInput) -> Result<P
     }
     for material in scene.materials.values_mut() {
         if let (true, MaterialInput::VonMises { young, poisson, density, .. }) = (elastic, &*material) {
-            *material =
-                MaterialInput::Hencky { young: young.clone(), poisson: *poisson, density: density.clone() };
+            *material = MaterialInput::Hencky {
+                young: young.clone(),
+                poisson: *poisson,
+                gradient: None,
+                density: density.clone(),
+            };
         }
     }
     Ok(scene)

@@ -56,10 +56,11 @@ impl Job {
                     yield_radius: Some(Positive(1e6).into()),
                     undrained_strength: None,
                     softening: None,
+                    gradient: None,
                     density,
                 }
             } else {
-                MaterialInput::Hencky { young, poisson, density }
+                MaterialInput::Hencky { young, poisson, gradient: None, density }
             };
         }
         if let MotionInput::Twist { inner, reindexing, .. } = &mut scene.motion {

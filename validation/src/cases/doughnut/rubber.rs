@@ -39,7 +39,7 @@ fn scene(method: &Method, poisson: f64, factor: u32, degrees: usize) -> Result<P
     let mut scene = ring(method, factor)?;
     for material in scene.materials.values_mut() {
         let young = Positive(1e6).into();
-        *material = MaterialInput::NeoHooke { young, poisson: Poisson(poisson), density: None };
+        *material = MaterialInput::NeoHooke { young, poisson: Poisson(poisson), gradient: None, density: None };
     }
     if poisson > 0.4 {
         scene.bodies.iter_mut().for_each(|body| body.mean_dilatation = Some(MeanDilatationInput::Points));

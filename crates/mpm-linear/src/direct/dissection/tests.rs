@@ -107,13 +107,42 @@ fn equations_of_no_node_come_last() {
         start.push(row.len());
     }
     let pattern = Pattern { blocks: 4, ..Pattern::symmetric(&start, &row, 2) };
-    let order = elimination_order(pattern, &lattice, [None; 3]);
+    let order = elimination_order(pattern, &lattice, [None; 3], |_| None);
     assert_eq!(order[8..], [8, 9]);
     let nodes: Vec<usize> = order[..8].chunks(2).map(|pair| pair[0] / 2).collect();
     assert_eq!(
         nodes,
-        elimination_order(Pattern::symmetric(&[0, 2, 4, 6, 7], &[0, 1, 1, 2, 2, 3, 3], 1), &lattice, [None; 3])
+        elimination_order(
+            Pattern::symmetric(&[0, 2, 4, 6, 7], &[0, 1, 1, 2, 2, 3, 3], 1),
+            &lattice,
+            [None; 3],
+            |_| None
+        )
     );
+}
+
+#[test]
+fn equations_of_a_further_field_follow_those_of_their_node() {
+    // Five nodes in a row with two equations each, a field on the last four of them, and an equation of no node.
+    let lattice: Vec<[u32; 3]> = (0..5).map(|x| [x, 0, 0]).collect();
+    let node = |equation: usize| if equation < 10 { equation / 2 } else { equation - 9 };
+    let (mut start, mut row) = (vec![0], Vec::new());
+    for j in 0..15 {
+        row.extend((j..15).filter(|&i| i == 14 || node(i).abs_diff(node(j)) <= 1));
+        start.push(row.len());
+    }
+    let pattern = Pattern { blocks: 5, ..Pattern::symmetric(&start, &row, 2) };
+    let order =
+        elimination_order(pattern, &lattice, [None; 3], |equation| (equation < 14).then(|| node(equation)));
+    let mut expected = Vec::new();
+    for node in
+        elimination_order(pattern, &lattice, [None; 3], |_| None)[..10].chunks(2).map(|pair| pair[0] / 2)
+    {
+        expected.extend([2 * node, 2 * node + 1]);
+        expected.extend((node > 0).then_some(9 + node));
+    }
+    expected.push(14);
+    assert_eq!(order, expected);
 }
 
 #[test]
@@ -123,7 +152,7 @@ fn orders_of_random_active_sets_are_permutations() {
             let (start, row) = couplings(&lattice, reach, periodic);
             let (start, row) = in_blocks(&start, &row, components);
             let pattern = Pattern::symmetric(&start, &row, components);
-            let order = elimination_order(pattern, &lattice, periodic);
+            let order = elimination_order(pattern, &lattice, periodic, |_| None);
             let mut sorted = order.clone();
             sorted.sort_unstable();
             assert!(sorted.into_iter().eq(0..components * lattice.len()));
@@ -134,7 +163,7 @@ fn orders_of_random_active_sets_are_permutations() {
                         .all(|(i, e)| e % components == i && e / components == node[0] / components)
                 );
             }
-            assert_eq!(order, elimination_order(pattern, &lattice, periodic), "deterministic");
+            assert_eq!(order, elimination_order(pattern, &lattice, periodic, |_| None), "deterministic");
         }
     }
 }

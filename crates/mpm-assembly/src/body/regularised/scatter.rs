@@ -1,0 +1,128 @@
+//! From the dense sums of a set of nodes to the global arrays, with the nodal field.
+
+use super::nodes::FieldNodes;
+use super::plan::Offsets;
+use crate::body::scatter::{Part, PassInput, Sums};
+use crate::unknowns::{SparsityPattern, node_equation};
+use mpm_grid::Vector;
+use mpm_linear::Symmetry;
+
+/// What a pass over points reads, and the unknowns that belong to no node's displacement.
+#[derive(Clone, Copy)]
+pub struct FieldInput<'a, const D: usize> {
+    /// What every pass reads.
+    pub nodes: PassInput<'a, D>,
+    /// All of the other unknowns.
+    pub own: &'a [f64],
+}
+
+/// What a pass over points adds to, with all unknowns.
+pub struct FieldSums<'a, const D: usize> {
+    /// What every pass adds to.
+    pub nodes: Sums<'a, D>,
+    /// Residuals of the other unknowns.
+    pub own: &'a mut [f64],
+    /// Their part of the product of the tangent and prescribed increments; empty where it is not asked for.
+    pub own_lift: &'a mut [f64],
+}
+
+/// The parts of the global arrays that some strips write to.
+pub(super) struct FieldPart<'a, const D: usize> {
+    pub nodes: Part<'a, D>,
+    /// The first of the field's nodes.
+    pub first: usize,
+    pub own: &'a mut [f64],
+    /// Columns of the field; empty where no tangent is wanted.
+    pub values: &'a mut [f64],
+    /// Empty where it is not wanted.
+    pub lift: &'a mut [f64],
+}
+
+impl<const D: usize> FieldPart<'_, D> {
+    /// The parts before and from the active node `node` on.
+    pub fn split_at(self, node: usize, field: &FieldNodes, pattern: &SparsityPattern<D>) -> (Self, Self) {
+        let Self { nodes, first, own, values, lift } = self;
+        let (low, high) = nodes.split_at(node, pattern);
+        let middle = field.entry(node);
+        let start = |entry: usize| pattern.column_start()[field.unknown(0).equation() + entry];
+        let entries = start(middle) - start(first);
+        let (own, own_rest) = own.split_at_mut(middle - first);
+        let (values, values_rest) = values.split_at_mut(entries.min(values.len()));
+        let (lift, lift_rest) = lift.split_at_mut((middle - first).min(lift.len()));
+        (
+            Self { nodes: low, first, own, values, lift },
+            Self { nodes: high, first: middle, own: own_rest, values: values_rest, lift: lift_rest },
+        )
+    }
+}
+
+/// Dense blocks of a node set that belong to the field, as in [`super::plan::FieldScratch`].
+#[derive(Clone, Copy)]
+pub(super) struct DenseField<'a, const D: usize> {
+    pub mixed: &'a [Vector<D>],
+    pub tangent: &'a [f64],
+}
+
+/// Adds a set's dense blocks of the field to the tangent, leaving out prescribed displacements.
+pub(super) fn add_field_tangent<const D: usize>(
+    (nodes, field): (&[u32], &FieldNodes),
+    offsets: Offsets<'_>,
+    dense: DenseField<'_, D>,
+    input: PassInput<'_, D>,
+    part: &mut FieldPart<'_, D>,
+) {
+    let (n, columns) = (nodes.len(), input.pattern.column_start());
+    let is_symmetric = input.pattern.symmetry() == Symmetry::Symmetric;
+    let base = columns[node_equation::<D>(part.nodes.node, 0)];
+    for (w, &node) in nodes.iter().enumerate() {
+        let mask = input.constraints.mask(node as usize);
+        for j in (0..D).filter(|j| mask & (1 << j) == 0) {
+            let start = columns[node_equation::<D>(node as usize, j)] - base;
+            let missing = if is_symmetric { j } else { 0 };
+            for (v, &offset) in offsets.field_rows[w * n..(w + 1) * n].iter().enumerate() {
+                part.nodes.values[start + offset as usize - missing] += dense.mixed[v * n + w][j];
+            }
+        }
+    }
+    let first = field.unknown(0).equation();
+    let base = columns[first + part.first];
+    let lower = |v: usize, w: usize| w * n - w * (w + 1) / 2 + v;
+    let mut at = 0;
+    for (w, &node) in nodes.iter().enumerate() {
+        let start = columns[first + field.entry(node as usize)] - base;
+        for v in if is_symmetric { w } else { 0 }..n {
+            let value = dense.tangent[if v >= w { lower(v, w) } else { lower(w, v) }];
+            part.values[start + offsets.field_columns[at] as usize] += value;
+            at += 1;
+        }
+        if is_symmetric {
+            continue;
+        }
+        for (v, &node) in nodes.iter().enumerate() {
+            let mask = input.constraints.mask(node as usize);
+            let row = start + offsets.node_rows[w * n + v] as usize;
+            for i in (0..D).filter(|i| mask & (1 << i) == 0) {
+                part.values[row + i] += dense.mixed[w * n + v][i];
+            }
+        }
+    }
+}
+
+/// `lift_k += Σ_w K_kw Δū_w` for the set's nodes with prescribed increments.
+pub(super) fn add_field_lift<const D: usize>(
+    (nodes, field): (&[u32], &FieldNodes),
+    dense: DenseField<'_, D>,
+    input: PassInput<'_, D>,
+    part: &mut FieldPart<'_, D>,
+) {
+    let n = nodes.len();
+    for (w, &node) in nodes.iter().enumerate() {
+        let prescribed = input.constraints.increment()[node as usize];
+        if prescribed == Vector::<D>::zeros() {
+            continue;
+        }
+        for (v, &other) in nodes.iter().enumerate() {
+            part.lift[field.entry(other as usize) - part.first] += dense.mixed[v * n + w].dot(&prescribed);
+        }
+    }
+}
