@@ -28,7 +28,7 @@ pub use body::{
     DomainsOfBody, ForeignPoints, InSpace, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody,
     MeanDilatation, OccupiedCell, PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart,
     ShippedBasis, ShippedLaw, SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums,
-    TooManyPoints, determinant, finish_tangent, views,
+    TooManyPoints, crowding_over_shear, determinant, finish_tangent, pressure_over_shear, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
