@@ -132,6 +132,15 @@ pub fn summary(summary: &Summary, scene: &Scene, results: &Path) -> String {
             ),
         );
     }
+    if let Some(ratio) = summary.crowding_over_shear {
+        line(
+            "pressure",
+            format!(
+                "misjudged by up to {ratio:.0} times the shear stress where points yield: with `mean_dilatation: Cell` cells \
+                 that points have crowded or left feel another pressure; use `Points` where points pass from cell to cell"
+            ),
+        );
+    }
     let solutions = summary
         .backward_error
         .map(|error| format!("backward error at most {error:.1e}, {} refinements", count(summary.refinements)));

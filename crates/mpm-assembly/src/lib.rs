@@ -29,8 +29,8 @@ pub use body::{
     DomainsOfBody, FieldInput, FieldNodes, FieldPoint, FieldStart, FieldSums, FollowedBody, ForeignPoints,
     InSpace, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell,
     PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw,
-    SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, determinant,
-    finish_tangent, follow, views,
+    SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints,
+    crowding_over_shear, determinant, finish_tangent, follow, pressure_over_shear, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

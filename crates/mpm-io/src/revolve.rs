@@ -35,10 +35,9 @@ impl Revolution {
         Ok(Self { sectors, angle })
     }
 
-    /// Cosine and sine of the angle `part` sectors away from x.
-    fn direction(&self, part: f64) -> (f64, f64) {
-        let (sine, cosine) = (self.angle * part / f64::from(self.sectors)).sin_cos();
-        (cosine, sine)
+    /// The angle `part` sectors away from x `[rad]`.
+    fn at(&self, part: f64) -> f64 {
+        self.angle * part / f64::from(self.sectors)
     }
 
     /// The wedges of all domains, sector by sector.
@@ -48,7 +47,7 @@ impl Revolution {
         for sector in 0..self.sectors {
             // Sections are anticlockwise seen from where the sector ends, and cells begin with the side whose normal points
             // into them.
-            let ends = [f64::from(sector) + 1.0, f64::from(sector)].map(|part| self.direction(part));
+            let ends = [f64::from(sector) + 1.0, f64::from(sector)].map(|part| direction(self.at(part)));
             for section in &sections {
                 let kind = if section.len() == 3 { WEDGE } else { HEXAHEDRON };
                 let side = |(cosine, sine)| section.iter().flat_map(move |[r, z]| [r * cosine, r * sine, *z]);
@@ -59,15 +58,19 @@ impl Revolution {
     }
 
     /// A field of the points as one of their wedges: vectors and tensors in the middle of each sector, volumes those of
-    /// the part of the ring.
-    fn field(&self, name: &str, of_rings: &Table) -> Table {
+    /// the part of the ring. The deformation gradient maps from where points that have turned by `angles` were at rest.
+    fn field(&self, name: &str, of_rings: &Table, angles: Option<&Table>) -> Table {
+        let angles = angles.filter(|_| name == Field::DEFORMATION_GRADIENT.name());
         let mut values = Vec::with_capacity(of_rings.values().len() * self.sectors as usize);
         for sector in 0..self.sectors {
-            let direction = self.direction(f64::from(sector) + 0.5);
-            for row in (0..of_rings.len()).map(|point| of_rings.row(point)) {
+            let at = self.at(f64::from(sector) + 0.5);
+            for (point, row) in (0..of_rings.len()).map(|point| of_rings.row(point)).enumerate() {
                 match row.len() {
-                    3 => values.extend(vector(row, direction)),
-                    9 => values.extend(tensor(row, direction)),
+                    3 => values.extend(vector(row, direction(at))),
+                    9 => {
+                        let turned = angles.map_or(0.0, |angles| angles.row(point)[0]);
+                        values.extend(tensor(row, direction(at), direction(at - turned)));
+                    }
                     _ if name == Field::VOLUME.name() => {
                         values.push(row[0] * self.angle / TAU / f64::from(self.sectors));
                     }
@@ -93,24 +96,34 @@ fn section(outline: &[f64]) -> Vec<[f64; 2]> {
     corners
 }
 
+/// Cosine and sine of an angle.
+fn direction(angle: f64) -> (f64, f64) {
+    let (sine, cosine) = angle.sin_cos();
+    (cosine, sine)
+}
+
 /// Components along x, y, z of those along r, z and the hoop, in a direction from the axis.
 fn vector(v: &[f64], (cosine, sine): (f64, f64)) -> [f64; 3] {
     [v[0] * cosine - v[2] * sine, v[0] * sine + v[2] * cosine, v[1]]
 }
 
-/// As [`vector`], of a tensor row by row.
-fn tensor(t: &[f64], direction: (f64, f64)) -> [f64; 9] {
-    // Rows first, then what are the columns.
-    let rows: [[f64; 3]; 3] = std::array::from_fn(|i| vector(&t[3 * i..3 * i + 3], direction));
-    let columns: [[f64; 3]; 3] =
-        std::array::from_fn(|j| vector(&[rows[0][j], rows[1][j], rows[2][j]], direction));
+/// As [`vector`], of a tensor row by row, whose first index belongs to the direction `first` and whose second to `second`.
+fn tensor(t: &[f64], first: (f64, f64), second: (f64, f64)) -> [f64; 9] {
+    let rows: [[f64; 3]; 3] = std::array::from_fn(|i| vector(&t[3 * i..3 * i + 3], second));
+    let columns: [[f64; 3]; 3] = std::array::from_fn(|j| vector(&[rows[0][j], rows[1][j], rows[2][j]], first));
     std::array::from_fn(|k| columns[k % 3][k / 3])
+}
+
+/// Whether deformation gradients tell of a twist.
+fn shears_the_hoop(gradients: &Table) -> bool {
+    (0..gradients.len()).map(|point| gradients.row(point)).any(|f| f[6] != 0.0 || f[7] != 0.0)
 }
 
 impl Results {
     /// Writes the domains of a body of revolution as wedges in space, `wedges_0000.vtu` and so on, into a folder, and
     /// beside the folder a series, `<folder>.pvd`, with the load fraction as its time. Vectors and tensors have
-    /// components along x, y and z, which is the axis; volumes are those of the wedge's part of the ring.
+    /// components along x, y and z, which is the axis; volumes are those of the wedge's part of the ring. Of points that
+    /// turn about the axis, the deformation gradient needs their angle.
     ///
     /// # Errors
     /// [`ResultsError::Missing`] where the results are of another space, or hold no domains or no outlines of them;
@@ -137,9 +150,18 @@ impl Results {
                 return Err(ResultsError::missing(self.path(), item));
             }
             let cells = by.wedges(&outlines);
+            let angles = names.iter().any(|name| name == Field::ANGLE.name());
+            let angles = angles.then(|| self.field(Field::ANGLE.name(), step)).transpose()?;
             let mut fields: Vec<(&str, Table)> = Vec::with_capacity(names.len());
             for name in &names {
-                fields.push((name, by.field(name, &self.field(name, step)?)));
+                let of_rings = self.field(name, step)?;
+                if name == Field::DEFORMATION_GRADIENT.name() && angles.is_none() && shears_the_hoop(&of_rings)
+                {
+                    let item = "angles of points that turn, which their deformation gradients need: `output` can have \
+                                `fields: [Angle, …]`";
+                    return Err(ResultsError::missing(self.path(), item));
+                }
+                fields.push((name, by.field(name, &of_rings, angles.as_ref())));
             }
             let path = folder.join(format!("wedges_{step:04}.vtu"));
             write(&path, &vtu(&cells, &fields))?;
@@ -158,11 +180,32 @@ mod tests {
     fn tensors_turn_with_their_sector() {
         // σ = rr e_r⊗e_r + …, a quarter turn: r is y, the hoop is -x.
         let t = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
-        let turned = tensor(&t, (0.0, 1.0));
+        let turned = tensor(&t, (0.0, 1.0), (0.0, 1.0));
         let [rr, rz, rt, zr, zz, zt, tr, tz, tt] = t;
         assert_eq!(turned, [tt, -tr, -tz, -rt, rr, rz, -zt, zr, zz]);
-        assert_eq!(tensor(&t, (1.0, 0.0)), [rr, rt, rz, tr, tt, tz, zr, zt, zz]);
+        assert_eq!(tensor(&t, (1.0, 0.0), (1.0, 0.0)), [rr, rt, rz, tr, tt, tz, zr, zt, zz]);
         assert_eq!(vector(&[1.0, 2.0, 3.0], (0.0, 1.0)), [-3.0, 1.0, 2.0]);
+    }
+
+    /// A body that has turned by a quarter, which strains nothing: F is 1 in the directions of its points, and the turn in space.
+    #[test]
+    fn deformation_gradients_map_from_where_points_were() {
+        let by = Revolution::new(4, 360.0).unwrap();
+        let identity = Table::new(9, vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        let quarter = Table::new(1, vec![PI / 2.0]);
+        let near = |found: &Table, expected: [f64; 9]| {
+            for sector in 0..4 {
+                let row = found.row(sector);
+                assert!(row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{row:?}");
+            }
+        };
+        let name = Field::DEFORMATION_GRADIENT.name();
+        near(&by.field(name, &identity, Some(&quarter)), [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        let rest = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        near(&by.field(name, &identity, None), rest);
+        near(&by.field(Field::CAUCHY_STRESS.name(), &identity, Some(&quarter)), rest);
+        let sheared = Table::new(9, vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.1, 1.0]);
+        assert!(!shears_the_hoop(&identity) && shears_the_hoop(&sheared));
     }
 
     #[test]

@@ -74,7 +74,7 @@ impl<const D: usize> Model<D> {
             if found != kind {
                 return Err(NodeMismatch::Body { body: named.name.clone(), basis, found, expected: kind });
             }
-            if found != NodeKind::Vertices && named.body.averages_volume_changes() {
+            if found != NodeKind::Vertices && named.body.mean_dilatation().is_some() {
                 return Err(NodeMismatch::MeanDilatation { body: named.name.clone(), basis, found });
             }
         }

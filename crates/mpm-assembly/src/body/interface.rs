@@ -3,7 +3,7 @@
 use super::occupied::OccupiedCell;
 use crate::body::advance::{AdvanceError, Converged};
 use crate::body::assembly_plan::AssemblyPlan;
-use crate::body::dilatation::Dilatation;
+use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
@@ -37,8 +37,8 @@ pub trait Body<const D: usize>: Send + Sync {
     /// The nodes that its points influence, see [`Basis::node_kind`](mpm_basis::Basis::node_kind).
     fn node_kind(&self, mesh: &Mesh<D>) -> NodeKind;
 
-    /// Whether volume changes are averaged over cells; this needs vertices.
-    fn averages_volume_changes(&self) -> bool;
+    /// How volume changes are averaged over cells, which needs vertices; none where they are not.
+    fn mean_dilatation(&self) -> Option<MeanDilatation>;
 
     /// The nodal field that regularises its law, if one does.
     fn regularisation(&self) -> Option<Regularisation>;
@@ -77,11 +77,6 @@ pub trait Body<const D: usize>: Send + Sync {
     /// Points that yield at the apex of their law or at the tip of its cut-off, where they have no stiffness; none where
     /// its law has no apex.
     fn points_at_apex(&self) -> Option<usize>;
-
-    /// Largest pressure over the shear stress `√J₂` of points that yield, where volume changes are averaged over the
-    /// points of cells: from some tens on, pressure drives motions of the nodes, see `pressed.rs` `[-]`. None elsewhere,
-    /// and where no point yields under pressure.
-    fn pressure_over_shear(&self) -> Option<f64>;
 
     /// Young's modulus of its law, of small strains around no stress `[F/L²]`.
     fn young(&self) -> f64;

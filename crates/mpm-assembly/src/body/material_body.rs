@@ -7,11 +7,10 @@ use crate::body::body_domains::{BodyDomains, DomainsOfBody};
 use crate::body::body_law::BodyLaw;
 use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
-use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce, views};
+use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
 use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
-use crate::body::pressed::pressure_over_shear;
 use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
@@ -150,8 +149,8 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.domains.node_kind(mesh)
     }
 
-    fn averages_volume_changes(&self) -> bool {
-        self.mean_dilatation.is_some()
+    fn mean_dilatation(&self) -> Option<MeanDilatation> {
+        self.mean_dilatation
     }
 
     fn regularisation(&self) -> Option<Regularisation> {
@@ -184,12 +183,6 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
 
     fn points_at_apex(&self) -> Option<usize> {
         self.law.has_apex().then(|| self.law.points_at_apex(&self.points))
-    }
-
-    fn pressure_over_shear(&self) -> Option<f64> {
-        let averages =
-            self.mean_dilatation == Some(MeanDilatation::Points) && self.points.plastic.contains(&true);
-        averages.then(|| pressure_over_shear(views(self))).flatten()
     }
 
     fn young(&self) -> f64 {

@@ -42,14 +42,18 @@ pub(crate) fn add_turning_tangent<const D: usize, const TANGENT: u8>(
     volume: f64,
     sums: &mut [Block<D>],
 ) {
+    // Gradients lie in the section: their component along the hoop is 0.
     let (n, hoop) = (g.len(), D - 1);
+    // (τ g_v)_θ.
+    let shear =
+        |g: &Vector<D>| (1..hoop).fold(of.stress[(hoop, 0)] * g[0], |sum, k| sum + of.stress[(hoop, k)] * g[k]);
     let mut at = 0;
     for w in 0..n {
         // half[k](i, B) = V⁰ a_ikjl B_w^B,jl
         let (weighted, hoop_w) = (g[w] * volume, t[w] * volume);
         let mut half: [Block<D>; D] = std::array::from_fn(|k| {
             let mut sum = a[k][0] * weighted[0];
-            for l in 1..D {
+            for l in 1..hoop {
                 sum += a[k][l] * weighted[l];
             }
             sum
@@ -60,19 +64,19 @@ pub(crate) fn add_turning_tangent<const D: usize, const TANGENT: u8>(
                 half[k][(i, 0)] += a[k][hoop][(i, hoop)] * hoop_w;
             }
         }
-        let traction = of.stress * g[w];
+        let shear_w = of.radius * shear(&g[w]);
         let from = if TANGENT == LOWER { w } else { 0 };
         for (v, sum) in (from..n).zip(&mut sums[at..]) {
             let mut block = half[0] * g[v][0];
-            for k in 1..D {
+            for k in 1..hoop {
                 block += half[k] * g[v][k];
             }
             for j in 0..D {
                 block[(hoop, j)] *= of.radius;
                 block[(0, j)] += t[v] * half[hoop][(hoop, j)];
             }
-            block[(0, hoop)] += of.radius * t[v] * traction[hoop];
-            block[(hoop, 0)] += of.radius * t[w] * (of.stress * g[v])[hoop];
+            block[(0, hoop)] += t[v] * shear_w;
+            block[(hoop, 0)] += of.radius * t[w] * shear(&g[v]);
             *sum += block;
         }
         at += n - from;

@@ -25,6 +25,18 @@ pub(crate) struct Correction<'a, const D: usize> {
     pub work: f64,
     /// Smallest part that is tried where it inverts a point.
     pub least_part: f64,
+    /// Whether it is taken whole or not at all.
+    pub whole: bool,
+}
+
+/// How much of a correction was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Taken {
+    Whole,
+    /// Less, because it overshot; all of it where it must be whole.
+    Overshot,
+    /// Less, because it inverted a point.
+    Inverted,
 }
 
 impl<const D: usize> Correction<'_, D> {
@@ -46,19 +58,19 @@ impl<const D: usize> Correction<'_, D> {
     /// smaller than at the start) about as much of it as makes that work vanish.
     ///
     /// # Errors
-    /// Even the smallest part inverts a point.
+    /// Even the smallest part inverts a point, or a correction does that must be whole.
     pub(crate) fn add_to(
         &self,
         problem: &Problem<'_, D>,
         iterate: &mut Iterate<D>,
         wanted: Wanted,
         solver: &mut Solver<D>,
-    ) -> Result<(), StepFailure> {
+    ) -> Result<Taken, StepFailure> {
         let mut part = 1.0;
         loop {
             self.apply(part, &mut iterate.increment);
             match solver.evaluate(problem, iterate, wanted, None) {
-                Err(failure) if failure.is_of_trial() && part > self.least_part => {
+                Err(failure) if failure.is_of_trial() && part > self.least_part && !self.whole => {
                     part *= 0.5;
                     iterate.effort.shortened += 1;
                 }
@@ -68,8 +80,15 @@ impl<const D: usize> Correction<'_, D> {
 
         let at_start = self.work;
         let at_end = self.free.dot(&iterate.out_of_balance);
-        if part < 1.0 || at_start <= 0.0 || at_end > -OVERSHOT * at_start {
-            return Ok(());
+        if part < 1.0 {
+            return Ok(Taken::Inverted);
+        }
+        if at_start <= 0.0 || at_end > -OVERSHOT * at_start {
+            return Ok(Taken::Whole);
+        }
+        iterate.effort.shortened += 1;
+        if self.whole {
+            return Ok(Taken::Overshot);
         }
         // Illinois variant of the false position method, on the sign change between none and all of it.
         let (mut low, mut low_work, mut high, mut high_work) = (0.0, at_start, 1.0, at_end);
@@ -87,10 +106,9 @@ impl<const D: usize> Correction<'_, D> {
                 (high, high_work, low_work) = (part, here, 0.5 * low_work);
             }
         }
-        iterate.effort.shortened += 1;
         if wanted == Wanted::ForceAndTangent {
             solver.evaluate(problem, iterate, wanted, None)?;
         }
-        Ok(())
+        Ok(Taken::Overshot)
     }
 }

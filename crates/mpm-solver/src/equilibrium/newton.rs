@@ -1,6 +1,6 @@
 //! Equilibrium of one load step by Newton's method with the consistent tangent.
 
-use super::line_search::Correction;
+use super::line_search::{Correction, Taken};
 use super::problem::{Equilibrium, Iterate, Problem, Wanted};
 use super::system::{Solver, singular};
 use crate::error::StepFailure;
@@ -26,6 +26,10 @@ const FROM_GUESS: f64 = 1e-2;
 
 /// The out-of-balance force has grown beyond hope when it exceeds its smallest value by this factor.
 const DIVERGED: f64 = 1e8;
+
+/// Corrections that had to be shortened because they inverted points after which an iteration whose out-of-balance force
+/// is still as large as at its start is given up: it never comes back, and each of its corrections is tried many times.
+const HOPELESS: u32 = 3;
 
 /// Iterations of a load step whose residuals have their place beforehand.
 const MOST_RESERVED: u32 = 1000;
@@ -140,6 +144,7 @@ pub(crate) fn iterate<const D: usize>(
         tangent: Tangent::Summed,
         goal,
         patience,
+        inverting: 0,
         correction: UnknownVector::zeros(problem.unknowns()),
         before: UnknownVector::zeros(problem.unknowns()),
     };
@@ -159,6 +164,8 @@ struct Newton<'a, 'p, const D: usize> {
     /// Relative out-of-balance force at which the iteration ends.
     goal: f64,
     patience: Patience,
+    /// Corrections that were shortened because they inverted points.
+    inverting: u32,
     /// `K⁻¹ f_oob`, zero on prescribed components `[L]`.
     correction: UnknownVector<D>,
     /// The increment before the correction `[L]`.
@@ -236,14 +243,21 @@ impl<const D: usize> Newton<'_, '_, D> {
             Wanted::ForceAndTangent
         };
         self.before.copy_from(&iterate.increment);
+        // An iteration that goes on only while it converges well ends with the first correction that is not whole, unless
+        // rounding is what is left.
+        let is_almost_balanced =
+            iterate.effort.residuals.last().is_some_and(|last| *last < problem.tolerance.residual);
         let correction = Correction {
             start: &self.before,
             free: &self.correction,
             lift,
             work: self.correction.dot(&iterate.out_of_balance),
             least_part,
+            whole: self.patience == Patience::UntilSlow && !is_almost_balanced,
         };
-        correction.add_to(problem, iterate, wanted, solver)?;
+        if correction.add_to(problem, iterate, wanted, solver)? == Taken::Inverted {
+            self.inverting += 1;
+        }
         Ok(self.judge())
     }
 
@@ -283,6 +297,10 @@ impl<const D: usize> Newton<'_, '_, D> {
         if self.patience == Patience::UntilSlow && !converges_well(iterate) {
             // Rounding may not let it come nearer.
             return if residual < problem.tolerance.residual { Verdict::Balanced } else { Verdict::GiveUp };
+        }
+        // The first correction answers a residual of 1.
+        if self.inverting >= HOPELESS && residual >= 1.0 {
+            return Verdict::GiveUp;
         }
         let best = iterate.effort.residuals.iter().copied().fold(f64::INFINITY, f64::min);
         if !residual.is_finite() || residual > DIVERGED * best { Verdict::GiveUp } else { Verdict::GoOn }

@@ -350,7 +350,7 @@ impl Record {
 
     /// The run in a few numbers.
     pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
-        Summary::of(self.rows.saturating_sub(1), &self.totals, model, timings)
+        Summary::of((self.rows.saturating_sub(1), self.at()), &self.totals, model, timings)
     }
 }
 

@@ -4,8 +4,9 @@ use super::{Balanced, StepResult};
 use crate::equilibrium::problem::larger;
 use crate::model::Model;
 use crate::progress::Totals;
-use crate::remedy::pressure_over_shear;
+use crate::remedy::{crowding_over_shear, pressure_over_shear};
 use crate::timing::{Timing, Timings};
+use mpm_grid::LoadFraction;
 
 /// A run in a few numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +46,9 @@ pub struct Summary {
     /// Pressure over the shear stress of points that yield at the end, where volume changes are averaged over points and
     /// it is so large that the result is to be doubted `[-]`.
     pub pressure_over_shear: Option<f64>,
+    /// Pressure that cells misjudge at the end over the shear stress of their points that yield, where volume changes are
+    /// those of cells, points have crowded or left them, and it is so large that the result is to be doubted `[-]`.
+    pub crowding_over_shear: Option<f64>,
     /// Material points at the end.
     pub points: usize,
     /// Seconds and counts per phase.
@@ -54,9 +58,9 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of a run that has taken `steps` load steps and ends with `model`.
+    /// Of a run that has taken `steps` load steps and ends with `model` at a load fraction.
     pub(crate) fn of<const D: usize>(
-        steps: usize,
+        (steps, at): (usize, LoadFraction),
         totals: &Totals,
         model: &Model<D>,
         timings: &Timings,
@@ -78,6 +82,7 @@ impl Summary {
             pivot_spread: totals.pivot_spread,
             condition: totals.condition,
             pressure_over_shear: pressure_over_shear(model),
+            crowding_over_shear: crowding_over_shear(model, at),
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             timings: timings.phases().to_vec(),
             skipped: timings.skipped.list().to_vec(),
