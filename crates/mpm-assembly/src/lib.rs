@@ -21,6 +21,7 @@ pub mod contact;
 mod contribution;
 mod differences;
 mod ghost;
+mod trial;
 mod unknowns;
 
 pub use body::{
@@ -33,10 +34,11 @@ pub use body::{
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, PointField,
-    Recorded, RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
+    Recorded, RecordedValues, Refused, StepStart,
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};
+pub use trial::{SystemSums, SystemTangent, Trial};
 pub use unknowns::{
     Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,
 };
