@@ -104,7 +104,7 @@ impl<const D: usize> Probe<D> {
         let mut force = UnknownVector::zeros(pattern.unknowns());
         let increment = &UnknownVector { nodes: increment.to_vec(), ..force.clone() };
         let trial = Trial { pattern, constraints, increment, end: LoadFraction::END, is_first: false };
-        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let mut sums = SystemSums::new(&mut force, tangent);
         let body = ConnectedBody { body: &*self.named.body, plan: &self.plan };
         body.add(&trial, &mut sums)?;
         for named in &self.contributions {

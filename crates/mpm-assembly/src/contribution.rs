@@ -1,7 +1,8 @@
 //! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
 
-use crate::body::{AssemblyPlan, Body, FieldInput, FieldSums, InadmissiblePoint, PassInput, Sums, TangentSums};
-use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownId, UnknownVector, Unknowns};
+use crate::body::{AssemblyPlan, Body, InadmissiblePoint};
+use crate::trial::{SystemSums, Trial};
+use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, Ramp};
 use mpm_linear::Symmetry;
@@ -313,117 +314,6 @@ pub struct BodyAtStart<'a, const D: usize> {
     pub body: &'a dyn Body<D>,
     /// Which nodes its points influence.
     pub connectivity: &'a Connectivity<D>,
-}
-
-/// A trial solution of a load step.
-#[derive(Clone, Copy)]
-pub struct Trial<'a, const D: usize> {
-    /// Where entries of the tangent are stored.
-    pub pattern: &'a SparsityPattern<D>,
-    /// Prescribed components of displacement.
-    pub constraints: &'a Constraints<D>,
-    /// `Δu` of the active nodes `[L]`, and the other unknowns.
-    pub increment: &'a UnknownVector<D>,
-    /// Load fraction at the end of the step.
-    pub end: LoadFraction,
-    /// Whether nothing has moved yet: the first trial of an iteration from rest. Contact predicts sticking there.
-    pub is_first: bool,
-}
-
-impl<'a, const D: usize> Trial<'a, D> {
-    /// What a pass over points reads.
-    pub fn nodes(&self) -> PassInput<'a, D> {
-        PassInput { pattern: self.pattern, constraints: self.constraints, increment: &self.increment.nodes }
-    }
-
-    /// The same with the unknowns that belong to no node's displacement.
-    fn all(&self) -> FieldInput<'a, D> {
-        FieldInput { nodes: self.nodes(), own: &self.increment.own }
-    }
-}
-
-/// What contributions add to: internal forces, and where it is wanted the tangent.
-pub struct SystemSums<'a, const D: usize> {
-    /// `fⁱⁿᵗ` of every active node `[F]`, and the residuals of the other unknowns.
-    pub force: &'a mut UnknownVector<D>,
-    /// The tangent.
-    pub tangent: Option<SystemTangent<'a, D>>,
-    /// Smallest `det ΔF` of any point so far.
-    pub smallest_determinant: f64,
-}
-
-/// Entries of the tangent, and optionally its product with prescribed increments.
-pub struct SystemTangent<'a, const D: usize> {
-    /// One value per entry of the [`SparsityPattern`].
-    pub values: &'a mut [f64],
-    /// The tangent times the prescribed increments, where asked for.
-    pub lift: Option<&'a mut UnknownVector<D>>,
-}
-
-impl<const D: usize> SystemSums<'_, D> {
-    /// What passes over points add to.
-    pub fn nodes(&mut self) -> Sums<'_, D> {
-        let tangent = self.tangent.as_mut().map(|tangent| TangentSums {
-            values: &mut *tangent.values,
-            lift: tangent.lift.as_mut().map(|lift| &mut lift.nodes[..]),
-        });
-        Sums { internal: &mut self.force.nodes, tangent }
-    }
-
-    /// The same with the unknowns that belong to no node's displacement.
-    fn all(&mut self) -> FieldSums<'_, D> {
-        let (mut own_lift, mut tangent): (&mut [f64], _) = (&mut [], None);
-        if let Some(SystemTangent { values, lift }) = &mut self.tangent {
-            let lift = lift.as_deref_mut().map(|UnknownVector { nodes, own }| {
-                own_lift = own;
-                &mut nodes[..]
-            });
-            tangent = Some(TangentSums { values, lift });
-        }
-        let nodes = Sums { internal: &mut self.force.nodes, tangent };
-        FieldSums { nodes, own: &mut self.force.own, own_lift }
-    }
-
-    /// Whether a tangent is wanted.
-    pub fn wants_tangent(&self) -> bool {
-        self.tangent.is_some()
-    }
-
-    /// Adds the force on some unknowns, and where a tangent is wanted its derivative `stiffness` with respect to them:
-    /// a dense matrix, column by column. Prescribed components are left out of the tangent here.
-    ///
-    /// # Panics
-    /// If a tangent is wanted and the unknowns are of places that no contribution couples.
-    pub fn add(&mut self, trial: &Trial<'_, D>, unknowns: &[UnknownId], force: &[f64], stiffness: &[f64]) {
-        let numbering = trial.pattern.unknowns();
-        for (&unknown, &force) in unknowns.iter().zip(force) {
-            *entry(self.force, numbering, unknown) += force;
-        }
-        let Some(tangent) = &mut self.tangent else { return };
-        trial.pattern.add_dense(unknowns, stiffness, trial.constraints, tangent.values);
-        let Some(lift) = &mut tangent.lift else { return };
-        for (column, &unknown) in unknowns.iter().enumerate() {
-            let Some((node, component)) = numbering.node_of(unknown.equation()) else { continue };
-            let prescribed = trial.constraints.increment()[node][component];
-            if prescribed != 0.0 {
-                for (row, &other) in unknowns.iter().enumerate() {
-                    *entry(lift, numbering, other) += stiffness[column * unknowns.len() + row] * prescribed;
-                }
-            }
-        }
-    }
-}
-
-/// The number of an unknown.
-fn entry<'a, const D: usize>(
-    vector: &'a mut UnknownVector<D>,
-    numbering: &Unknowns<D>,
-    unknown: UnknownId,
-) -> &'a mut f64 {
-    match numbering.node_of(unknown.equation()) {
-        Some((node, component)) => &mut vector.nodes[node][component],
-        None => &mut vector.own[unknown.equation() - numbering.displacement(numbering.n_nodes(), 0).equation()],
-    }
 }
 
 /// A body and its connection in a load step.

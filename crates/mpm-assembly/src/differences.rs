@@ -1,7 +1,8 @@
 //! Tangents against differences of the force: for the tests of a new law, basis, or contribution.
 
 use crate::body::{AssemblyPlan, Body, BodyConnectivity, FieldNodes};
-use crate::contribution::{ConnectedBody, Contribution, Inadmissible, SystemSums, SystemTangent, Trial};
+use crate::contribution::{ConnectedBody, Contribution, Inadmissible};
+use crate::trial::{SystemSums, SystemTangent, Trial};
 use crate::unknowns::{Constraints, Couplings, SparsityPattern, UnknownVector, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, NodeSpaceError, Vector};
@@ -34,7 +35,7 @@ pub fn stiffness_error<const D: usize>(
         increment.add(by, &direction);
         let mut force = UnknownVector::zeros(unknowns);
         let tangent = values.map(|values| SystemTangent { values, lift: None });
-        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let mut sums = SystemSums::new(&mut force, tangent);
         contribution.add(&Trial { increment: &increment, ..*trial }, &mut sums)?;
         Ok(force)
     };

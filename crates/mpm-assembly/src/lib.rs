@@ -22,6 +22,7 @@ mod contribution;
 mod differences;
 mod ghost;
 mod markers;
+mod trial;
 mod unknowns;
 
 pub use body::{
@@ -35,11 +36,12 @@ pub use body::{
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
     Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, PointField,
-    Recorded, RecordedValues, Refused, StepStart, SystemSums, SystemTangent, Trial,
+    Recorded, RecordedValues, Refused, StepStart,
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};
 pub use markers::{BodySide, Hold, MarkerForce, MarkerLoad, Wall, WallContact};
+pub use trial::{SystemSums, SystemTangent, Trial};
 pub use unknowns::{
     Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,
 };

@@ -67,7 +67,7 @@ impl<const D: usize, C: Contribution<D>> Begun<D, C> {
     fn forces(&self) -> Vec<Vector<D>> {
         let constraints = Constraints::none(self.positions.len());
         let mut force = UnknownVector::zeros(self.pattern.unknowns());
-        let mut sums = SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
+        let mut sums = SystemSums::new(&mut force, None);
         self.contribution.add(&self.trial(&constraints), &mut sums).unwrap();
         force.nodes
     }

@@ -166,7 +166,7 @@ fn prescribed_displacements_are_lifted_into_the_field() {
         let mut values = vec![0.0; setup.pattern.n_entries()];
         let tangent = mpm_assembly::SystemTangent { values: &mut values, lift: Some(&mut lift) };
         let tangent = wanted.then_some(tangent);
-        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let mut sums = SystemSums::new(&mut force, tangent);
         let connected = ConnectedBody { body: &*setup.body, plan: &setup.plan };
         connected.add(&setup.trial(constraints, increment), &mut sums).unwrap();
         (force, lift)

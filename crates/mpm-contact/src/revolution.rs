@@ -173,7 +173,7 @@ impl Shape<3> for Revolution {
         })
     }
 
-    fn samples(&self, spacing: f64, _within: &Bounds<3>, out: &mut Vec<Sample<3>>) {
+    fn samples(&self, spacing: f64, within: &Bounds<3>, out: &mut Vec<Sample<3>>) {
         for piece in self.pieces(spacing, 1) {
             let around = TAU * piece.mean[0];
             let n = parts(around, spacing).max(3);
@@ -181,7 +181,10 @@ impl Shape<3> for Revolution {
             for k in 0..n {
                 let radial = self.radial(TAU * (f64::from(k) + 0.5) / f64::from(n));
                 let normal = radial * piece.normal[0] + self.axis * piece.normal[1];
-                out.push(Sample { position: self.in_space(&piece.middle, &radial), normal, area });
+                let position = self.in_space(&piece.middle, &radial);
+                if within.contains(&position) {
+                    out.push(Sample { position, normal, area });
+                }
             }
         }
     }

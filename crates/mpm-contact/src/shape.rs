@@ -87,8 +87,8 @@ pub trait Shape<const D: usize>: Debug + Send + Sync {
     /// A box around the shape.
     fn bounds(&self) -> Bounds<D>;
 
-    /// Appends samples of the surface no farther apart than `spacing` `[L]`, whose areas sum to its area. Of a surface
-    /// without end, those in the box `within`; of any other, at least those.
+    /// Appends samples of the surface no farther apart than `spacing` `[L]`, whose areas sum to its area: at least those in the
+    /// box `within`. Of a surface that has an end, where they are does not depend on the box.
     fn samples(&self, spacing: f64, within: &Bounds<D>, out: &mut Vec<Sample<D>>);
 
     /// The surface for drawing, with facets of about `spacing` `[L]` where it is curved; as much of one without end as

@@ -91,10 +91,12 @@ impl<const D: usize> Shape<D> for Sphere<D> {
         Bounds { from: self.centre, to: self.centre }.grown(self.radius)
     }
 
-    fn samples(&self, spacing: f64, _within: &Bounds<D>, out: &mut Vec<Sample<D>>) {
+    fn samples(&self, spacing: f64, within: &Bounds<D>, out: &mut Vec<Sample<D>>) {
         self.each_piece(spacing, |direction, area| {
             let position = self.centre + direction * self.radius;
-            out.push(Sample { position, normal: direction * self.outward, area });
+            if within.contains(&position) {
+                out.push(Sample { position, normal: direction * self.outward, area });
+            }
         });
     }
 

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Random, derivatives_hold, near};
-use mpm_contact::{Bounds, Helix, HelixSize, Outline, Plane, Revolution, Sample, Shape, Sphere, Tool};
+use mpm_contact::{Bounds, Helix, HelixSize, Outline, Plane, Pose, Revolution, Sample, Shape, Sphere, Tool};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -271,4 +271,42 @@ fn bad_shapes_are_refused() {
     assert_eq!(Helix::new(at(0.0), Vec3::z(), Vec3::z(), &good).unwrap_err().name, "from");
     assert_eq!(Tool::<3>::new(Vec::new()).unwrap_err().name, "parts");
     assert!(Plane::new(at(0.0), Vec3::new(0.0, f64::INFINITY, 0.0)).is_err());
+}
+
+#[test]
+fn what_slides_along_itself_is_not_carried() {
+    let flange = HelixSize { radii: [0.1, 0.25], pitch: 0.2, turns: 1.0, thickness: 0.05 };
+    let plate = Helix::new(Vec3::new(0.0, 0.0, 0.4), Vec3::z(), Vec3::x(), &flange).unwrap();
+    let shaft = Revolution::cylinder(Vec3::new(0.0, 0.0, -2.0), Vec3::new(0.0, 0.0, 2.0), 0.1, 0.0).unwrap();
+    let pose = |turn: f64, shift: Vec3| Pose::turned(&Vec3::zeros(), &Vec3::new(0.0, 0.0, turn), &shift);
+    let rest = Pose::identity();
+    let tool = Tool::new(vec![Box::new(shaft)]).unwrap();
+    // The facets of the drawn shaft are not quite the shaft.
+    let (turned, thickness) = tool.carried(&rest, &pose(0.1, Vec3::zeros())).unwrap();
+    assert!(turned < 0.2 * 0.1 * 0.1 && thickness == 0.2, "{turned} {thickness}");
+    let (pushed, _) = tool.carried(&rest, &pose(0.0, Vec3::new(0.03, 0.0, 0.0))).unwrap();
+    assert!((pushed / 0.03 - 1.0).abs() < 0.01, "{pushed}");
+    // A plate along its thread goes on at its ends alone; across, as it is pushed. It is the thinner part.
+    let shaft = tool.into_parts().remove(0);
+    let tool = Tool::new(vec![shaft, Box::new(plate)]).unwrap();
+    let (screwed, thickness) = tool.carried(&rest, &pose(0.1, Vec3::new(0.0, 0.0, 0.02 / TAU))).unwrap();
+    assert!((screwed / (0.1 * 0.25) - 1.0).abs() < 0.15 && thickness == 0.05, "{screwed} {thickness}");
+    let (pushed, _) = tool.carried(&rest, &pose(0.0, Vec3::new(0.0, 0.0, 0.03))).unwrap();
+    assert!((pushed / 0.03 - 1.0).abs() < 0.05, "{pushed}");
+    let plane = Tool::<3>::new(vec![Box::new(Plane::new(Vec3::zeros(), Vec3::z()).unwrap())]).unwrap();
+    assert_eq!(plane.carried(&rest, &pose(0.0, Vec3::new(0.0, 0.0, 9.0))), None);
+}
+
+#[test]
+fn samples_in_a_box_are_those_of_all() {
+    let within = Bounds { from: Vec3::repeat(-0.3), to: Vec3::new(0.9, 0.2, 0.6) };
+    let sphere = Sphere::new(Vec3::zeros(), 0.7).unwrap();
+    let tool = Tool::<3>::new(vec![Box::new(sphere), Box::new(cylinder(0.1))]).unwrap();
+    let all = tool.samples(0.05, &Bounds::everything());
+    let some = tool.samples(0.05, &within);
+    for (all, some) in all.iter().zip(&some) {
+        let expected: Vec<_> = all.iter().filter(|it| within.contains(&it.position)).copied().collect();
+        assert!(some.len() < all.len());
+        assert_eq!(*some, expected);
+    }
 }

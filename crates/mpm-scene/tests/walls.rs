@@ -146,7 +146,9 @@ impl Column {
 }
 
 /// Degree, cells, angle, offsets; error, largest gap, largest lateral stress of an independent implementation.
-const COLUMNS: &[(u32, u32, f64, [f64; 2], [f64; 3])] = &[
+type Inclined = (u32, u32, f64, [f64; 2], [f64; 3]);
+
+const COLUMNS: &[Inclined] = &[
     (1, 4, 30.0, [2.137, 2.291], [4.8845e-3, 1.2912e-2, 1.4323e-2]),
     (1, 8, 30.0, [2.137, 2.291], [3.4165e-3, 6.4479e-3, 1.0053e-2]),
     (2, 4, 30.0, [2.137, 2.291], [3.8448e-4, 1.2506e-2, 4.1696e-4]),

@@ -27,7 +27,7 @@ pub(crate) fn carried<const D: usize>(
     let mut force = increment.clone();
     let trial =
         Trial { pattern: &connected.pattern, constraints, increment: &increment, end: start, is_first: false };
-    let mut sums = SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
+    let mut sums = SystemSums::new(&mut force, None);
     let bodies = connected.bodies(&model.bodies);
     for (index, contribution) in contributions(&bodies, &model.contributions).into_iter().enumerate() {
         let added = contribution.add(&trial, &mut sums);

@@ -11,6 +11,9 @@ use std::array::from_fn;
 /// Samples for each width of a domain.
 const SAMPLES: f64 = 4.0;
 
+/// How far around the box in which samples are needed they are made, in its longest edge: the box moves with the tool.
+const AROUND: f64 = 0.05;
+
 /// A corner that lies at the tool's surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member<const D: usize> {
@@ -82,29 +85,41 @@ pub(super) fn sampling<'a, const D: usize>(
     least.is_finite().then(|| (least / SAMPLES, bounds.grown(most)))
 }
 
-/// Samples of the tool's surface; those of a tool of finite size are kept for the next step.
-pub(super) fn samples_of<const D: usize>(
-    tool: &Tool<D>,
-    kept: &mut Option<(f64, Vec<Vec<Sample<D>>>)>,
+/// Samples of a tool's surface, part by part, in the tool's frame.
+#[derive(Clone, Debug)]
+pub(super) struct Samples<const D: usize> {
     spacing: f64,
-    within: &Bounds<D>,
-) -> Vec<Vec<Sample<D>>> {
-    let bounds = tool.bounds();
-    if !bounds.is_finite() {
-        return tool.samples(spacing, within);
-    }
-    if let Some((made_for, samples)) = kept
-        && *made_for == spacing
-    {
-        return samples.clone();
-    }
-    let samples = tool.samples(spacing, &bounds.grown(spacing));
-    *kept = Some((spacing, samples.clone()));
-    samples
+    within: Bounds<D>,
+    of_parts: Vec<Vec<Sample<D>>>,
 }
 
-/// Each member's share of the surface of a part `[L^(D-1)]`.
-pub(super) fn shares<const D: usize>(members: &[Member<D>], samples: &[Sample<D>]) -> Vec<f64> {
+impl<const D: usize> Default for Samples<D> {
+    fn default() -> Self {
+        Self { spacing: 0.0, within: Bounds::empty(), of_parts: Vec::new() }
+    }
+}
+
+impl<const D: usize> Samples<D> {
+    /// Samples in a box; of a tool of finite size those around it are made, too, for later steps.
+    pub fn of(&mut self, tool: &Tool<D>, spacing: f64, within: &Bounds<D>) -> &[Vec<Sample<D>>] {
+        let is_finite = tool.bounds().is_finite();
+        let holds = |x: &Vector<D>| self.within.contains(x);
+        let is_kept = is_finite && self.spacing == spacing && holds(&within.from) && holds(&within.to);
+        if !is_kept {
+            let margin = if is_finite { AROUND * (within.to - within.from).amax() } else { 0.0 };
+            let within = within.grown(margin);
+            *self = Self { spacing, within, of_parts: tool.samples(spacing, &within) };
+        }
+        &self.of_parts
+    }
+}
+
+/// Each member's share of the surface of a part `[L^(D-1)]`; `area` is that of a sample, or nothing where it does not count.
+pub(super) fn shares<const D: usize>(
+    members: &[Member<D>],
+    samples: &[Sample<D>],
+    area: impl Fn(&Sample<D>) -> Option<f64>,
+) -> Vec<f64> {
     let mut shares = vec![0.0; members.len()];
     let reach = members.iter().map(|member| member.reach).fold(0.0, f64::max);
     if reach == 0.0 {
@@ -133,12 +148,10 @@ pub(super) fn shares<const D: usize>(members: &[Member<D>], samples: &[Sample<D>
                 }
             }
         }
-        if !is_covered {
-            continue;
-        }
+        let Some(area) = is_covered.then(|| area(sample)).flatten() else { continue };
         let whole: f64 = near.iter().map(|(_, weight)| weight).sum();
         for (k, weight) in &near {
-            shares[*k] += sample.area * weight / whole;
+            shares[*k] += area * weight / whole;
         }
     }
     shares
@@ -164,7 +177,7 @@ mod tests {
         assert!(within.contains(&Vector::<2>::new(1.1, -0.1)));
         let sample = |k: usize| Sample { position: at(0.025 * k as f64 - 0.9875, 0.0), normal, area: 0.025 };
         let samples: Vec<Sample<2>> = (0..120).map(sample).collect();
-        let shares = shares(&members, &samples);
+        let shares = shares(&members, &samples, |it| Some(it.area));
         assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-14);
         assert!(shares[3..17].iter().all(|share| (share - 0.05).abs() < 1e-13), "{shares:?}");
     }
@@ -174,7 +187,7 @@ mod tests {
         let corners = [Vector::<3>::zeros(), Vector::<3>::new(0.0, 0.5, 0.0)];
         let member = Member::new(Vector::<3>::zeros(), &Vector::<3>::z(), 0.5, corners.into_iter());
         let sample = Sample { position: Vector::<3>::new(0.0, 0.6, 0.0), normal: Vector::<3>::z(), area: 1.0 };
-        assert_eq!(shares(&[member], &[sample]), [0.0]);
-        assert_eq!(shares::<3>(&[], &[sample]), [] as [f64; 0]);
+        assert_eq!(shares(&[member], &[sample], |it| Some(it.area)), [0.0]);
+        assert_eq!(shares::<3>(&[], &[sample], |it| Some(it.area)), [] as [f64; 0]);
     }
 }

@@ -1,7 +1,6 @@
 //! What a rigid tool adds to force and tangent, remembers, and tells.
 
-use super::areas::samples_of;
-use super::corners::{At, Contact, Dense};
+use super::corners::{Acting, At, Contact};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::Standing;
 use super::memory::Memory;
@@ -11,11 +10,10 @@ use super::tool_contact::{RigidTool, ToolContact};
 use crate::body::{Body, Space};
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, PointField, Recorded, Refused, StepStart,
-    SystemSums, Trial,
 };
-use crate::unknowns::{Couplings, UnknownId, Unknowns};
-use mpm_basis::parallel::each_point;
-use mpm_contact::{Bounds, Increment};
+use crate::trial::{SystemSums, Trial};
+use crate::unknowns::{Couplings, Unknowns};
+use mpm_contact::Increment;
 use mpm_grid::{Mesh, Ramp, Vector};
 use mpm_linear::Symmetry;
 
@@ -41,9 +39,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         let RigidTool { tool, interface, .. } = &self.rigid;
         let space = step.bodies.first().map_or(Space::default(), |it| it.body.space());
         let search = Search { tool, interface, memory: &self.present, space, start: self.start, end };
-        let kept = &mut self.samples;
-        let mut samples = |spacing: f64, within: &Bounds<D>| samples_of(tool, kept, spacing, within);
-        self.corners = search.corners(step, &|index| names[index], &mut samples)?;
+        self.corners = search.corners(step, &|index| names[index], &mut self.samples)?;
         self.block = self.rigid.load.as_ref().map(|load| unknowns.push(1, load.free.len()));
         Ok(self.block.map_or(Begun::AsBefore, |block| self.couple(block)))
     }
@@ -69,34 +65,17 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
-        let (pose, kind, numbering) = (self.pose(trial), self.tangent(), trial.pattern.unknowns());
-        let contacts = self.forces(trial, &pose);
-        let driven = self.driven(trial);
-        let wants_tangent = sums.wants_tangent();
-        let dense: Vec<Option<Dense<D>>> = each_point(contacts.len(), &|k| {
-            let of_corner = &contacts[k];
-            let acts = |it: &Contact<D>| it.response.closed || it.response.tangential != Vector::<D>::zeros();
-            if !of_corner.iter().any(acts) {
-                return None;
+        let pose = self.pose(trial);
+        let acting = self.acting(trial, &pose, sums.wants_tangent());
+        sums.scale = Some(self.nodal_norm(&acting, trial));
+        match self.driven(trial) {
+            None => {
+                for (corner, acting) in self.corners.iter().zip(&acting) {
+                    let Some(Acting { force, stiffness, .. }) = acting else { continue };
+                    sums.add_carried(trial, &corner.carriers, force, stiffness.as_ref());
+                }
             }
-            let force: Vector<D> = of_corner.iter().map(Contact::force).sum();
-            let stiffness = || of_corner.iter().map(|it| it.stiffness(&pose, trial.is_first, kind)).sum();
-            let block = wants_tangent.then(stiffness);
-            Some(match &driven {
-                None => Dense::of(&self.corners[k], &force, block.as_ref()),
-                Some(driven) => driven.dense(&self.corners[k], &of_corner[0].position, &force, block.as_ref()),
-            })
-        });
-        let own = self.block.zip(self.rigid.load.as_ref());
-        let mut unknowns: Vec<UnknownId> = Vec::new();
-        for (corner, dense) in self.corners.iter().zip(dense) {
-            let Some(Dense { force, stiffness }) = dense else { continue };
-            unknowns.clear();
-            let nodes = corner.weights();
-            unknowns.extend(nodes.flat_map(|(node, _)| (0..D).map(move |i| numbering.displacement(node, i))));
-            unknowns
-                .extend(own.iter().flat_map(|(block, load)| (0..load.free.len()).map(|k| block.unknown(0, k))));
-            sums.add(trial, &unknowns, &force, &stiffness);
+            Some(driven) => self.add_driven(&driven, &acting, trial, sums),
         }
         self.add_load(trial, sums);
         Ok(())
@@ -104,15 +83,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
 
     /// The norm of the tool's forces on the nodes.
     fn scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let contacts = self.forces(trial, &self.pose(trial));
-        let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
-        for (corner, contacts) in self.corners.iter().zip(&contacts) {
-            let force: Vector<D> = contacts.iter().map(Contact::force).sum();
-            for (node, weight) in corner.weights() {
-                nodal[node] += force * weight;
-            }
-        }
-        nodal.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
+        self.nodal_norm(&self.acting(trial, &self.pose(trial), false), trial)
     }
 
     /// Gaps are differences of positions.

@@ -4,7 +4,6 @@ use super::memory::{Key, Touch};
 use crate::body::Space;
 use mpm_contact::{CornerLaw, CornerState, Near, Pose, Response, Tangent, Tool, Trial, respond, tangent};
 use mpm_grid::{Block, Vector};
-use std::array::from_fn;
 
 /// Part of a domain's width by which a corner that is clear of a part stays away from it.
 const CLEAR: f64 = 1e-6;
@@ -51,6 +50,17 @@ pub(super) struct Contact<const D: usize> {
     pub response: Response<D>,
     /// As of its corner.
     pub arc: Option<f64>,
+}
+
+/// What acts on a corner.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acting<const D: usize> {
+    /// Where the corner is `[L]`.
+    pub position: Vector<D>,
+    /// F `[F]`.
+    pub force: Vector<D>,
+    /// `-∂F/∂x`, where it is wanted `[F/L]`.
+    pub stiffness: Option<Block<D>>,
 }
 
 /// A vector whose third component is an angle, with the arc in its place.
@@ -246,31 +256,5 @@ impl<const D: usize> Contact<D> {
     fn along(&self, x: Vector<D>) -> Vector<D> {
         let x = in_space(x, self.arc);
         x - self.near.normal * self.near.normal.dot(&x)
-    }
-}
-
-/// Unknowns of the displacement of a corner's nodes: the force on each component, and the dense stiffness column by column.
-pub(super) struct Dense<const D: usize> {
-    pub force: Vec<f64>,
-    pub stiffness: Vec<f64>,
-}
-
-impl<const D: usize> Dense<D> {
-    /// `-Σ W_v F` and `W_v W_w k` of a corner, with the force F on it and `k = -∂F/∂x`.
-    pub fn of(corner: &NearCorner<D>, force: &Vector<D>, block: Option<&Block<D>>) -> Self {
-        let nodes: Vec<f64> = corner.weights().map(|(_, weight)| weight).collect();
-        let n = nodes.len() * D;
-        let nodal = nodes.iter().flat_map(|weight| (0..D).map(move |i| -force[i] * weight)).collect();
-        let mut stiffness = Vec::new();
-        if let Some(block) = block {
-            stiffness.reserve(n * n);
-            for w in &nodes {
-                for j in 0..D {
-                    stiffness
-                        .extend(nodes.iter().flat_map(|v| -> [f64; D] { from_fn(|i| v * w * block[(i, j)]) }));
-                }
-            }
-        }
-        Self { force: nodal, stiffness }
     }
 }

@@ -8,7 +8,7 @@
 //! K_uq  = -Σ_c W_c (k v_i + ω_i × F)              K_qq = Σ_c v_i · (k v_j + ω_j × F)
 //! ```
 
-use super::corners::{Dense, NearCorner};
+use super::corners::{Acting, NearCorner};
 use mpm_contact::{Increment, Pose, cross, force_by_motion};
 use mpm_grid::{Block, LoadFraction, Ramp, Vector};
 use nalgebra::Vector3;
@@ -89,6 +89,13 @@ impl<const D: usize> Standing<D> {
     }
 }
 
+/// Unknowns of the displacement of a corner's nodes and of the tool's motion: the force on each, and the dense stiffness
+/// column by column.
+pub(super) struct Dense {
+    pub force: Vec<f64>,
+    pub stiffness: Vec<f64>,
+}
+
 /// A loaded tool under a trial.
 pub(crate) struct Driven<'a, const D: usize> {
     pub load: &'a ToolLoad<D>,
@@ -111,19 +118,18 @@ impl<const D: usize> Driven<'_, D> {
         self.motions(x).iter().map(|(velocity, _)| force.dot(velocity)).collect()
     }
 
-    /// Force and stiffness of a corner at `x`, the unknowns of the tool behind those of the nodes.
+    /// Force and stiffness of a corner, the unknowns of the tool behind those of the nodes.
     pub(super) fn dense(
         &self,
         corner: &NearCorner<D>,
-        x: &Vector<D>,
-        force: &Vector<D>,
-        block: Option<&Block<D>>,
-    ) -> Dense<D> {
-        let motions = self.motions(x);
-        let mut dense = Dense::of(corner, force, None);
-        dense.force.extend(motions.iter().map(|(velocity, _)| force.dot(velocity)));
-        let Some(block) = block else { return dense };
+        Acting { position, force, stiffness }: &Acting<D>,
+    ) -> Dense {
+        let motions = self.motions(position);
         let weights: Vec<f64> = corner.weights().map(|(_, weight)| weight).collect();
+        let nodal = weights.iter().flat_map(|weight| (0..D).map(move |i| -force[i] * weight));
+        let of_tool = motions.iter().map(|(velocity, _)| force.dot(velocity));
+        let mut dense = Dense { force: nodal.chain(of_tool).collect(), stiffness: Vec::new() };
+        let Some(block) = stiffness else { return dense };
         // By each unknown of the tool: ∂F/∂q, and what replaces it in the rows of the tool.
         let (mut by_motion, mut of_motion) = (Vec::new(), Vec::new());
         for (velocity, spin) in &motions {

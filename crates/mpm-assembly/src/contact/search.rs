@@ -1,13 +1,13 @@
 //! The search for corners that a tool may touch in a load step.
 
-use super::areas::{Member, sampling, shares};
+use super::areas::{Member, Samples, sampling, shares};
 use super::corners::{NearCorner, travel};
 use super::memory::{Key, Memory, Sought};
 use crate::body::{Body, PointExtent, Space};
 use crate::contribution::{Refused, StepStart};
 use mpm_basis::Corner;
 use mpm_basis::parallel::each_point;
-use mpm_contact::{Bounds, CornerLaw, CornerState, Interface, Near, Pose, Sample, Tool};
+use mpm_contact::{CornerLaw, CornerState, Interface, Near, Pose, Sample, Tool};
 use mpm_grid::{Mesh, Position, Vector};
 use std::f64::consts::TAU;
 
@@ -42,7 +42,7 @@ impl<const D: usize> Search<'_, D> {
         &self,
         step: &StepStart<'_, D>,
         meets: &dyn Fn(usize) -> bool,
-        samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
+        samples: &mut Samples<D>,
     ) -> Result<Vec<NearCorner<D>>, Refused> {
         let mut found: Vec<Found<D>> = Vec::new();
         for (index, at_start) in step.bodies.iter().enumerate().filter(|(index, _)| meets(*index)) {
@@ -173,26 +173,20 @@ impl<const D: usize> Search<'_, D> {
 
     /// Shares the tool's surface among the corners that belong to the interface. What lies outside the mesh is no part of it:
     /// the mesh of a half or a quarter ends at its planes of symmetry, and so do the bodies.
-    fn share_surface(
-        &self,
-        found: &mut [Found<D>],
-        mesh: &Mesh<D>,
-        samples: &mut dyn FnMut(f64, &Bounds<D>) -> Vec<Vec<Sample<D>>>,
-    ) {
+    fn share_surface(&self, found: &mut [Found<D>], mesh: &Mesh<D>, samples: &mut Samples<D>) {
         let members = found.iter().filter_map(|(_, member)| member.as_ref());
         let Some((spacing, within)) = sampling(members) else { return };
-        let mut samples = samples(spacing, &within);
-        if self.space.is_axisymmetric() {
-            // Whole rings; the tool's section is on both sides of the axis.
-            let all = samples.iter_mut().flatten();
-            all.for_each(|sample| sample.area *= TAU * sample.position[0].max(0.0));
-        }
-        for (part, samples) in samples.iter_mut().enumerate() {
-            samples.retain(|sample| mesh.locate(&self.start.place(&sample.position), 0.0).is_ok());
+        let area = |sample: &Sample<D>| {
+            // Whole rings of bodies of revolution; the tool's section is on both sides of the axis.
+            let around = if self.space.is_axisymmetric() { TAU * sample.position[0].max(0.0) } else { 1.0 };
+            let is_inside = mesh.locate(&self.start.place(&sample.position), 0.0).is_ok();
+            is_inside.then_some(sample.area * around)
+        };
+        for (part, samples) in samples.of(self.tool, spacing, &within).iter().enumerate() {
             let of_part = |it: &Found<D>| it.1.filter(|_| it.0.key.part as usize == part);
             let (places, members): (Vec<usize>, Vec<Member<D>>) =
                 found.iter().enumerate().filter_map(|(k, it)| Some((k, of_part(it)?))).unzip();
-            for (place, area) in places.into_iter().zip(shares(&members, samples)) {
+            for (place, area) in places.into_iter().zip(shares(&members, samples, area)) {
                 let corner = &mut found[place].0;
                 corner.area = area;
                 corner.law.adhesion = corner.adhesion * area;

@@ -1,13 +1,15 @@
 //! A rigid tool as a contribution to force and tangent.
 
-use super::corners::{At, Contact, NearCorner};
-use super::loaded::{Driven, Standing, ToolLoad};
+use super::areas::Samples;
+use super::corners::{Acting, At, Contact, NearCorner};
+use super::loaded::{Dense, Driven, Standing, ToolLoad};
 use super::memory::Memory;
 use super::summary::Summary;
-use crate::contribution::{Begun, Refused, SystemSums, Trial};
+use crate::contribution::{Begun, Refused};
+use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Block, CoupledPlaces, UnknownId};
 use mpm_basis::parallel::each_point;
-use mpm_contact::{Interface, Pose, Sample, Tangent, Tool, ToolMotion};
+use mpm_contact::{Interface, Pose, Tangent, Tool, ToolMotion};
 use mpm_grid::{LoadFraction, Vector, six_digits};
 
 /// Part of the tool's thinnest part by which it may move in a step, so that no corner is carried through it.
@@ -56,8 +58,8 @@ pub struct ToolContact<const D: usize> {
     /// Of the last committed step, and of the step that has been prepared.
     pub(super) summary: Summary<D>,
     pub(super) prepared_summary: Summary<D>,
-    /// Samples of a tool of finite size, with their spacing.
-    pub(super) samples: Option<(f64, Vec<Vec<Sample<D>>>)>,
+    /// Of its surface.
+    pub(super) samples: Samples<D>,
     /// Without a load the tool couples what bodies couple.
     pub(super) couplings: CoupledPlaces,
 }
@@ -81,7 +83,7 @@ impl<const D: usize> ToolContact<D> {
             prepared: Memory::default(),
             prepared_summary: summary.clone(),
             summary,
-            samples: None,
+            samples: Samples::default(),
             couplings: CoupledPlaces::default(),
         }
     }
@@ -160,6 +162,65 @@ impl<const D: usize> ToolContact<D> {
         sums.add(trial, &unknowns, &force, &vec![0.0; load.len().pow(2)]);
     }
 
+    /// What acts on every corner; nothing where it does not touch.
+    pub(super) fn acting(
+        &self,
+        trial: &Trial<'_, D>,
+        pose: &Pose<D>,
+        wants_tangent: bool,
+    ) -> Vec<Option<Acting<D>>> {
+        let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
+        let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
+        let kind = self.tangent();
+        each_point(self.corners.len(), &|k| {
+            let contacts = self.corners[k].forces(&at);
+            let acts = |it: &Contact<D>| it.response.closed || it.response.tangential != Vector::<D>::zeros();
+            if !contacts.iter().any(acts) {
+                return None;
+            }
+            let stiffness = || contacts.iter().map(|it| it.stiffness(pose, trial.is_first, kind)).sum();
+            Some(Acting {
+                position: contacts[0].position,
+                force: contacts.iter().map(Contact::force).sum(),
+                stiffness: wants_tangent.then(stiffness),
+            })
+        })
+    }
+
+    /// The norm of the forces on the nodes, from those on all corners in turn.
+    pub(super) fn nodal_norm(&self, acting: &[Option<Acting<D>>], trial: &Trial<'_, D>) -> f64 {
+        let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
+        for (corner, acting) in self.corners.iter().zip(acting) {
+            let Some(Acting { force, .. }) = acting else { continue };
+            for (node, weight) in corner.weights() {
+                nodal[node] += force * weight;
+            }
+        }
+        nodal.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
+    }
+
+    /// Adds what acts on corners to the nodes and to the unknowns of a loaded tool.
+    pub(super) fn add_driven(
+        &self,
+        driven: &Driven<'_, D>,
+        acting: &[Option<Acting<D>>],
+        trial: &Trial<'_, D>,
+        sums: &mut SystemSums<'_, D>,
+    ) {
+        let Some(block) = self.block else { return };
+        let numbering = trial.pattern.unknowns();
+        let mut unknowns: Vec<UnknownId> = Vec::new();
+        for (corner, acting) in self.corners.iter().zip(acting) {
+            let Some(acting) = acting else { continue };
+            let Dense { force, stiffness } = driven.dense(corner, acting);
+            unknowns.clear();
+            let nodes = corner.weights();
+            unknowns.extend(nodes.flat_map(|(node, _)| (0..D).map(move |i| numbering.displacement(node, i))));
+            unknowns.extend((0..driven.load.free.len()).map(|k| block.unknown(0, k)));
+            sums.add(trial, &unknowns, &force, &stiffness);
+        }
+    }
+
     /// The contacts of every corner that can have a force.
     pub(super) fn forces(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
         let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
@@ -176,8 +237,7 @@ impl<const D: usize> ToolContact<D> {
 
     /// Refuses a step in which a corner could be carried through the tool.
     pub(super) fn check_motion(&self, end: &Pose<D>) -> Result<(), Refused> {
-        let thickness = self.rigid.tool.thickness();
-        if thickness == f64::INFINITY || *end == self.start {
+        if *end == self.start {
             return Ok(());
         }
         let in_section = |pose: &Pose<D>| {
@@ -188,10 +248,11 @@ impl<const D: usize> ToolContact<D> {
             }
             Pose::new(*pose.rotation(), shift)
         };
-        let moved = self.rigid.tool.bounds().farthest(&in_section(&self.start), &in_section(end));
-        if moved < MOST_MOVED * thickness {
+        let carried = self.rigid.tool.carried(&in_section(&self.start), &in_section(end));
+        let Some((moved, thickness)) = carried.filter(|(moved, thickness)| *moved >= MOST_MOVED * thickness)
+        else {
             return Ok(());
-        }
+        };
         Err(Refused::step_too_long(format!(
             "moves by {} in a step, expected less than half its thickness, which is {}: bodies could pass through it",
             six_digits(moved),

@@ -25,8 +25,8 @@ mod splines;
 use crate::body::{OccupiedCell, PassInput, Space, Sums};
 use crate::contribution::{
     Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
-    SystemSums, Trial,
 };
+use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use face::{face_area, face_points};
 use mpm_basis::ActiveNodes;

@@ -9,7 +9,7 @@
 
 use super::wall::{Held, WallContact};
 use crate::contact::loaded::Driven;
-use crate::contribution::{SystemSums, Trial};
+use crate::trial::{SystemSums, Trial};
 use crate::unknowns::UnknownId;
 use mpm_contact::{Increment, Pose};
 use mpm_grid::{LoadFraction, Vector};

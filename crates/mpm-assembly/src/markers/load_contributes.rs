@@ -3,9 +3,8 @@
 use super::load::{MarkerForce, MarkerLoad};
 use super::moving::check_saved;
 use super::side::area_by_corner;
-use crate::contribution::{
-    Begun, Contribution, ContributionEnergy, Inadmissible, Refused, StepStart, SystemSums, Trial,
-};
+use crate::contribution::{Begun, Contribution, ContributionEnergy, Inadmissible, Refused, StepStart};
+use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
 use mpm_grid::{Block, LoadFraction, Ramp, Vector};
 use mpm_linear::Symmetry;

@@ -5,8 +5,9 @@ use super::summary::Summary;
 use super::wall::{Held, WallContact};
 use crate::contact::loaded::Standing;
 use crate::contribution::{
-    Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart, SystemSums, Trial,
+    Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
 };
+use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
 use mpm_contact::Increment;
 use mpm_grid::{Ramp, Vector, six_digits};

@@ -7,7 +7,7 @@
 use super::numbering::node_equation;
 use super::{Constraints, Couplings, UnknownId, Unknowns};
 use mpm_basis::parallel::each;
-use mpm_grid::Vector;
+use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
@@ -175,6 +175,47 @@ impl<const D: usize> SparsityPattern<D> {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
                 if is_stored && (row == column || (is_free(row) && is_free(column))) {
                     values[self.find(row.equation(), column.equation())] += stiffness[w * n + v];
+                }
+            }
+        }
+    }
+
+    /// Adds `W_v W_w k` for each pair of nodes v (rows) and w, leaving out what is prescribed. Of a symmetric tangent the lower
+    /// triangle of k is taken.
+    pub(crate) fn add_carried(
+        &self,
+        carriers: &[(u32, f64)],
+        block: &Block<D>,
+        constraints: &Constraints<D>,
+        values: &mut [f64],
+    ) {
+        let is_symmetric = self.symmetry == Symmetry::Symmetric;
+        for &(column, w) in carriers {
+            let neighbours = self.neighbours(column as usize);
+            for &(row, v) in carriers.iter().filter(|it| !is_symmetric || it.0 >= column) {
+                let is_own = row == column;
+                // Of a symmetric tangent a column begins with the rows of its own node, from the diagonal on.
+                let slot = match is_symmetric && is_own {
+                    true => 0,
+                    false => neighbours
+                        .binary_search(&row)
+                        .unwrap_or_else(|_| panic!("no contribution couples nodes {row} and {column}")),
+                };
+                for j in 0..D {
+                    let start = self.column_start[node_equation::<D>(column as usize, j)];
+                    for i in if is_symmetric && is_own { j } else { 0 }..D {
+                        let is_free =
+                            |node: u32, component| !constraints.is_prescribed(node as usize, component);
+                        // A prescribed component keeps its own stiffness, alone in its row and column.
+                        if (is_own && i == j) || (is_free(row, i) && is_free(column, j)) {
+                            let at = match (is_symmetric, is_own) {
+                                (true, true) => i - j,
+                                (true, false) => D - j + node_equation::<D>(slot, i),
+                                (false, _) => node_equation::<D>(slot, i),
+                            };
+                            values[start + at] += v * w * block[(i, j)];
+                        }
+                    }
                 }
             }
         }

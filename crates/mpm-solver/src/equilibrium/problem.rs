@@ -46,6 +46,8 @@ pub(crate) struct Iterate<const D: usize> {
     pub is_first: bool,
     /// `|f_int|` of every body, where there are several `[F]`.
     pub body_forces: Vec<f64>,
+    /// The scales of the contributions that have told them with their forces `[F]`.
+    pub scales: Vec<Option<f64>>,
     /// Smallest `det ΔF` of any point.
     pub smallest_determinant: f64,
     pub effort: Effort,
@@ -137,6 +139,7 @@ impl<const D: usize> Iterate<D> {
             out_of_balance: UnknownVector::zeros(unknowns),
             is_first: true,
             body_forces: Vec::new(),
+            scales: Vec::new(),
             smallest_determinant: f64::INFINITY,
             effort,
         }
@@ -209,8 +212,8 @@ impl<const D: usize> Problem<'_, D> {
             let is_first = std::mem::take(&mut iterate.is_first);
             let tangent =
                 (wanted == Wanted::ForceAndTangent).then_some(SystemTangent { values: &mut *values, lift });
-            let (force, smallest_determinant) = (&mut iterate.reaction, f64::INFINITY);
-            let mut sums = SystemSums { force, tangent, smallest_determinant };
+            let mut sums = SystemSums::new(&mut iterate.reaction, tangent);
+            iterate.scales.clear();
             let trial = self.trial(&iterate.increment, is_first);
             for (index, contribution) in self.contributions.iter().enumerate() {
                 // A body's own force is the difference that it makes.
@@ -219,6 +222,8 @@ impl<const D: usize> Problem<'_, D> {
                     iterate.out_of_balance.nodes[v as usize] = sums.force.nodes[v as usize];
                 }
                 contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
+                // Forces of a first trial are a prediction.
+                iterate.scales.push(sums.scale.take().filter(|_| !is_first));
                 if let Some(body) = own {
                     let before = &iterate.out_of_balance.nodes;
                     let force = body.nodes.iter().map(|&v| sums.force.nodes[v as usize] - before[v as usize]);
@@ -257,8 +262,7 @@ impl<const D: usize> Problem<'_, D> {
             for (end, sign) in [(after, 1.0), (before, -1.0)] {
                 let mut force = UnknownVector::zeros(self.unknowns());
                 let trial = Trial { end, ..self.trial(&iterate.increment, false) };
-                let mut sums =
-                    SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
+                let mut sums = SystemSums::new(&mut force, None);
                 contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
                 rate.add(sign / (after.get() - before.get()), &force);
             }

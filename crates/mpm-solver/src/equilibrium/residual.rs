@@ -46,7 +46,9 @@ impl<const D: usize> Problem<'_, D> {
             prescribed.map(move |i| Vector::<1>::new(force[i]))
         });
         let trial = self.trial(&iterate.increment, false);
-        let of_contributions: f64 = self.contributions.iter().map(|it| it.scale(&trial)).sum();
+        let told = |index: usize| iterate.scales.get(index).copied().flatten();
+        let scales = self.contributions.iter().enumerate();
+        let of_contributions: f64 = scales.map(|(k, it)| told(k).unwrap_or_else(|| it.scale(&trial))).sum();
         let scale = norm(self.external.iter().copied()) + norm(supported) + of_contributions;
         let force = norm(iterate.out_of_balance.nodes.iter().copied());
         if force == 0.0 { 0.0 } else { force / scale }

@@ -20,7 +20,7 @@ pub(super) fn of<const D: usize>(
 ) -> Option<String> {
     let rest = connected.at_rest();
     let mut force = rest.clone();
-    let mut sums = SystemSums { force: &mut force, tangent: None, smallest_determinant: f64::INFINITY };
+    let mut sums = SystemSums::new(&mut force, None);
     let trial = Trial {
         pattern: &connected.pattern,
         constraints,

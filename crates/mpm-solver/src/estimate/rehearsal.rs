@@ -142,7 +142,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
     let mut assemble = |increment: &UnknownVector<D>, values: &mut [f64]| {
         values.fill(0.0);
         let tangent = Some(SystemTangent { values, lift: None });
-        let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+        let mut sums = SystemSums::new(&mut force, tangent);
         let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: false };
         for (index, connected) in bodies.iter().enumerate() {
             let summed = connected.add(&trial, &mut sums);
@@ -194,7 +194,7 @@ fn sum_tools<const D: usize>(
     let Rehearsal { model, connected, constraints, .. } = *stage;
     let pattern = &connected.pattern;
     let tangent = Some(SystemTangent { values, lift: None });
-    let mut sums = SystemSums { force, tangent, smallest_determinant: f64::INFINITY };
+    let mut sums = SystemSums::new(force, tangent);
     let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: true };
     for named in model.contributions.iter().filter(|named| named.contribution.moves_with_load()) {
         named.contribution.add(&trial, &mut sums).map_err(|it| StepFailure::Linear(it.to_string()))?;

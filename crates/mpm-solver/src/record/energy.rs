@@ -37,7 +37,7 @@ impl StepEnergy {
         let (mut internal, mut unused) = (rest.clone(), vec![Vector::zeros(); increment.len()]);
         internal.clear();
         let mut dissipated = 0.0;
-        let mut sums = SystemSums { force: &mut internal, tangent: None, smallest_determinant: f64::INFINITY };
+        let mut sums = SystemSums::new(&mut internal, None);
         let at_rest = Trial { constraints: &free, ..problem.trial(&rest, false) };
         let bodies = problem.connected.bodies(problem.bodies);
         for (index, (named, connected)) in problem.bodies.iter().zip(&bodies).enumerate() {

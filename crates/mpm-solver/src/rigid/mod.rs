@@ -145,7 +145,7 @@ fn tangent_at_rest<const D: usize>(
     let increment = connected.at_rest();
     let mut force = increment.clone();
     let tangent = Some(SystemTangent { values: &mut values, lift: None });
-    let mut sums = SystemSums { force: &mut force, tangent, smallest_determinant: f64::INFINITY };
+    let mut sums = SystemSums::new(&mut force, tangent);
     let trial = Trial { pattern, constraints, increment: &increment, end, is_first: true };
     for contribution in contributions {
         contribution.add(&trial, &mut sums).ok()?;
