@@ -51,9 +51,9 @@ fn strips(extent: Extent) -> Result<Findings, Broken> {
         findings.checks.push(Check::new(
             format!("{name}: the tip is back, over the length"),
             away / 16.0,
-            1e-6,
+            1e-4,
         ));
-        findings.checks.push(Check::new(format!("{name}: stress that is left, over E"), stress / 1200.0, 1e-6));
+        findings.checks.push(Check::new(format!("{name}: stress that is left, over E"), stress / 1200.0, 1e-4));
     }
     Ok(findings)
 }
