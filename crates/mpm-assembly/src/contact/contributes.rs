@@ -13,7 +13,6 @@ use crate::contribution::{
 };
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, Unknowns};
-use mpm_contact::Increment;
 use mpm_grid::{Mesh, Ramp, Vector};
 use mpm_linear::Symmetry;
 
@@ -45,14 +44,10 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     fn describe_unknown(&self, k: usize, axes: [&'static str; 3]) -> String {
-        let component = self.rigid.load.as_ref().map_or(k, |load| load.free[k]);
-        match Increment::<D>::turn_axis(component) {
-            None if self.rigid.turns => match component == D - 1 {
-                true => "the turn about the axis".into(),
-                false => format!("the shift along {}", axes[component]),
-            },
-            None => format!("the shift along {}", axes[component]),
-            Some(axis) => format!("the turn about {}", axes[axis]),
+        match &self.rigid.load {
+            Some(load) if self.rigid.turns && load.free[k] == D - 1 => "the turn about the axis".into(),
+            Some(load) => load.describe(k, axes),
+            None => String::new(),
         }
     }
 

@@ -48,6 +48,14 @@ impl<const D: usize> ToolLoad<D> {
         increment
     }
 
+    /// What the `k`-th of its unknowns is; `axes` are the names of the directions.
+    pub(crate) fn describe(&self, k: usize, axes: [&'static str; 3]) -> String {
+        match Increment::<D>::turn_axis(self.free[k]) {
+            None => format!("the shift along {}", axes[self.free[k]]),
+            Some(axis) => format!("the turn about {}", axes[axis]),
+        }
+    }
+
     /// What the load does in each unknown `[F]` or `[F L]`.
     pub(crate) fn at(&self, end: LoadFraction, increment: &Increment<D>) -> Vec<f64> {
         let part = self.ramp.value(end);

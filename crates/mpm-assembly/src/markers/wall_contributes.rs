@@ -9,7 +9,6 @@ use crate::contribution::{
 };
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
-use mpm_contact::Increment;
 use mpm_grid::{Ramp, Vector, six_digits};
 use mpm_linear::Symmetry;
 
@@ -68,11 +67,7 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
     }
 
     fn describe_unknown(&self, k: usize, axes: [&'static str; 3]) -> String {
-        let component = self.wall.load.as_ref().map_or(k, |load| load.free[k]);
-        match Increment::<D>::turn_axis(component) {
-            None => format!("the shift along {}", axes[component]),
-            Some(axis) => format!("the turn about {}", axes[axis]),
-        }
+        self.wall.load.as_ref().map_or_else(String::new, |load| load.describe(k, axes))
     }
 
     fn couplings(&self) -> &dyn Couplings {

@@ -4,7 +4,7 @@ use super::names::{A_NAME, is_name};
 use super::stages::Stages;
 use crate::error::SceneError;
 use crate::fill::FaceShare;
-use crate::language::{ControlInput, Coordinates, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
+use crate::language::{ControlInput, Coordinates, Count, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
 use crate::vortex::Vortex;
 use mpm_assembly::Body;
 use mpm_grid::{Mesh, Position, Ramp, Vector, six_digits};
@@ -52,29 +52,17 @@ pub(super) fn loads<const D: usize, B>(
             }
             LoadInput::PointForce { body: name, near, points, force, ramp, active } => {
                 let body = find(name)?;
-                let (points_of, near) = (&*bodies[body].body, Vector::from(near.0));
-                let count = points.map_or(1, |points| points.0 as usize);
-                let nearest = nearest(points_of, &near, count)
-                    .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
-                check_hit(name, points_of, start, &near, nearest[0])
-                    .map_err(|it| SceneError::new(format!("{path}.near"), it))?;
-                let arm = if points.is_some() { Vector::zeros() } else { arm(points_of, &nearest, &near) };
-                let shares = equal_shares(nearest, arm);
+                let points_of = &*bodies[body].body;
+                let shares = point_shares((name, points_of), start, &Vector::from(near.0), *points, &path)?;
                 let force = Vector::from(force.0);
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
-            LoadInput::Traction {
-                body: name,
-                axis: Some(axis),
-                at: Some(at),
-                resultant,
-                value,
-                moment,
-                ramp,
-                active,
-                ..
-            } => {
+            // On sides, see `sides.rs`.
+            LoadInput::Traction { side: Some(_), .. } | LoadInput::Pressure { .. } => {}
+            LoadInput::Traction { body: name, axis, at, resultant, value, moment, ramp, active, .. } => {
+                // Refused with the faces of bodies.
+                let (Some(axis), Some(at)) = (axis, at) else { continue };
                 let body = find(name)?;
                 let areas = faces[body].next().expect("one list of points per traction");
                 if areas.is_empty() {
@@ -108,11 +96,24 @@ pub(super) fn loads<const D: usize, B>(
                 let force = whole_force(resultant, value, whole, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
             }
-            // On sides, see `sides.rs`.
-            LoadInput::Traction { .. } | LoadInput::Pressure { .. } => {}
         }
     }
     Ok((loads, torques))
+}
+
+/// The points of a body that carry a force at `near` `[L]`.
+fn point_shares<const D: usize>(
+    (name, body): (&str, &dyn Body<D>),
+    start: &Mesh<D>,
+    near: &Vector<D>,
+    points: Option<Count>,
+    path: &str,
+) -> Result<Vec<Share<D>>, SceneError> {
+    let nearest = nearest(body, near, points.map_or(1, |points| points.0 as usize))
+        .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
+    check_hit(name, body, start, near, nearest[0]).map_err(|it| SceneError::new(format!("{path}.near"), it))?;
+    let arm = if points.is_some() { Vector::zeros() } else { arm(body, &nearest, near) };
+    Ok(equal_shares(nearest, arm))
 }
 
 pub(super) fn body_named<const D: usize>(
