@@ -131,7 +131,8 @@ fn equations_of_a_further_field_follow_those_of_their_node() {
         row.extend((j..15).filter(|&i| i == 14 || node(i).abs_diff(node(j)) <= 1));
         start.push(row.len());
     }
-    let pattern = Pattern { blocks: 5, ..Pattern::symmetric(&start, &row, 2) };
+    let (symmetry, block, blocks) = (crate::matrix::Symmetry::Symmetric, 2, 5);
+    let pattern = Pattern { column_start: &start, row: &row, symmetry, block, blocks };
     let order =
         elimination_order(pattern, &lattice, [None; 3], |equation| (equation < 14).then(|| node(equation)));
     let mut expected = Vec::new();
