@@ -408,6 +408,16 @@ fn vortex_on_splines() {
 }
 
 #[test]
+fn regularised_doughnut() {
+    passes("doughnut twist, regularised");
+}
+
+#[test]
+fn regularised_ring_that_softens() {
+    passes("ring that softens, regularised");
+}
+
+#[test]
 fn inclined_column() {
     passes("inclined column");
 }

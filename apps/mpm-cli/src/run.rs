@@ -251,7 +251,12 @@ fn carry_out(
                 1 => format!("The load step before it is in {results}"),
                 steps => format!("The {steps} load steps before it are in {results}"),
             };
-            Err(Complaint::unfinished(format!("{error}\n{before}{}", watch.advice())))
+            let scene = files.scene.display();
+            let hint = match (watch.steps(), state) {
+                (0, None) => format!("\nWhat the scene may lack says: mpm check {scene}"),
+                _ => String::new(),
+            };
+            Err(Complaint::unfinished(format!("{error}\n{before}{}{hint}", watch.advice())))
         }
     }
 }

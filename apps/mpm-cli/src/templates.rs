@@ -25,19 +25,30 @@ pub struct NewArguments {
 const FIRST: &str = "first";
 
 macro_rules! shipped {
-    ($($name:literal)*) => { [$(($name, include_str!(concat!("../templates/", $name, ".ron")))),*] };
+    ($($topic:literal: $($name:literal)*;)*) => {
+        &[$(($topic, &[$(($name, include_str!(concat!("../templates/", $name, ".ron")))),*])),*]
+    };
 }
 
-/// The shipped scenes that need no other file.
-const SHIPPED: &[(&str, &str)] = &shipped!(
-    "simple_stretch" "simple_stretch_rollers" "corner_stretch_kite" "corner_stretch_rectilinear" "doughnut"
-    "doughnut_elastic" "doughnut_limit" "doughnut_carried" "column" "column_splines" "slope" "circular_footing" "cantilever" "collapse" "collapse_fine" "footing" "footing_stages" "vortex"
-    "plough" "screw_pile" "path_arch" "path_doughnut" "column_solid" "cantilever_solid" "collapse_solid" "tube_twist" "cylinder" "tube_pulled" "cylinder_pressure" "inclined_column"
+/// Names and texts of scenes.
+type Templates = &'static [(&'static str, &'static str)];
+
+/// The shipped scenes that need no other file, by topic.
+const SHIPPED: &[(&str, Templates)] = shipped!(
+    "Stretched and turned": "simple_stretch" "simple_stretch_rollers" "corner_stretch_kite" "corner_stretch_rectilinear"
+        "doughnut" "doughnut_elastic" "doughnut_limit" "doughnut_carried" "vortex";
+    "Under their own weight": "column" "column_splines" "inclined_column" "collapse" "collapse_fine" "slope";
+    "Loaded": "cantilever" "cylinder_pressure" "footing" "footing_stages";
+    "Tools": "plough" "screw_pile";
+    "Bodies of revolution": "circular_footing";
+    "In space": "column_solid" "cantilever_solid" "collapse_solid" "cylinder" "tube_pulled" "tube_twist";
+    "Softening": "path_arch" "path_doughnut" "doughnut_regularised";
 );
 
 /// Name and text of every template.
 fn templates() -> impl Iterator<Item = (&'static str, &'static str)> {
-    std::iter::once((FIRST, reference::example())).chain(SHIPPED.iter().copied())
+    let shipped = SHIPPED.iter().flat_map(|(_, scenes)| scenes.iter().copied());
+    std::iter::once((FIRST, reference::example())).chain(shipped)
 }
 
 fn names() -> Vec<&'static str> {
@@ -61,24 +72,26 @@ pub fn new(arguments: &NewArguments) -> Result<String, Complaint> {
     Ok(format!("{}\n", file.display()))
 }
 
+/// The templates by topic, a line each.
 fn list() -> String {
     let mut text = String::new();
     let width = templates().map(|(name, _)| name.len()).max().unwrap_or(0);
-    for (name, scene) in templates() {
+    let first = [(FIRST, reference::example())];
+    let begin: (&str, &[(&str, &str)]) = ("To begin with", &first);
+    for (topic, scenes) in std::iter::once(&begin).chain(SHIPPED) {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:<width$}  {}", summary(scene));
+        let _ = writeln!(text, "{topic}");
+        for (name, scene) in *scenes {
+            let _ = writeln!(text, "  {name:<width$}  {}", title(scene));
+        }
     }
     text
 }
 
-/// First sentence of the comment that a scene opens with.
-fn summary(scene: &str) -> String {
-    let lines = scene.lines().map_while(|line| line.strip_prefix("//"));
-    let comment = lines.map(str::trim).collect::<Vec<_>>().join(" ");
-    match comment.split_once(". ") {
-        Some((sentence, _)) => format!("{sentence}."),
-        None => comment,
-    }
+/// What a scene shows, in a few words.
+fn title(scene: &str) -> &str {
+    let title = scene.split_once("title: \"").and_then(|(_, rest)| rest.split_once('"'));
+    title.map_or("", |(title, _)| title)
 }
 
 #[cfg(test)]
@@ -98,14 +111,15 @@ mod tests {
             let text = std::fs::read_to_string(scene).unwrap();
             assert_eq!(found.map(|it| it.1), Some(text.as_str()), "{name}: list it in templates.rs");
         }
-        assert_eq!(SHIPPED.len(), scenes.len());
+        assert_eq!(templates().count(), 1 + scenes.len());
     }
 
     #[test]
     fn every_template_says_what_it_shows() {
-        for (name, scene) in templates() {
-            let said = summary(scene);
-            assert!(said.len() > 20 && said.ends_with('.'), "{name}: {said}");
-        }
+        let mut titles: Vec<&str> = templates().map(|(_, scene)| title(scene)).collect();
+        assert!(titles.iter().all(|title| (6..50).contains(&title.len())), "{titles:?}");
+        titles.sort_unstable();
+        titles.dedup();
+        assert_eq!(titles.len(), templates().count());
     }
 }

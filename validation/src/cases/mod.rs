@@ -17,6 +17,7 @@ mod footing;
 mod newton_rate;
 mod patch;
 mod path;
+mod regularised;
 mod remedies;
 mod rotation;
 mod shapes;
@@ -66,6 +67,8 @@ pub const CASES: &[Case] = &[
     boundaries::CYLINDER,
     boundaries::PLATE,
     boundaries::STRIP,
+    regularised::STRAIN,
+    regularised::SOFTENING,
     cantilever::CASE,
     collapse::CASE,
     space::CANTILEVER,

@@ -86,6 +86,17 @@ pub(super) const SMALL: &[&str] = &[
     schedule: (steps: 2),
 )"#,
     r#"PlaneStrain(
+    mesh: Ring(radii: Uniform(from: 1, to: 2, cells: 2), sectors: 12),
+    motion: Twist(inner: 40, reindexing: Neighbours),
+    basis: Smpm, materials: { "m": NeoHooke(young: 1e3, poisson: 0) },
+    bodies: [(name: "ring", material: "m", shape: Ring(inner: 1, outer: 2), points_per_cell: 2)],
+    supports: [
+        (name: "inner", region: Circle(radius: 1), follow_mesh: [X, Y]),
+        (name: "outer", region: Circle(radius: 2), fix: [X, Y]),
+    ],
+    schedule: (steps: 8),
+)"#,
+    r#"PlaneStrain(
     mesh: Ring(centre: (0, 0), radii: Uniform(from: 1, to: 2, cells: 2), sectors: 6),
     motion: Twist(inner: 2, outer: 0, ramp: [(0, 0), (1, 1)], reindexing: WholeCells),
     basis: Cpdi1, domains: (control: Reshape(cells: 0.7)),

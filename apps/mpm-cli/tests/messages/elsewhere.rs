@@ -101,7 +101,6 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("basis/src/gimp.rs", "a half length is", "of checkpoints"),
     ("completeness.rs", "relative errors of", "of tests of a basis"),
     ("contact/src/revolution.rs", "a distance from the axis", "cylinders and cones have such profiles"),
-    ("contact/src/revolution.rs", "body of revolution", "the kind of a part in `mpm check`"),
     ("contact/src/surface.rs", "", "the reader of STL files says so before"),
     ("assembly/src/contact/", "", "cut steps and damaged checkpoints, in tests beside and of mpm-scene"),
     ("compile/shapes.rs", "`without`: no tool is named", "of rings, in `tools.rs` of `mpm-scene`"),

@@ -7,7 +7,8 @@
 //! r_i = −Σ_b F·v_i − load_i      K_ui = −Σ_b N_v L β v_i      K_ij = Σ_b (L β v_i·v_j − F·∂v_i/∂r_j)
 //! ```
 
-use super::wall::{Held, WallContact};
+use super::held::Held;
+use super::wall::WallContact;
 use crate::contact::loaded::Driven;
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::UnknownId;

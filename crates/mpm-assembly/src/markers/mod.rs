@@ -6,6 +6,7 @@
 
 mod carriers;
 mod frame;
+mod held;
 mod load;
 mod load_contributes;
 mod moving;

@@ -1,6 +1,6 @@
 //! What a history tells of a wall.
 
-use super::wall::Held;
+use super::held::Held;
 use crate::contribution::Recorded;
 use mpm_contact::moment;
 use mpm_grid::Vector;

@@ -1,8 +1,9 @@
 //! What a wall adds to force and tangent, remembers, and tells.
 
+use super::held::Held;
 use super::moving::check_saved;
 use super::summary::Summary;
-use super::wall::{Held, WallContact};
+use super::wall::WallContact;
 use crate::contact::loaded::Standing;
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,

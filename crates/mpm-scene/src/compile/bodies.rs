@@ -93,10 +93,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             faces: faces(scene, input)?,
             needs_sides: super::sides::are_named(scene, &input.name),
             memory,
-            mean_dilatation: input.mean_dilatation.map(|mean| match mean {
-                MeanDilatationInput::Points => MeanDilatation::Points,
-                MeanDilatationInput::Cell => MeanDilatation::Cell,
-            }),
+            mean_dilatation: input.mean_dilatation.map(mean_dilatation),
             tools: tools_inside(scene, input, layout, files)?,
         };
         if let Some(initial) = &input.initial {
@@ -118,6 +115,13 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
         made.boundaries.push(filled.boundary);
     }
     Ok(made)
+}
+
+fn mean_dilatation(input: MeanDilatationInput) -> MeanDilatation {
+    match input {
+        MeanDilatationInput::Points => MeanDilatation::Points,
+        MeanDilatationInput::Cell => MeanDilatation::Cell,
+    }
 }
 
 /// Refuses outlines of points in space.

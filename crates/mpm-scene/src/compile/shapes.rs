@@ -296,13 +296,8 @@ fn ring_cells<'a, const D: usize>(
     let ends = height
         .as_ref()
         .map_or((0.0, 1.0), |axis| extent.map_or((axis.first(), axis.last()), |(from, to)| (from.0, to.0)));
-    let volume = ring_volume((inner, outer), angle, ends);
+    let volume = tiling::ring_volume((inner, outer), angle, ends);
     Ok((Shape::Cells { low, high, volume, is_exact: false }, mesh.clone()))
-}
-
-/// Volume of a ring or of a sector of one, per thickness in the plane `[L^D]`.
-pub(super) fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f64, f64)) -> f64 {
-    0.5 * angle * (outer - inner) * (outer + inner) * (to - from)
 }
 
 /// A cylinder or tube; in the plane of thickness 1.

@@ -60,7 +60,7 @@ pub(super) fn check_rank<const D: usize>(
             let cells = std::array::from_fn(|d| {
                 let ((first, local), last) = (axes[d].locate(from[d]), axes[d].locate(to[d]).0);
                 let first = if local >= 1.0 { first + 1 } else { first };
-                f64::from(last + 1 - first)
+                f64::from(last) + 1.0 - f64::from(first)
             });
             (cells, pieces_of_box(mesh, (from, to), per_cell, names)?)
         }

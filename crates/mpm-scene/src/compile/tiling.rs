@@ -1,7 +1,6 @@
 //! Shapes cut into pieces along themselves, about as large as the cells of a box mesh.
 
 use super::mesh::{check_ring, plane_point};
-use super::shapes::ring_volume;
 use crate::language::{PlanePoint, ShapeInput};
 use crate::pieces::Shape;
 use mpm_geometry::MemoryLimit;
@@ -14,6 +13,11 @@ pub(super) const SUITED: &str =
 
 /// Part of a mesh's length within which a ring's centre is at an end of it.
 const AT_END: f64 = 1e-9;
+
+/// Volume of a ring or of a sector of one, per thickness in the plane `[L^D]`.
+pub(super) fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f64, f64)) -> f64 {
+    0.5 * angle * (outer - inner) * (outer + inner) * (to - from)
+}
 
 /// Whether a shape can be cut along itself.
 pub(super) fn suits<const D: usize>(shape: &ShapeInput<D>) -> bool {

@@ -37,7 +37,8 @@ impl<const D: usize> Problem<'_, D> {
     /// * the residuals of contributions' own unknowns over their own scales.
     pub(crate) fn residual(&self, iterate: &Iterate<D>) -> f64 {
         let bodies = (0..self.round_off.bodies.len()).map(|body| self.body_residual(iterate, body, |_| true));
-        worst(bodies.chain(self.own_residuals(iterate)).chain([self.total_residual(iterate)]))
+        let own = self.own_residuals(iterate).map(|(residual, _)| residual);
+        worst(bodies.chain(own).chain([self.total_residual(iterate)]))
     }
 
     fn total_residual(&self, iterate: &Iterate<D>) -> f64 {
@@ -64,14 +65,18 @@ impl<const D: usize> Problem<'_, D> {
         if force == 0.0 { 0.0 } else { force / scale }
     }
 
-    /// Residuals of the nodal field, and of contributions' own unknowns over their own scales.
-    fn own_residuals<'a>(&'a self, iterate: &'a Iterate<D>) -> impl Iterator<Item = f64> + 'a {
+    /// Residuals of the nodal field, and of contributions' own unknowns over their own scales; each with the residual that
+    /// rounding alone can cause.
+    fn own_residuals<'a>(&'a self, iterate: &'a Iterate<D>) -> impl Iterator<Item = (f64, f64)> + 'a {
         let trial = self.trial(&iterate.increment, false);
-        let of_field = self.connected.field.iter().map(|field| self.field_residual(iterate, field));
+        let of_field =
+            self.connected.field.iter().map(|field| (self.field_residual(iterate, field), OWN_ROUND_OFF));
         let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
         let of_contributions = with_own.map(move |(named, own)| {
             let residual = norm_of(&iterate.out_of_balance.own[own.clone()]);
-            if residual == 0.0 { 0.0 } else { residual / named.contribution.own_scale(&trial) }
+            let scale = named.contribution.own_scale(&trial);
+            let rounding = OWN_ROUND_OFF.max(named.contribution.own_round_off(&trial) / scale);
+            (if residual == 0.0 { 0.0 } else { residual / scale }, rounding)
         });
         of_field.chain(of_contributions)
     }
@@ -100,12 +105,7 @@ impl<const D: usize> Problem<'_, D> {
         if !iterate.effort.residual.is_finite() {
             return false;
         }
-        let trial = self.trial(&iterate.increment, false);
-        let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
-        let is_own_rounding = self.own_residuals(iterate).zip(with_own).all(|(residual, (named, _))| {
-            let scale = named.contribution.own_scale(&trial);
-            residual <= OWN_ROUND_OFF.max(named.contribution.own_round_off(&trial) / scale)
-        });
+        let is_own_rounding = self.own_residuals(iterate).all(|(residual, rounding)| residual <= rounding);
         let total = self.total_residual(iterate);
         let is_rounding = norm(iterate.out_of_balance.nodes.iter().copied()) <= self.round_off.all;
         if !(is_own_rounding && (total < goal || is_rounding)) {
