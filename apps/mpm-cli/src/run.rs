@@ -253,7 +253,7 @@ fn carry_out(
             };
             let scene = files.scene.display();
             let hint = match (watch.steps(), state) {
-                (0, None) => format!("\nWhat the scene may lack says: mpm check {scene}"),
+                (0, None) => format!("\nWhat the scene may lack is told by: mpm check {scene}"),
                 _ => String::new(),
             };
             Err(Complaint::unfinished(format!("{error}\n{before}{}{hint}", watch.advice())))

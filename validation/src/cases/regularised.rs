@@ -6,8 +6,9 @@ use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::problems::doughnut::torque;
 use crate::reference::Reference;
 use crate::scenes::{Run, changed, run, text};
+use crate::variants::plane;
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_scene::Scene;
+use mpm_scene::language::{MaterialInput, Scene};
 
 pub(super) const STRAIN: Case = Case {
     name: "doughnut twist, regularised",
@@ -40,24 +41,21 @@ impl Job {
     }
 
     fn run(&self) -> Result<Run, Broken> {
-        let text = text(self.scene)?;
-        let (from, to) =
-            (text.find(", gradient: (").or(text.find(",\n            gradient: (")), text.find("))"));
-        let text = match (self.field, from, to) {
-            (true, ..) => text,
-            (false, Some(from), Some(to)) => format!("{}{}", &text[..from], &text[to + 1..]),
-            (false, ..) => return Err("the scene has no `gradient`".into()),
-        };
-        let scene: Scene = changed(
-            text,
+        let scene = changed(
+            text(self.scene)?,
             &[
                 ("mesh.radii.cells", self.rows.to_string()),
                 ("mesh.sectors", (16 * self.rows / 5).to_string()),
                 ("mesh.functions.degree", self.degree.to_string()),
-                ("output.fields", "[]".into()),
             ],
         )?;
-        run(&scene)
+        let mut scene = plane(scene)?;
+        for law in scene.materials.values_mut().filter(|_| !self.field) {
+            if let MaterialInput::VonMises { gradient, .. } = law {
+                *gradient = None;
+            }
+        }
+        run(&Scene::PlaneStrain(scene))
     }
 }
 
