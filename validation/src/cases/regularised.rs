@@ -50,6 +50,7 @@ impl Job {
             ],
         )?;
         let mut scene = plane(scene)?;
+        scene.output.fields.clear();
         for law in scene.materials.values_mut().filter(|_| !self.field) {
             if let MaterialInput::VonMises { gradient, .. } = law {
                 *gradient = None;
