@@ -39,7 +39,7 @@ pub struct SystemSums<'a, const D: usize> {
     pub tangent: Option<SystemTangent<'a, D>>,
     /// Smallest `det ΔF` of any point so far.
     pub smallest_determinant: f64,
-    /// The [scale](Contribution::scale) of the contribution that adds, where it knows that by then: it is not asked again.
+    /// The [scale](crate::Contribution::scale) of the contribution that adds, where it knows that by then: it is not asked again.
     pub scale: Option<f64>,
 }
 
