@@ -29,7 +29,7 @@ fn templates_are_listed_written_and_run() {
     let error = complains(folder.path(), &["new", "frist"]);
     assert!(error.contains("no template named `frist`; there are first, simple_stretch"), "{error}");
     // Every one of them is a scene.
-    for name in list.lines().filter_map(|line| line.split_whitespace().next()) {
+    for name in list.lines().filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next()) {
         says(folder.path(), &["new", name, &format!("{name}_.ron")]);
         says(folder.path(), &["check", &format!("{name}_.ron")]);
     }
