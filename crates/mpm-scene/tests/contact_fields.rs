@@ -227,3 +227,27 @@ fn surfaces_of_tools_stand_where_the_tools_do() {
     assert!(edges.iter().all(|&[a, b]| edges.binary_search(&[b, a]).is_ok()));
     assert!(surface.vertices.len() >= 24 * 14);
 }
+
+#[test]
+fn adhesion_acts_on_what_touches_and_on_stairs() {
+    // A plate that slides over the block at a height in widths of a domain, and the force per length of its adhesion.
+    let drag = |height: f64, shape: &str| {
+        let sides = r#"(name: "left", region: Plane(axis: X, at: 0), fix: [X])"#;
+        let text = SLIDE
+            .replace("INTERFACE", "interface: (adhesion: 2),")
+            .replace("MORE", "")
+            .replace("SIDES", sides)
+            .replace("by: (0, -0.05)", "by: (0, 0)")
+            .replace("through: (0, 1)", &format!("through: (0, {})", 1.0 + 0.125 * height))
+            .replace("shape: Box(from: (0, 0), to: (2, 1))", shape);
+        let seen = Seen::of(&text);
+        seen.history("tool/plate/force", seen.rows.len() - 1)[0].abs()
+    };
+    let block = "shape: Box(from: (0, 0), to: (2, 1))";
+    assert_eq!(drag(0.5, block), 0.0);
+    assert!((drag(0.1, block) / (2.0 * 2.0) - 1.0).abs() < 1e-2, "{}", drag(0.1, block));
+    // One that is cut along the plate has its stairs there.
+    let stairs = r#"shape: Box(from: (0, 0), to: (2, 1.25), without: ["plate"])"#;
+    assert!((drag(0.0, stairs) / (2.0 * 2.0) - 1.0).abs() < 1e-2, "{}", drag(0.0, stairs));
+    assert!((drag(0.5, stairs) / (2.0 * 2.0) - 1.0).abs() < 1e-2, "{}", drag(0.5, stairs));
+}

@@ -4,7 +4,7 @@ use super::corners::{Acting, At, Contact};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::Standing;
 use super::memory::Memory;
-use super::search::Search;
+use super::search::{Search, WITHIN, WITHIN_OF_STAIRS};
 use super::summary::Summary;
 use super::tool_contact::{RigidTool, ToolContact};
 use crate::body::{Body, Space};
@@ -34,11 +34,13 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             }
         };
         self.check_motion(&end)?;
-        let names: Vec<bool> = step.bodies.iter().map(|body| self.meets(body.name)).collect();
+        let member_within = |name| if self.is_cut(name) { WITHIN_OF_STAIRS } else { WITHIN };
+        let reaches: Vec<Option<f64>> =
+            step.bodies.iter().map(|body| self.meets(body.name).then(|| member_within(body.name))).collect();
         let RigidTool { tool, interface, .. } = &self.rigid;
         let space = step.bodies.first().map_or(Space::default(), |it| it.body.space());
         let search = Search { tool, interface, memory: &self.present, space, start: self.start, end };
-        self.corners = search.corners(step, &|index| names[index], &mut self.samples)?;
+        self.corners = search.corners(step, &reaches, &mut self.samples)?;
         self.block = self.rigid.load.as_ref().map(|load| unknowns.push(1, load.free.len()));
         Ok(self.block.map_or(Begun::AsBefore, |block| self.couple(block)))
     }

@@ -14,9 +14,12 @@ use std::f64::consts::TAU;
 /// Widths of a domain, beyond what the tool moves, within which corners are looked for.
 const MARGIN: f64 = 2.0;
 
-/// Part of a domain's extent across the surface within which its corners belong to the interface: corners of a second row
-/// of domains are just out.
-const MEMBERS: f64 = 0.9;
+/// Part of a domain's extent across the surface within which its corners belong to the interface, and adhesion acts on them.
+/// Corners of domains that follow a curved surface stand off it by a part of this.
+pub(super) const WITHIN: f64 = 0.25;
+
+/// The same of a body that is cut along the tool and ends in stairs: corners of a second row of domains are just out.
+pub(super) const WITHIN_OF_STAIRS: f64 = 0.9;
 
 /// What a search for corners knows.
 pub(super) struct Search<'a, const D: usize> {
@@ -34,22 +37,24 @@ pub(super) struct Search<'a, const D: usize> {
 type Found<const D: usize> = (NearCorner<D>, Option<Member<D>>);
 
 impl<const D: usize> Search<'_, D> {
-    /// All corners of the bodies that `meets` names by their number, in the order of points, parts and corners.
+    /// All corners of the bodies that meet the tool, in the order of points, parts and corners. `member_within` says of each
+    /// body within which part of a domain its corners belong to the interface; nothing of those that do not meet it.
     ///
     /// # Errors
     /// A point stands inside the tool at the start of the run.
     pub fn corners(
         &self,
         step: &StepStart<'_, D>,
-        meets: &dyn Fn(usize) -> bool,
+        member_within: &[Option<f64>],
         samples: &mut Samples<D>,
     ) -> Result<Vec<NearCorner<D>>, Refused> {
         let mut found: Vec<Found<D>> = Vec::new();
-        for (index, at_start) in step.bodies.iter().enumerate().filter(|(index, _)| meets(*index)) {
+        for (index, at_start) in step.bodies.iter().enumerate() {
+            let Some(within) = member_within[index] else { continue };
             let body = at_start.body;
             let young = body.young();
             let of_points =
-                each_point(body.n_points(), &|point| self.of_point(step, (index, body), young, point));
+                each_point(body.n_points(), &|point| self.of_point(step, (index, body, within), young, point));
             for of_point in of_points {
                 found.extend(
                     of_point
@@ -65,7 +70,7 @@ impl<const D: usize> Search<'_, D> {
     fn of_point(
         &self,
         step: &StepStart<'_, D>,
-        (index, body): (usize, &dyn Body<D>),
+        (index, body, within): (usize, &dyn Body<D>, f64),
         young: f64,
         point: usize,
     ) -> Result<Vec<Found<D>>, String> {
@@ -112,7 +117,7 @@ impl<const D: usize> Search<'_, D> {
                     reach: moved + (1.0 + MARGIN) * (width + radius),
                     clearance: moved + (1.0 + MARGIN) * (width + radius),
                 };
-                let member = self.take_up(&mut made, corner, &corners, &mut near);
+                let member = self.take_up(&mut made, corner, (&corners, within), &mut near);
                 found.push((made, member));
             }
         }
@@ -134,7 +139,7 @@ impl<const D: usize> Search<'_, D> {
         &self,
         made: &mut NearCorner<D>,
         corner: &Corner<D>,
-        corners: &[Corner<D>],
+        (corners, within): (&[Corner<D>], f64),
         near: &mut Vec<Near<D>>,
     ) -> Option<Member<D>> {
         near.clear();
@@ -144,7 +149,7 @@ impl<const D: usize> Search<'_, D> {
         let (width, n) = (made.law.width, nearest.normal);
         let across = corners.iter().map(|it| it.position.dot(&n));
         let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < MEMBERS * (high - low);
+        let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < within * (high - low);
         if self.memory.has_begun {
             let (key, position, distance) = (made.key, corner.position, nearest.distance);
             let recalled = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });

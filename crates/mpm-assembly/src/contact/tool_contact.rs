@@ -30,6 +30,9 @@ pub struct RigidTool<const D: usize> {
     pub exact_friction: bool,
     /// Names of the bodies that meet it; all if empty.
     pub bodies: Vec<String>,
+    /// Names of the bodies that are cut out along a shape, as a tool that is wished in place needs it: they end in stairs of
+    /// domains, and what lies behind the first step sticks to the tool, too.
+    pub cut_bodies: Vec<String>,
     /// Whether it stands in the layer of bodies that turn about their axis: then its parts are
     /// [figures of revolution](mpm_contact::InLayer), the third component of its motion is an angle, and that of its load a
     /// torque.
@@ -106,6 +109,11 @@ impl<const D: usize> ToolContact<D> {
     /// Whether a body of this name meets the tool.
     pub fn meets(&self, body: &str) -> bool {
         self.rigid.bodies.is_empty() || self.rigid.bodies.iter().any(|name| name == body)
+    }
+
+    /// Whether a body of this name is cut out along a shape.
+    pub(super) fn is_cut(&self, body: &str) -> bool {
+        self.rigid.cut_bodies.iter().any(|name| name == body)
     }
 
     /// Whether the tangent has the term of friction that is not symmetric.

@@ -5,7 +5,7 @@ use super::stages::Stages;
 use super::tool_motion::{load, motion, on_axis};
 use crate::error::SceneError;
 use crate::files::SceneFiles;
-use crate::language::{Coordinates, PlaneBasis, SceneIn, SolidBasis, ToolInput, ToolPartInput};
+use crate::language::{Coordinates, PlaneBasis, SceneIn, ShapeInput, SolidBasis, ToolInput, ToolPartInput};
 use mpm_assembly::{RigidTool, ToolContact};
 use mpm_contact::{
     Bounds, ContactError, Helix, HelixSize, Interface, Plane, Polygon, Revolution, Shape, Sphere, Surface, Tool,
@@ -124,7 +124,8 @@ pub(super) fn tools<const D: usize, B: ToolParts<D>>(
             let reason = format!("expected {A_NAME}, got {:?}", input.name);
             return Err(SceneError::new(format!("{path}.name"), reason));
         }
-        let rigid = rigid::<D, B>(input, &path, &model.layout, (stages, files))?;
+        let mut rigid = rigid::<D, B>(input, &path, &model.layout, (stages, files))?;
+        rigid.cut_bodies = cut_bodies(scene, &input.name);
         check_bodies(input, &path, &model.bodies)?;
         refuse_along_a_path(input, &rigid, &path, model)?;
         let contact = ToolContact::new(&input.name, rigid);
@@ -202,9 +203,17 @@ fn rigid<const D: usize, B: ToolParts<D>>(
         interface,
         exact_friction: from.exact_friction,
         bodies: input.bodies.clone(),
+        cut_bodies: Vec::new(),
         turns: false,
         moment_about: Vector::from(input.moment_about.0),
     })
+}
+
+/// Names of the bodies that are cut out along the tool, or along a shape that is none.
+fn cut_bodies<const D: usize, B: ToolParts<D>>(scene: &SceneIn<D, B>, tool: &str) -> Vec<String> {
+    let is_cut =
+        |shape: &ShapeInput<D>| shape.without().iter().any(|it| it == tool) || !shape.cutouts().is_empty();
+    scene.bodies.iter().filter(|body| is_cut(&body.shape)).map(|body| body.name.clone()).collect()
 }
 
 /// The bodies that meet a tool exist, and have corners.

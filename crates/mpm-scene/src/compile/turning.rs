@@ -128,7 +128,8 @@ fn turned_tool(
     stages: Stages<'_>,
     path: &str,
 ) -> Result<RigidTool<3>, SceneError> {
-    let RigidTool { tool, motion, load, interface, exact_friction, bodies, moment_about, .. } = rigid;
+    let RigidTool { tool, motion, load, interface, exact_friction, bodies, cut_bodies, moment_about, .. } =
+        rigid;
     let in_layer = |part| Box::new(InLayer(part)) as Box<dyn Shape<3>>;
     let tool = Tool::new(tool.into_parts().into_iter().map(in_layer).collect());
     let angle = match &input.motion {
@@ -155,6 +156,7 @@ fn turned_tool(
         interface,
         exact_friction,
         bodies,
+        cut_bodies,
         turns: true,
         moment_about: raised(&moment_about),
     })
