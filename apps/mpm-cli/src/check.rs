@@ -57,10 +57,15 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     let (chosen, other) = if it.is_iterative { (iterative, direct) } else { (direct, iterative) };
     line("linear solver", format!("{chosen} ({other})"));
     let memory = &it.memory;
+    // Tools, mostly.
+    let of_contributions = match memory.contributions {
+        0 => String::new(),
+        held => format!("tools and other forces {}, ", bytes(held)),
+    };
     line(
         "memory",
         format!(
-            "about {}: points {}, connectivity {}, tangent {}, solver {}, vectors and record {}, program {}",
+            "about {}: points {}, connectivity {}, tangent {}, solver {}, {of_contributions}vectors and record {}, program {}",
             bytes(memory.total()),
             bytes(memory.points),
             bytes(memory.connectivity),

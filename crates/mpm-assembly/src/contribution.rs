@@ -115,6 +115,12 @@ pub trait Contribution<const D: usize>: Send + Sync {
         None
     }
 
+    /// Memory that it holds at the peak of a load step, once the first one has begun `[bytes]`. What takes next to nothing
+    /// beside bodies need not say it.
+    fn bytes(&self) -> usize {
+        0
+    }
+
     /// Whether it exists only on the nodes on which the functions of the mesh live.
     fn needs_functions_of_mesh(&self) -> bool {
         false

@@ -66,6 +66,7 @@ pub struct CheckedMemory {
     pub connectivity: usize,
     pub tangent: usize,
     pub solver: usize,
+    pub contributions: usize,
     pub work: usize,
     pub program: usize,
 }
@@ -148,6 +149,7 @@ impl CheckedMemory {
             connectivity: memory.connectivity,
             tangent: memory.tangent,
             solver: memory.solver,
+            contributions: memory.contributions,
             work: memory.work,
             program: memory.program,
         }

@@ -1,6 +1,6 @@
 //! What a rigid tool adds to force and tangent, remembers, and tells.
 
-use super::corners::{Acting, At, Contact};
+use super::corners::{Acting, At, Contact, NearCorner};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::Standing;
 use super::memory::Memory;
@@ -34,6 +34,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             }
         };
         self.check_motion(&end)?;
+        self.corners = Vec::new();
         let member_within = |name| if self.is_cut(name) { WITHIN_OF_STAIRS } else { WITHIN };
         let reaches: Vec<Option<f64>> =
             step.bodies.iter().map(|body| self.meets(body.name).then(|| member_within(body.name))).collect();
@@ -114,6 +115,10 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
 
     fn remarks(&self, mesh: &Mesh<D>, bodies: &[(&str, &dyn Body<D>)]) -> Vec<String> {
         self.remark_on_thickness(mesh).into_iter().chain(self.remark_on_facets(bodies)).collect()
+    }
+
+    fn bytes(&self) -> usize {
+        self.corners.iter().map(NearCorner::bytes).sum()
     }
 
     fn size(&self, bodies: &[(&str, &dyn Body<D>)]) -> Option<String> {

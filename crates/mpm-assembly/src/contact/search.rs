@@ -55,6 +55,8 @@ impl<const D: usize> Search<'_, D> {
             let young = body.young();
             let of_points =
                 each_point(body.n_points(), &|point| self.of_point(step, (index, body, within), young, point));
+            let n: usize = of_points.iter().flatten().map(Vec::len).sum();
+            found.reserve_exact(n);
             for of_point in of_points {
                 found.extend(
                     of_point
@@ -91,6 +93,7 @@ impl<const D: usize> Search<'_, D> {
             if corners.is_empty() {
                 body.corners(step.mesh, point, &mut corners).map_err(|it| it.to_string())?;
             }
+            found.reserve_exact(corners.len());
             for (number, corner) in corners.iter().enumerate() {
                 let key =
                     Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };

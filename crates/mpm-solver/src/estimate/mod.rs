@@ -103,6 +103,8 @@ pub struct Memory {
     pub tangent: usize,
     /// The factor and its structure, or the multigrid hierarchy.
     pub solver: usize,
+    /// What contributions hold besides, such as the corners of domains near tools; most have nothing.
+    pub contributions: usize,
     /// Vectors of the iteration, and the positions of the points as they are recorded.
     pub work: usize,
     /// The program with its libraries, whatever the scene.
@@ -123,7 +125,8 @@ const VECTORS: usize = 8;
 impl Memory {
     /// Their sum.
     pub fn total(&self) -> usize {
-        self.points + self.connectivity + self.tangent + self.solver + self.work + self.program
+        let of_bodies = self.points + self.connectivity + self.tangent + self.solver;
+        of_bodies + self.contributions + self.work + self.program
     }
 }
 
@@ -200,6 +203,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
                 // Entries are permuted into the order of elimination before they are eliminated.
                 factor_entries * real + entries * (real + size_of::<usize>())
             },
+            contributions: model.contributions.iter().map(|named| named.contribution.bytes()).sum(),
             work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, nominal),
             program: PROGRAM,
         },
