@@ -1,21 +1,42 @@
 //! `mpm check`.
 
 use crate::complaint::Complaint;
-use crate::input;
+use crate::input::{self, Settings};
 use crate::report::count;
+use crate::run::{files_of, start_threads};
 use crate::say::say;
 use crate::terminal::Lines;
+use clap::Args;
 use mpm_grid::six_digits;
-use mpm_io::FolderFiles;
-use mpm_scene::{Check, Scene, seconds_of_run, unwritten_fields};
+use mpm_scene::{Check, Scene, implausible, seconds_of_run, unwritten_fields};
 use mpm_solver::{Estimate, StageSteps};
-use std::path::Path;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct CheckArguments {
+    /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
+    scene: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
+    /// Folder in which the files lie that the scene names [default: that of the scene].
+    #[arg(long, value_name = "FOLDER")]
+    files: Option<PathBuf>,
+    /// Number of threads on which times are measured [default: one per core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Print it as JSON for machines.
+    #[arg(long)]
+    json: bool,
+}
 
 /// Says how large a scene with these settings is.
-pub fn check(file: &Path, settings: &[String], as_json: bool) -> Result<(), Complaint> {
-    let mut input = input::read(file, settings, &FolderFiles::beside(file))?;
+pub fn check(arguments: &CheckArguments) -> Result<(), Complaint> {
+    let CheckArguments { scene, settings, threads, json, .. } = arguments;
+    start_threads(*threads)?;
+    let files = files_of(scene, arguments.files.as_deref());
+    let mut input = input::read(scene, &settings.set, &files)?;
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
-    if as_json {
+    if *json {
         let json = serde_json::to_string_pretty(&Check::of(&estimate, &input.scene, &input.notes));
         return say(&(json.expect("numbers, texts and lists") + "\n"));
     }
@@ -81,7 +102,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     it.stages.iter().filter(|it| !it.name.is_empty()).for_each(|stage| line("stage", told_of(stage)));
     line("time", time(it, scene));
 
-    for remark in &it.remarks {
+    for remark in implausible(scene).iter().chain(&it.remarks) {
         line("note", remark.clone());
     }
     for (k, what) in skipped(it, unwritten).into_iter().enumerate() {

@@ -6,7 +6,7 @@ use crate::terminal::Lines;
 use mpm_grid::{rounded, six_digits};
 use mpm_io::{Results, ResultsError, component_name, is_being_written};
 use mpm_scene::Scene;
-use mpm_solver::ToolDepths;
+use mpm_solver::HistoryNotes;
 use mpm_solver::observe::Space;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -222,7 +222,7 @@ impl Inspection {
     fn notes(&self) -> Vec<String> {
         let deepest = |(name, ranges): &(String, Vec<Range>)| {
             let largest = ranges.first().map_or(0.0, |range| range.most);
-            ToolDepths::note(name, largest)
+            HistoryNotes::note(name, largest)
         };
         self.history.iter().filter_map(deepest).collect()
     }

@@ -46,15 +46,7 @@ enum Command {
     /// Go on with an interrupted run, bit for bit, and with its results file.
     Resume(run::ResumeArguments),
     /// Read a scene, say how large it is and what it will not need; run nothing.
-    Check {
-        /// The scene, a RON file (its language: scenes/README.md, or `mpm schema --markdown`).
-        scene: PathBuf,
-        #[command(flatten)]
-        settings: input::Settings,
-        /// Print it as JSON for machines.
-        #[arg(long)]
-        json: bool,
-    },
+    Check(check::CheckArguments),
     /// Run a scene over a grid of values, in parallel, and print one table of results.
     Sweep(sweep::SweepArguments),
     /// Drive one material point of a law along a path, and print it.
@@ -108,7 +100,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Resume(arguments) => run::resume(&arguments),
         Command::New(arguments) => templates::new(&arguments).and_then(|text| say(&text)),
-        Command::Check { scene, settings, json } => check::check(&scene, &settings.set, json),
+        Command::Check(arguments) => check::check(&arguments),
         Command::Sweep(arguments) => sweep::sweep(&arguments),
         Command::Drive(arguments) => drive::drive(&arguments),
         Command::Inspect { results, json } => {

@@ -12,7 +12,7 @@ use mpm_io::{
     Checkpoint, CheckpointError, CheckpointHead, CheckpointInterval, FolderFiles, Keeper, Options,
     ResultsWriter, check_places, is_same,
 };
-use mpm_scene::{AddedStages, Scene};
+use mpm_scene::{AddedStages, Scene, doubts};
 use mpm_solver::{Error, State};
 use std::ffi::OsStr;
 use std::io::{IsTerminal, Write};
@@ -84,10 +84,7 @@ pub fn named_after(name: &OsStr, extension: &str) -> PathBuf {
 /// Runs a scene from file to file.
 pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
     start_threads(arguments.threads)?;
-    let files = match &arguments.files {
-        Some(folder) => FolderFiles::new(folder),
-        None => FolderFiles::beside(&arguments.scene),
-    };
+    let files = files_of(&arguments.scene, arguments.files.as_deref());
     let input = input::read(&arguments.scene, &arguments.settings.set, &files)?;
     let path = arguments
         .output
@@ -215,6 +212,11 @@ fn carry_out(
             // Nobody is left to tell if this fails.
             let _ = writeln!(std::io::stderr(), "note: {note}");
         }
+        // Those of a run that goes on were told at its start.
+        let doubts = if state.is_none() { doubts(&input.scene, &input.compiled) } else { Vec::new() };
+        for doubt in doubts {
+            let _ = writeln!(std::io::stderr(), "warning: {doubt}");
+        }
     }
     let show = match quiet {
         true => Show::Nothing,
@@ -261,7 +263,13 @@ fn carry_out(
     }
 }
 
-fn start_threads(threads: Option<u16>) -> Result<(), Complaint> {
+/// The files that a scene names: in a folder, or beside it.
+pub fn files_of(scene: &Path, folder: Option<&Path>) -> FolderFiles {
+    folder.map_or_else(|| FolderFiles::beside(scene), FolderFiles::new)
+}
+
+/// Lets the program compute on so many threads; on all that there are if none are named.
+pub fn start_threads(threads: Option<u16>) -> Result<(), Complaint> {
     let Some(threads) = threads else { return Ok(()) };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.into())

@@ -9,7 +9,7 @@ use mpm_io::{Keeper, ResultsWriter};
 use mpm_solver::observe::{
     Cancellation, Entry, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
-use mpm_solver::{State, ToolDepths};
+use mpm_solver::{HistoryNotes, State};
 
 /// Parts of the load fraction that the progress bar tells apart.
 const PARTS: f64 = 10_000.0;
@@ -37,8 +37,8 @@ pub struct Watch {
     parts: f64,
     columns: Vec<String>,
     rows: Vec<Row>,
-    /// How deep each tool has entered bodies.
-    depths: ToolDepths,
+    /// What of the history is worth a word.
+    notes: HistoryNotes,
 }
 
 impl Watch {
@@ -50,8 +50,8 @@ impl Watch {
         let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left");
         bar.set_style(style.expect("the template is well formed"));
         let (columns, rows) = (Vec::new(), Vec::new());
-        let depths = ToolDepths::default();
-        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows, depths }
+        let notes = HistoryNotes::default();
+        Self { show, writer, keeper, started: false, before: 0, bar, parts: PARTS, columns, rows, notes }
     }
 
     /// Whether the results file was created or continued.
@@ -87,10 +87,10 @@ impl Watch {
         let _ = self.bar.suspend(|| writeln!(std::io::stderr(), "warning: {note}"));
     }
 
-    /// Keeps the names of the columns, and which of them tell of tools.
+    /// Keeps the names of the columns, and which of them are worth a word.
     fn take_columns(&mut self, run: &RunStart) {
         self.columns = run.columns.iter().map(|column| column.name.clone()).collect();
-        self.depths = ToolDepths::of(&run.columns);
+        self.notes = HistoryNotes::of(&run.columns);
     }
 
     fn count(&self, row: &[Entry], column: &str) -> u64 {
@@ -164,7 +164,7 @@ impl Observer for Watch {
             shortened: self.count(step.row, "shortened_corrections"),
             residuals,
         };
-        self.depths.see(step.row);
+        self.notes.see(step.row);
         self.tell(&report::step(&row));
         self.rows.push(row);
         Ok(())
@@ -176,7 +176,7 @@ impl Observer for Watch {
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
         self.bar.finish_and_clear();
-        self.depths.notes().for_each(|note| self.warn(&note));
+        self.notes.notes().for_each(|note| self.warn(&note));
         self.writer.finish(outcome, timings)
     }
 }

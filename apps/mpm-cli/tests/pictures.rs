@@ -112,10 +112,11 @@ fn a_body_without_recorded_domains_is_drawn_without_gaps() {
 fn what_acts_is_drawn_with_the_mesh() {
     let body = polygons(&drawn("plane.h5", &["--show", "body", "--no-mesh"])).len();
     let all = polygons(&drawn("plane.h5", &["--show", "body"])).len();
-    // Each of the 7 + 3 + 3 held nodes in the picture has a wedge and a line; each of four loaded edges an arrow of two parts.
-    assert_eq!(all - body, 2 * (7 + 3 + 3) + 2 * 4);
+    // Each of the 7 + 3 + 3 held nodes in the picture, of which two are held twice, has a wedge, a bar and two wheels; each of four
+    // loaded edges an arrow of two parts.
+    assert_eq!(all - body, 4 * (7 + 2 + 2) + 2 * 4);
     let at_rest = polygons(&drawn("plane.h5", &["--show", "body", "--step", "0"])).len();
-    assert_eq!(at_rest - body, 2 * (7 + 3 + 3), "no load acts yet");
+    assert_eq!(at_rest - body, 4 * (7 + 2 + 2), "no load acts yet");
     assert!(drawn("plane.h5", &["--show", "body"]).contains("\nx [L]\n"));
 }
 

@@ -189,3 +189,45 @@ fn a_tool_that_enters_a_body_is_told_of_or_ends_the_run() {
     let told = |file: &str| String::from_utf8(mpm(directory.path(), &["inspect", file]).stdout).unwrap();
     assert!(told("0.3.h5").contains(&words["warning: ".len()..]) && !told("0.01.h5").contains("has entered"));
 }
+
+#[test]
+fn what_is_probably_not_meant_is_told_before_the_run() {
+    let directory = tempfile::tempdir().unwrap();
+    let scene = shipped("laws/mohr_coulomb.ron");
+    let settings = ["--set", "materials.soil.friction=0.5236", "--set", "materials.soil.dilation=0"];
+    let run = |more: &[&str]| {
+        let arguments = [&["run", &scene, "--force"], &settings[..], more].concat();
+        String::from_utf8(mpm(directory.path(), &arguments).stderr).unwrap()
+    };
+    let said = run(&[]);
+    let words = "is 0.5236 degrees; if it is meant in radians, it is 30 degrees";
+    assert!(
+        said.starts_with("warning: the angle of friction of material `soil`") && said.contains(words),
+        "{said}"
+    );
+    assert_eq!(said.lines().filter(|line| line.starts_with("warning: the angle")).count(), 1, "{said}");
+    assert!(!run(&["--quiet"]).contains("degrees"));
+}
+
+#[test]
+fn supports_that_agree_may_share_nodes() {
+    let directory = tempfile::tempdir().unwrap();
+    let scene = std::fs::read_to_string(shipped("simple_stretch.ron")).unwrap();
+    let check = |support: &str| {
+        let more = format!("follow_mesh: [X]),\n        (name: \"again\", {support}),");
+        std::fs::write(directory.path().join("scene.ron"), scene.replace("follow_mesh: [X]),", &more)).unwrap();
+        let output = mpm(directory.path(), &["check", "scene.ron", "--threads", "1"]);
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let right = "region: Plane(axis: X, at: 2), displace: [(axis: X, by: ";
+    assert_eq!(check(&format!("{right}4)]")), (Some(0), String::new()), "as the mesh moves");
+    assert_eq!(
+        check("region: Plane(axis: X, at: 0), follow_mesh: [X]"),
+        (Some(0), String::new()),
+        "which rests"
+    );
+    for other in ["3.999)]", "4, ramp: [(0, 0), (0.5, 0.6), (1, 1)])]"] {
+        let (code, said) = check(&format!("{right}{other}"));
+        assert!(code == Some(2) && said.contains("prescribe different displacements along x"), "{said}");
+    }
+}

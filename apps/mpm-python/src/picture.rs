@@ -19,6 +19,8 @@ pub(crate) struct Looked {
     range: Option<(f64, f64)>,
     body: Option<String>,
     mesh: bool,
+    tools: bool,
+    domains: bool,
     mirror: bool,
     view: String,
     slice: Option<String>,
@@ -27,15 +29,8 @@ pub(crate) struct Looked {
 
 impl Looked {
     fn view(self) -> Result<BodyView, Failure> {
-        let view = match &self.view[..] {
-            "corner" => View::Corner,
-            "x" => View::X,
-            "y" => View::Y,
-            "z" => View::Z,
-            other => {
-                return Err(Failure::input(format!("view: expected corner, x, y or z, got {other}")));
-            }
-        };
+        let view: View =
+            self.view.parse().map_err(|reason: String| Failure::input(format!("view: {reason}")))?;
         let across = |argument: &str, text: Option<String>| {
             let wrong = |reason| Failure::input(format!("{argument}: {reason}"));
             text.map(|text| plane(&text)).transpose().map_err(wrong)
@@ -44,8 +39,8 @@ impl Looked {
         if slice.is_some() && cut.is_some() {
             return Err(Failure::input("expected slice or cut, got both"));
         }
-        let Self { field, step, range, body, mesh, mirror, .. } = self;
-        Ok(BodyView { field, step, range, body, mesh, mirror, view, slice, cut })
+        let Self { field, step, range, body, mesh, tools, domains, mirror, .. } = self;
+        Ok(BodyView { field, step, range, body, mesh, tools, domains, mirror, view, slice, cut })
     }
 }
 

@@ -134,6 +134,8 @@ pub(crate) struct Run {
     known: Arc<Known>,
     /// Whether the run waits until the next load step is asked for.
     waits: bool,
+    /// The load step that was shown last.
+    last: usize,
     status: String,
 }
 
@@ -148,7 +150,7 @@ impl Run {
             Some(thread.map_err(|error| Failure::input(format!("cannot start a thread: {error}")).raise(py))?);
         let (link, events) = (Link::new(requests), Mutex::new(events));
         let (known, status) = (Arc::new(known), "running".into());
-        let mut run = Self { link, events, thread, cancellation, raised, known, waits: false, status };
+        let mut run = Self { link, events, thread, cancellation, raised, known, waits: false, last: 0, status };
         match run.event(py)? {
             Some(Event::Started(columns)) => {
                 run.known = Arc::new(Known::clone(&run.known).with(columns));
@@ -186,9 +188,14 @@ impl Run {
 
     /// Records how the run has ended.
     fn end(&mut self, py: Python<'_>, ended: Result<Ended, Failure>) -> PyResult<()> {
-        if let Some(thread) = self.thread.take() {
-            // A thread that has panicked has been told of.
-            let _ = py.detach(|| thread.join());
+        // The thread of a run that is complete goes on to hand out the points of the last load step as long as anyone can ask.
+        match (self.thread.take(), &ended) {
+            (Some(_), Ok(Ended::Completed)) => self.link.waits_at(self.last),
+            (Some(thread), _) => {
+                // A thread that has panicked has been told of.
+                let _ = py.detach(|| thread.join());
+            }
+            (None, _) => {}
         }
         if let Some(exception) = self.raised.take() {
             self.status = format!("failed: {exception}");
@@ -206,6 +213,7 @@ impl Run {
     /// Stops the run and waits for its end; what goes wrong in it is not told.
     fn stop(&mut self, py: Python<'_>) {
         if self.is_over() {
+            self.link.send(Request::Stop);
             return;
         }
         self.cancellation.cancel();
@@ -245,14 +253,14 @@ impl Run {
             Some(Event::Step(shown)) => {
                 let Shown { index, .. } = shown;
                 self.link.waits_at(index);
-                self.waits = true;
+                (self.waits, self.last) = (true, index);
                 Ok(Some(Step::new(shown, self.known.clone(), self.link.clone())))
             }
             _ => Ok(None),
         }
     }
 
-    /// Stops the run, closes its files, and waits until this is done. A run that is over stays as it is.
+    /// Stops the run, closes its files, and waits until this is done. A run that is over stays as it is, and lets its points go.
     fn close(&mut self, py: Python<'_>) {
         self.stop(py);
     }

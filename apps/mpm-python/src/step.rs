@@ -37,7 +37,7 @@ impl Known {
 /// A converged load step, or (``index`` 0) the initial state.
 ///
 /// Its numbers stay; positions and fields of the points are asked of the run and can be had as long as it waits at this load
-/// step, and later if they were asked for then.
+/// step, and later if they were asked for then. Those of the last load step can be had until the run is closed.
 #[pyclass(frozen, module = "implicit_mpm._native")]
 pub(crate) struct Step {
     shown: Shown,

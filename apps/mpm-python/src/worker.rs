@@ -3,11 +3,12 @@
 use crate::errors::Failure;
 use crate::link::{Ended, Event, Numbers, Request, Shown};
 use crate::outputs::Outputs;
+use mpm_grid::LoadFraction;
 use mpm_scene::Compiled;
 use mpm_solver::observe::{
     Cancellation, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
-use mpm_solver::{Error, State, ToolDepths};
+use mpm_solver::{Error, HistoryNotes, State};
 use std::sync::mpsc::{Receiver, Sender};
 
 /// A run that is ready to begin.
@@ -34,7 +35,8 @@ impl Job {
             cancellation,
             has_started: false,
             steps: 0,
-            depths: ToolDepths::default(),
+            fraction: 0.0,
+            notes: HistoryNotes::default(),
         };
         let mut carry_out = || match &state {
             None => compiled.run(&mut watch),
@@ -59,8 +61,30 @@ impl Job {
             Err(error) => Err(Failure::run(error).with(&watch.outputs.told(watch.steps))),
         };
         // The files are closed before anyone hears that the run is over.
-        drop(watch);
+        let Watch { requests, steps, fraction, .. } = watch;
+        let is_complete = matches!(ended, Ok(Ended::Completed));
         let _ = events.send(Event::Ended(ended));
+        if let (true, Ok(at)) = (is_complete, LoadFraction::of_total(fraction)) {
+            compiled.look_at_points(at, |fields| answer(&requests, steps, fields));
+        }
+    }
+}
+
+/// Hands out numbers of the points at a load step until something else is asked for, or nobody can ask any longer; what that was.
+fn answer(requests: &Receiver<Request>, step: usize, fields: &dyn Fields) -> Option<Request> {
+    loop {
+        match requests.recv() {
+            Ok(Request::Numbers { step: of_step, of, answer }) => {
+                // Whoever asks for another step is not answered.
+                if of_step == step {
+                    let _ = answer.send(match of {
+                        Numbers::Positions => fields.positions(),
+                        Numbers::Field(field) => fields.field(field),
+                    });
+                }
+            }
+            other => return other.ok(),
+        }
     }
 }
 
@@ -73,7 +97,9 @@ struct Watch {
     has_started: bool,
     /// Load steps taken, those of the run that this one goes on from too.
     steps: usize,
-    depths: ToolDepths,
+    /// Load fraction at the end of the last one.
+    fraction: f64,
+    notes: HistoryNotes,
 }
 
 impl Watch {
@@ -87,7 +113,7 @@ impl Observer for Watch {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         self.outputs.start(run)?;
         self.has_started = true;
-        self.depths = ToolDepths::of(&run.columns);
+        self.notes = HistoryNotes::of(&run.columns);
         self.tell(Event::Started(run.columns.clone()));
         Ok(())
     }
@@ -95,7 +121,7 @@ impl Observer for Watch {
     fn resume(&mut self, run: &RunStart, so_far: &Resumed) -> Result<(), ObserverError> {
         self.outputs.resume(run, so_far)?;
         self.has_started = true;
-        self.depths = ToolDepths::of(&run.columns);
+        self.notes = HistoryNotes::of(&run.columns);
         self.steps = so_far.rows.saturating_sub(1);
         self.tell(Event::Started(run.columns.clone()));
         Ok(())
@@ -114,8 +140,8 @@ impl Observer for Watch {
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
         self.outputs.load_step(step)?;
-        self.steps = step.index;
-        self.depths.see(step.row);
+        (self.steps, self.fraction) = (step.index, step.fraction);
+        self.notes.see(step.row);
         self.tell(Event::Step(Shown {
             index: step.index,
             fraction: step.fraction,
@@ -123,24 +149,10 @@ impl Observer for Watch {
             residuals: step.residuals.to_vec(),
             points: step.fields.n_points(),
         }));
-        loop {
-            match self.requests.recv() {
-                Ok(Request::Next) => return Ok(()),
-                Ok(Request::Numbers { step: of_step, of, answer }) => {
-                    // Whoever asks for another step is not answered.
-                    if of_step == step.index {
-                        let _ = answer.send(match of {
-                            Numbers::Positions => step.fields.positions(),
-                            Numbers::Field(field) => step.fields.field(field),
-                        });
-                    }
-                }
-                Ok(Request::Stop) | Err(_) => {
-                    self.cancellation.cancel();
-                    return Ok(());
-                }
-            }
+        if !matches!(answer(&self.requests, step.index, step.fields), Some(Request::Next)) {
+            self.cancellation.cancel();
         }
+        Ok(())
     }
 
     fn last(&mut self, fraction: f64, fields: &dyn Fields) -> Result<(), ObserverError> {
@@ -148,7 +160,7 @@ impl Observer for Watch {
     }
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
-        self.depths.notes().for_each(|note| self.tell(Event::Warning(note)));
+        self.notes.notes().for_each(|note| self.tell(Event::Warning(note)));
         self.outputs.finish(outcome, timings)
     }
 }

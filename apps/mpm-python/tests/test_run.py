@@ -272,3 +272,19 @@ def test_a_run_is_not_used_by_two_threads_at_once(scenes):
     assert told and "lready" in told[0]
     run.close()
     assert run.status == "stopped"
+
+
+def test_points_of_the_last_load_step_can_be_asked_for_after_the_loop(scenes):
+    run = mpm.run(scenes / "simple_stretch.ron")
+    before = None
+    for step in run:
+        before = step.positions.copy()
+    assert run.status == "completed" and step.index == 40
+    assert np.array_equal(step.positions, before)
+    stress = step.field("cauchy_stress")
+    for other in mpm.run(scenes / "simple_stretch.ron"):
+        expected = other.field("cauchy_stress").copy()
+    assert np.array_equal(stress, expected)
+    run.close()
+    with pytest.raises(mpm.InputError, match="gone on from load step 40: ask for its field `volume` before"):
+        step.field("volume")

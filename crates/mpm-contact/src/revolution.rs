@@ -192,7 +192,7 @@ impl Shape<3> for Revolution {
     fn outline(&self, spacing: f64, _within: &Bounds<3>) -> Outline<3> {
         let mut outline = Outline::default();
         let widest = self.meridian.vertices().fold(0.0, |r: f64, vertex| r.max(vertex[0]));
-        let n = parts(TAU * widest, spacing).clamp(24, 256);
+        let n = parts(TAU * widest, spacing).clamp(48, 256);
         for piece in self.pieces(f64::INFINITY, 4) {
             let ring = |outline: &mut Outline<3>, place: &Vec2| -> Vec<u32> {
                 let at = |k: u32| self.in_space(place, &self.radial(TAU * f64::from(k) / f64::from(n)));

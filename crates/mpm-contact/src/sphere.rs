@@ -102,7 +102,7 @@ impl<const D: usize> Shape<D> for Sphere<D> {
 
     fn outline(&self, spacing: f64, _within: &Bounds<D>) -> Outline<D> {
         let mut outline = Outline::default();
-        let around = parts(TAU * self.radius, spacing).clamp(24, 256);
+        let around = parts(TAU * self.radius, spacing).clamp(if D == 2 { 96 } else { 48 }, 256);
         let bands = if D == 2 { 1 } else { around / 2 };
         for band in 0..=bands {
             let latitude = if D == 2 { 0.5 * PI } else { PI * f64::from(band) / f64::from(bands) };

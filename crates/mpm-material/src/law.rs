@@ -237,6 +237,12 @@ pub fn log_strain(excess: &SymmetricTensor) -> SymmetricTensor {
     frame.compose(&log_strains(&values))
 }
 
+/// The largest of |ln λ|, λ the principal stretches of b, from the excess b − I [-]; NaN where b is not positive definite.
+pub fn largest_log_stretch(excess: &SymmetricTensor) -> f64 {
+    let strains = log_strains(&Spectrum::of(excess).values);
+    strains.iter().fold(0.0, |largest, strain| if strain.abs() <= largest { largest } else { strain.abs() })
+}
+
 /// Elastic energy per reference volume [F/L²] of the excess b_e − I; NaN where b_e is not positive definite.
 pub fn stored_energy<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> f64 {
     law.stored_energy(&log_strains(&Spectrum::of(excess).values), history)

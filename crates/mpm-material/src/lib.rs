@@ -59,7 +59,8 @@ pub use field::{
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
 pub use law::{
-    Apex, Material, NoReturn, Response, Update, is_at_apex, log_strain, respond, start_under, stored_energy,
+    Apex, Material, NoReturn, Response, Update, is_at_apex, largest_log_stretch, log_strain, respond,
+    start_under, stored_energy,
 };
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hooke::NeoHooke;

@@ -50,6 +50,9 @@ impl<'a> Bodies<'a> {
         if !solid && view.cut.is_some() {
             return Err(PictureError::of("cut", "for results in three dimensions; these are in the plane"));
         }
+        if solid && view.domains {
+            return Err(PictureError::of("domains", "for results in the plane; these are in three dimensions"));
+        }
         if view.mirror && !matches!(file.scene, Scene::Axisymmetric(_)) {
             return Err(PictureError::of("mirror", "for results of `Axisymmetric` scenes"));
         }
@@ -63,7 +66,8 @@ impl<'a> Bodies<'a> {
             PictureError::new(format!("the scene of the results gives no mesh: {error}; leave the mesh out"))
         })?;
         let colour = Colour::of(file, view.field.as_deref())?;
-        let (tools, points) = (Tools::of(file)?, Points::of(file, view)?);
+        let tools = if view.tools { Tools::of(file)? } else { Tools::default() };
+        let points = Points::of(file, view)?;
         let acting = if mesh.is_some() { Symbols::of(file)? } else { Symbols::default() };
         Ok(Self { file, view, colour, mesh, tools, points, acting })
     }
@@ -232,6 +236,22 @@ fn mirror(shapes: &mut Shapes) {
         let others: Vec<_> = lines.iter().map(|line| line.map(other)).collect();
         lines.extend(others);
     }
+    // On the axis a body of revolution is held along r by itself.
+    let near_axis = 1e-6 * (shapes.range[0].1 - shapes.range[0].0);
+    let is_beside = |symbol: &Symbol| match symbol {
+        Symbol::Held { at, into, .. } => at.0.abs() > near_axis || into.0 == 0.0,
+        Symbol::Arrow { .. } => true,
+    };
+    shapes.symbols.retain(is_beside);
+    let of_symbol = |symbol: &Symbol| match *symbol {
+        Symbol::Held { at, into, slides } => Symbol::Held { at: other(at), into: other(into), slides },
+        Symbol::Arrow { at, along, pulls } => Symbol::Arrow { at: other(at), along: other(along), pulls },
+    };
+    let is_at_axis = |symbol: &&Symbol| match symbol {
+        Symbol::Held { at, .. } | Symbol::Arrow { at, .. } => at.0.abs() <= near_axis,
+    };
+    let symbols: Vec<_> = shapes.symbols.iter().filter(|it| !is_at_axis(it)).map(of_symbol).collect();
+    shapes.symbols.extend(symbols);
 }
 
 /// Size of a picture that shows this alone `[pixels]`.

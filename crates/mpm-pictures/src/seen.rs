@@ -39,6 +39,8 @@ pub(crate) struct Points<'a> {
     bodies: Vec<Part>,
     /// The body that is drawn, if not all are.
     only: Option<String>,
+    /// Whether domains are drawn in place of shares.
+    domains: bool,
     solid: bool,
 }
 
@@ -49,6 +51,21 @@ struct Part {
     shares: Shares,
     /// What its points stand for at rest.
     rest: BodyShares,
+}
+
+impl Part {
+    /// Where its points are, of those of all bodies.
+    fn positions(&self, all: &Table) -> Vec<[f64; 3]> {
+        let at = |share: usize| std::array::from_fn(|d| all.row(self.first + share)[d]);
+        (0..self.shares.len()).map(at).collect()
+    }
+
+    /// The share whose point was nearest to a place at rest.
+    fn nearest(&self, place: [f64; 2]) -> Option<usize> {
+        let apart = |x: &[f64; 3]| (x[0] - place[0]).hypot(x[1] - place[1]);
+        let nearest = self.rest.centres.iter().enumerate().min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)));
+        nearest.map(|it| it.0)
+    }
 }
 
 /// Light on faces that look away from the lamp.
@@ -84,7 +101,7 @@ impl<'a> Points<'a> {
             return Err(PictureError::of("body", format!("no body `{name}`; the scene has {known}")));
         }
         let (slice, cut) = (of.slice, of.cut);
-        Ok(Self { file, view, slice, cut, bodies, only: of.body.clone(), solid })
+        Ok(Self { file, view, slice, cut, bodies, only: of.body.clone(), domains: of.domains, solid })
     }
 
     /// Directions of space as they are seen, by name; none where axes are drawn.
@@ -104,7 +121,7 @@ impl<'a> Points<'a> {
             (false, ..) | (true, View::Z, _) => ["x", "y"],
             (true, View::X, _) => ["y", "z"],
             (true, View::Y, _) => ["x", "z"],
-            (true, View::Corner, _) => return None,
+            (true, View::Corner | View::From { .. }, _) => return None,
         };
         Some(names.map(|name| format!("{name} [L]")))
     }
@@ -117,18 +134,18 @@ impl<'a> Points<'a> {
         let spacing = spacing(all(), if self.solid { 3 } else { 2 });
         // More than half: a plane of the mesh lies halfway between points.
         let is_near = |x: &[f64]| self.slice.is_none_or(|(axis, at)| (x[axis] - at).abs() <= 0.75 * spacing);
-        let towards = self.towards();
+        let [_, _, towards] = self.view.frame();
         let is_behind =
             |x: &[f64]| self.cut.is_none_or(|(axis, at)| (x[axis] - at) * towards[axis].signum() <= 0.0);
         let shown = |point: usize| {
             let x = positions.row(point);
             is_near(x) && is_behind(x) && self.is_of_body(point)
         };
-        if let Some(outlines) = self.outlines(step)? {
+        let is_filled = !self.bodies.is_empty() && self.n_shares() == positions.len();
+        if let Some(outlines) = self.outlines(step, is_filled)? {
             return Ok(outlined(&positions, &outlines, shown, 0.5 * spacing));
         }
-        let filled: usize = self.bodies.iter().map(|body| body.shares.len()).sum();
-        if filled != positions.len() || self.bodies.is_empty() {
+        if !is_filled {
             let mut points: Vec<_> = (0..positions.len())
                 .filter(|&point| shown(point))
                 .map(|point| (point, self.place(positions.row(point))))
@@ -156,10 +173,34 @@ impl<'a> Points<'a> {
         Ok(Seen { pieces: if self.solid { self.lit(faces) } else { flat(faces) }, ..Seen::default() })
     }
 
+    /// Number of the points that bodies have at rest.
+    fn n_shares(&self) -> usize {
+        self.bodies.iter().map(|body| body.shares.len()).sum()
+    }
+
     /// Where the corners of a body's shares are.
     fn moved(&self, body: &Part, positions: &Table) -> Vec<Vec<[f64; 3]>> {
-        let at = |share: usize| std::array::from_fn(|d| positions.row(body.first + share)[d]);
-        body.shares.moved(&(0..body.shares.len()).map(at).collect::<Vec<[f64; 3]>>())
+        body.shares.moved(&body.positions(positions))
+    }
+
+    /// Where places of a body at rest are: each goes with the point that was nearest to it.
+    pub(crate) fn carried(
+        &self,
+        step: usize,
+        body: &str,
+        places: &[[f64; 2]],
+    ) -> Result<Vec<(f64, f64)>, PictureError> {
+        let positions = self.file.results.points(step).map_err(complain)?;
+        let Some(body) = self.bodies.iter().find(|it| it.name == body) else { return Ok(Vec::new()) };
+        if self.n_shares() != positions.len() {
+            return Ok(Vec::new());
+        }
+        let positions = body.positions(&positions);
+        let carried = |place: &[f64; 2]| {
+            let x = body.shares.carried(body.nearest(*place)?, &[place[0], place[1], 0.0], &positions);
+            Some((x[0], x[1]))
+        };
+        Ok(places.iter().filter_map(carried).collect())
     }
 
     /// For every edge of a body's shares that lies on a line at rest: the middle of where it is.
@@ -171,7 +212,7 @@ impl<'a> Points<'a> {
     ) -> Result<Vec<(f64, f64)>, PictureError> {
         let positions = self.file.results.points(step).map_err(complain)?;
         let Some(body) = self.bodies.iter().find(|it| it.name == body) else { return Ok(Vec::new()) };
-        if self.bodies.iter().map(|body| body.shares.len()).sum::<usize>() != positions.len() {
+        if self.n_shares() != positions.len() {
             return Ok(Vec::new());
         }
         let mut middles = Vec::new();
@@ -195,13 +236,11 @@ impl<'a> Points<'a> {
     ) -> Result<Option<(f64, f64)>, PictureError> {
         let positions = self.file.results.points(step).map_err(complain)?;
         let Some(body) = self.bodies.iter().find(|it| it.name == body) else { return Ok(None) };
-        let apart = |x: &[f64; 3]| (x[0] - near[0]).hypot(x[1] - near[1]);
-        let nearest = body.rest.centres.iter().enumerate().min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)));
-        let place = |(share, _): (usize, _)| {
+        let place = |share: usize| {
             let at = body.first + share;
             (at < positions.len()).then(|| (positions.row(at)[0], positions.row(at)[1]))
         };
-        Ok(nearest.and_then(place))
+        Ok(body.nearest(near).and_then(place))
     }
 
     fn is_of_body(&self, point: usize) -> bool {
@@ -210,12 +249,18 @@ impl<'a> Points<'a> {
         body.is_some_and(|body| (body.first..body.first + body.shares.len()).contains(&point))
     }
 
-    /// Corners of the domains, where they are recorded.
-    fn outlines(&self, step: usize) -> Result<Option<Table>, PictureError> {
+    /// Corners of the domains, where they are recorded and either asked for or all that is known of what points fill.
+    fn outlines(&self, step: usize, is_filled: bool) -> Result<Option<Table>, PictureError> {
         let results = &self.file.results;
         let outline = Field::OUTLINE.name();
-        if self.solid || !results.fields().map_err(complain)?.iter().any(|name| name == outline) {
+        if self.solid || is_filled && !self.domains {
             return Ok(None);
+        }
+        if !results.fields().map_err(complain)?.iter().any(|name| name == outline) {
+            return match self.domains {
+                true => Err(PictureError::of("domains", "the scene has no `Outline` in `output.fields`")),
+                false => Ok(None),
+            };
         }
         let table = results.field(outline, step).map_err(complain)?;
         match table.width() == Field::OUTLINE.components() {
@@ -227,21 +272,11 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Direction towards who looks.
-    fn towards(&self) -> [f64; 3] {
-        match self.view {
-            View::X => [1.0, 0.0, 0.0],
-            View::Y => [0.0, -1.0, 0.0],
-            View::Z => [0.0, 0.0, 1.0],
-            View::Corner => [1.0, -1.0, 1.0].map(|x| x / f64::sqrt(3.0)),
-        }
-    }
-
     /// Faces in space as they are seen: those that look this way, the nearest last, under a lamp.
     fn lit(&self, faces: Vec<(Option<usize>, Vec<[f64; 3]>)>) -> Vec<Piece> {
-        let towards = self.towards();
+        let [right, up, towards] = self.view.frame();
         // Above the left shoulder of who looks.
-        let lamp = [towards[0] - 0.35, towards[1] - 0.15, towards[2] + 0.6];
+        let lamp: [f64; 3] = std::array::from_fn(|d| towards[d] - 0.25 * right[d] + 0.7 * up[d]);
         let size = lamp.iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut seen = Vec::new();
         for (point, corners) in faces {
@@ -268,16 +303,8 @@ impl<'a> Points<'a> {
         if !self.solid {
             return ((x[0], x[1]), 0.0);
         }
-        match self.view {
-            View::X => ((x[1], x[2]), x[0]),
-            View::Y => ((x[0], x[2]), -x[1]),
-            View::Z => ((x[0], x[1]), x[2]),
-            View::Corner => {
-                // Isometric, from (1, -1, 1).
-                let (right, up) = (f64::sqrt(0.5) * (x[0] + x[1]), (2.0 * x[2] - x[0] + x[1]) / f64::sqrt(6.0));
-                ((right, up), x[0] - x[1] + x[2])
-            }
-        }
+        let [right, up, towards] = self.view.frame().map(|way| (0..3).map(|d| way[d] * x[d]).sum::<f64>());
+        ((right, up), towards)
     }
 }
 

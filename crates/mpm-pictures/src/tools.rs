@@ -7,8 +7,10 @@ use mpm_plot::{Curve, Curves, Legend, Panel, Stroke};
 use mpm_scene::{Scene, ToolSurface, tool_surfaces};
 
 /// Tools and where they stand at every row of the history.
+#[derive(Default)]
 pub(crate) struct Tools {
-    fractions: Table,
+    /// Load fractions of the rows.
+    fractions: Vec<f64>,
     /// Whether they turn in what is drawn, and not about an axis in it.
     turns: bool,
     /// Surface, position of its reference point, and angle, in space rotation.
@@ -19,7 +21,7 @@ impl Tools {
     /// The tools of a results file; in space none where a file that one of them names is not there, or an older program has not
     /// recorded how they turn.
     pub(crate) fn of(file: &Drawn) -> Result<Self, PictureError> {
-        let fractions = column(file, "load_fraction")?;
+        let fractions = column(file, "load_fraction")?.values().to_vec();
         let in_space = matches!(file.scene, Scene::Solid(_));
         let turns = !matches!(file.scene, Scene::Axisymmetric(_));
         match Self::placed(file, if in_space { "rotation" } else { "angle" }) {
@@ -41,7 +43,7 @@ impl Tools {
 
     /// Facets of all tools at a load fraction: segments in the plane, triangles in space.
     pub(crate) fn at(&self, fraction: f64) -> Vec<Vec<[f64; 3]>> {
-        let Some(row) = self.fractions.values().iter().position(|at| *at == fraction) else {
+        let Some(row) = self.fractions.iter().position(|at| *at == fraction) else {
             return Vec::new();
         };
         let mut facets = Vec::new();

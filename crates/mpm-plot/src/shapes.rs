@@ -6,10 +6,11 @@ use crate::labels::{FONT, short};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, ChartBuilder, Circle, Color, DrawingArea, DrawingBackend, PathElement, Polygon, RGBColor, Rectangle,
-    Text,
+    Text, WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont};
+use std::f64::consts::TAU;
 
 /// Bodies of domains or points, to scale; what reaches beyond the range is cut off.
 #[derive(Clone, Debug, Default)]
@@ -61,14 +62,14 @@ impl Patch {
 /// What acts on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symbol {
-    /// A place that is held along some directions.
+    /// A place that is held.
     Held {
         /// The place.
         at: (f64, f64),
-        /// Whether it is held along the first and the second axis.
-        along: [bool; 2],
-        /// From which side along each axis it is held: -1 from below, 1 from above.
-        from: [f64; 2],
+        /// The direction in which the symbol points, of any length.
+        into: (f64, f64),
+        /// Whether it is held along that direction only: the symbol then stands on wheels.
+        slides: bool,
     },
     /// An arrow at a place.
     Arrow {
@@ -160,7 +161,7 @@ impl Shapes {
             if corners.is_empty() {
                 continue;
             }
-            let outline: Vec<(f64, f64)> = corners.iter().chain(corners.first()).copied().collect();
+            let outline = closed(&corners);
             let colour = lit(shade(*value), *light);
             chart.draw_series([Polygon::new(corners, colour.filled())]).map_err(PlotError::draw)?;
             // Without an outline of its own colour a seam would show between parts that meet.
@@ -174,17 +175,21 @@ impl Shapes {
         chart
             .draw_series(discs.map(|&(at, value)| Circle::new(at, radius, shade(value).filled())))
             .map_err(PlotError::draw)?;
-        let grid = RGBColor(200, 30, 30);
         let lines = self.lines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
-        chart.draw_series(lines.map(|line| PathElement::new(line, grid.mix(0.5)))).map_err(PlotError::draw)?;
+        chart.draw_series(lines.map(|line| PathElement::new(line, GRID.mix(0.5)))).map_err(PlotError::draw)?;
         let outlines =
             self.outlines.iter().map(|line| clipped(line, self.range)).filter(|line| !line.is_empty());
         let stroke = BLACK.stroke_width(2);
         chart.draw_series(outlines.map(|line| PathElement::new(line, stroke))).map_err(PlotError::draw)?;
         let points = self.points.iter().filter(|at| inside(**at));
         chart.draw_series(points.map(|&at| Circle::new(at, 2, BLACK.filled()))).map_err(PlotError::draw)?;
-        for (polygon, colour) in self.symbols.iter().flat_map(|symbol| symbol.polygons(scale)) {
-            chart.draw_series([Polygon::new(polygon, colour.filled())]).map_err(PlotError::draw)?;
+        for symbol in &self.symbols {
+            let polygons = symbol.polygons(scale);
+            // A rim sets symbols off from what is as dark as they are.
+            let rims = polygons.iter().map(|it| PathElement::new(closed(&it.0), WHITE.stroke_width(2)));
+            chart.draw_series(rims).map_err(PlotError::draw)?;
+            let filled = polygons.into_iter().map(|(polygon, colour)| Polygon::new(polygon, colour.filled()));
+            chart.draw_series(filled).map_err(PlotError::draw)?;
         }
         self.draw_triad(area, text)
     }
@@ -228,27 +233,27 @@ impl Symbol {
             points.iter().map(turned).collect::<Vec<_>>()
         };
         match *self {
-            Symbol::Held { at, along, from } => {
-                let wedge = [(0.0, 0.0), (-HELD, 0.55 * HELD), (-HELD, -0.55 * HELD)];
-                let ground = [
-                    (-HELD - 1.0, 0.8 * HELD),
-                    (-HELD - 3.0, 0.8 * HELD),
-                    (-HELD - 3.0, -0.8 * HELD),
-                    (-HELD - 1.0, -0.8 * HELD),
-                ];
-                let directions = [(-from[0], 0.0), (0.0, -from[1])];
-                let held = (0..2).filter(|&d| along[d]);
-                held.flat_map(|d| [&wedge[..], &ground].map(|it| (place(at, directions[d], it), HOLDS)))
-                    .collect()
+            Symbol::Held { at, into, slides } => {
+                let Some(into) = unit(into) else { return Vec::new() };
+                let wedge = vec![(0.0, 0.0), (-HELD, 0.55 * HELD), (-HELD, -0.55 * HELD)];
+                let bar = |from: f64, thick: f64| {
+                    let (near, far) = (-HELD - from, -HELD - from - thick);
+                    vec![(near, 0.8 * HELD), (far, 0.8 * HELD), (far, -0.8 * HELD), (near, -0.8 * HELD)]
+                };
+                let wheel = |b: f64| {
+                    let around = (0..12).map(|k| f64::from(k) * TAU / 12.0);
+                    around.map(|angle| (-HELD - 2.6 + 1.8 * angle.cos(), b + 1.8 * angle.sin())).collect()
+                };
+                let parts = match slides {
+                    true => vec![wedge, wheel(-0.3 * HELD), wheel(0.3 * HELD), bar(5.2, 1.6)],
+                    false => vec![wedge, bar(0.0, 3.2)],
+                };
+                parts.iter().map(|part| (place(at, into, part), HOLDS)).collect()
             }
             Symbol::Arrow { at, along, pulls } => {
-                let size = along.0.hypot(along.1);
-                if !(size > 0.0 && size.is_finite()) {
-                    return Vec::new();
-                }
+                let Some(along) = unit(along) else { return Vec::new() };
                 let head = [(0.0, 0.0), (-11.0, 5.0), (-11.0, -5.0)];
                 let shaft = [(-10.0, 1.2), (-ARROW, 1.2), (-ARROW, -1.2), (-10.0, -1.2)];
-                let along = (along.0 / size, along.1 / size);
                 let ahead = if pulls { scale * ARROW } else { 0.0 };
                 let at = (at.0 + ahead * along.0, at.1 + ahead * along.1);
                 [&head[..], &shaft].map(|it| (place(at, along, it), PULLS)).into()
@@ -257,7 +262,14 @@ impl Symbol {
     }
 }
 
-/// Colours of supports and of loads.
+/// A direction of length one.
+fn unit(along: (f64, f64)) -> Option<(f64, f64)> {
+    let size = along.0.hypot(along.1);
+    (size > 0.0 && size.is_finite()).then(|| (along.0 / size, along.1 / size))
+}
+
+/// Colours of the mesh, of supports and of loads.
+const GRID: RGBColor = RGBColor(200, 30, 30);
 const HOLDS: RGBColor = RGBColor(60, 60, 60);
 const PULLS: RGBColor = RGBColor(180, 0, 90);
 
@@ -333,6 +345,11 @@ fn extent(corners: &[(f64, f64)]) -> f64 {
         (ends.1 - ends.0).max(0.0)
     };
     side(|at| at.0) * side(|at| at.1)
+}
+
+/// The corners of a polygon, and the first again.
+fn closed(corners: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    corners.iter().chain(corners.first()).copied().collect()
 }
 
 /// The part of a polygon inside a box (Sutherland & Hodgman 1974).

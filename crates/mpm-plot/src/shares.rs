@@ -26,6 +26,12 @@ pub struct Face {
 /// Corners that are closer than this part of a share's size are one.
 const SAME: f64 = 1e-5;
 
+/// Cosine of an angle at rest beyond which a neighbour is on the other side.
+const OPPOSITE: f64 = -0.9;
+
+/// A neighbour has gone that is so many times as far as that on the other side.
+const TORN: f64 = 3.0;
+
 /// Directions in which neighbours spread less than this part of their spread in others say nothing of the deformation.
 const FLAT: f64 = 1e-6;
 
@@ -77,18 +83,33 @@ impl Shares {
     /// Where the corners are when the points are at `positions`.
     ///
     /// A corner follows the shares that meet in it, each of which deforms as the points around it move (the affine map
-    /// nearest to their motion); shares that meet at rest still do.
+    /// nearest to their motion). Shares that meet at rest still do, unless the body has come apart between them: where they would
+    /// take their corner to places farther apart than the two are wide.
     pub fn moved(&self, positions: &[[f64; 3]]) -> Vec<Vec<[f64; 3]>> {
         let maps: Vec<Matrix3<f64>> = (0..self.len()).map(|share| self.deformation(share, positions)).collect();
-        let place = |(vertex, shares): (&Vector3<f64>, &Vec<u32>)| {
+        let at_rest = |of: &Vec<u32>| of.iter().map(|&vertex| self.vertices[vertex as usize].into()).collect();
+        let mut moved: Vec<Vec<[f64; 3]>> = self.corners.iter().map(at_rest).collect();
+        for (number, (vertex, shares)) in self.vertices.iter().zip(&self.around).enumerate() {
             let of = |&share: &u32| {
                 let share = share as usize;
-                Vector3::from(positions[share]) + maps[share] * (vertex - self.centres[share])
+                let arm = maps[share] * (vertex - self.centres[share]);
+                (Vector3::from(positions[share]) + arm, arm.norm())
             };
-            shares.iter().map(of).sum::<Vector3<f64>>() / shares.len() as f64
-        };
-        let moved: Vec<[f64; 3]> = self.vertices.iter().zip(&self.around).map(|it| place(it).into()).collect();
-        self.corners.iter().map(|of| of.iter().map(|&vertex| moved[vertex as usize]).collect()).collect()
+            let wished: Vec<(Vector3<f64>, f64)> = shares.iter().map(of).collect();
+            for (place, &share) in together(&wished).into_iter().zip(shares) {
+                let corners = self.corners[share as usize].iter().zip(&mut moved[share as usize]);
+                corners
+                    .filter(|(it, _)| **it as usize == number)
+                    .for_each(|(_, corner)| *corner = place.into());
+            }
+        }
+        moved
+    }
+
+    /// Where a share takes a place of the body at rest when the points are at `positions`.
+    pub fn carried(&self, share: usize, place: &[f64; 3], positions: &[[f64; 3]]) -> [f64; 3] {
+        let arm = Vector3::from(*place) - self.centres[share];
+        (Vector3::from(positions[share]) + self.deformation(share, positions) * arm).into()
     }
 
     /// The deformation gradient around a share by least squares over its neighbours; directions in which it has none
@@ -98,10 +119,14 @@ impl Shares {
             self.corners[share].iter().flat_map(|&vertex| &self.around[vertex as usize]).copied().collect();
         near.sort_unstable();
         near.dedup();
-        let (mut spread, mut motion) = (Matrix3::zeros(), Matrix3::zeros());
-        for other in near.into_iter().map(|it| it as usize).filter(|&it| it != share) {
+        let pair = |other: usize| {
             let rest = self.centres[other] - self.centres[share];
-            let now = Vector3::from(positions[other]) - Vector3::from(positions[share]);
+            (rest, Vector3::from(positions[other]) - Vector3::from(positions[share]))
+        };
+        let others = near.into_iter().map(|it| it as usize).filter(|&it| it != share);
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = others.map(pair).collect();
+        let (mut spread, mut motion) = (Matrix3::zeros(), Matrix3::zeros());
+        for (rest, now) in pairs.iter().filter(|it| !is_torn_off(it, &pairs)) {
             spread += rest * rest.transpose();
             motion += now * rest.transpose();
         }
@@ -132,14 +157,53 @@ impl Shares {
             }
         }
         sides.sort_unstable_by_key(|it| (it.0, it.1));
-        let alone = sides.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|same| &same[0]);
-        alone
-            .map(|&(_, share, side)| {
-                let corners = side.iter().map(|&corner| moved[share][corner]).collect();
-                Face { share, corners: outwards(corners, &moved[share]) }
-            })
-            .collect()
+        // Where the body has come apart, a side of two shares is two.
+        let place = |&(_, share, side): &([u32; 4], usize, &[usize])| {
+            let mut places: Vec<(u32, [f64; 3])> =
+                side.iter().map(|&corner| (self.corners[share][corner], moved[share][corner])).collect();
+            places.sort_unstable_by_key(|it| it.0);
+            places
+        };
+        let alone = |same: &&[([u32; 4], usize, &[usize])]| match same {
+            [_] => true,
+            [a, b] => place(a) != place(b),
+            _ => false,
+        };
+        let face = |&(_, share, side): &([u32; 4], usize, &[usize])| {
+            let corners = side.iter().map(|&corner| moved[share][corner]).collect();
+            Face { share, corners: outwards(corners, &moved[share]) }
+        };
+        sides.chunk_by(|a, b| a.0 == b.0).filter(alone).flatten().map(face).collect()
     }
+}
+
+/// Where shares take a corner that they have in common, from where each of them would take it and how far that is from its
+/// middle: the mean of those that are near each other, or near a third.
+fn together(wished: &[(Vector3<f64>, f64)]) -> Vec<Vector3<f64>> {
+    let mut group: Vec<usize> = (0..wished.len()).collect();
+    for (k, (place, reach)) in wished.iter().enumerate() {
+        for (other, (there, far)) in wished[..k].iter().enumerate() {
+            if group[other] != group[k] && (place - there).norm() <= reach + far {
+                let (from, to) = (group[k].max(group[other]), group[k].min(group[other]));
+                group.iter_mut().filter(|it| **it == from).for_each(|it| *it = to);
+            }
+        }
+    }
+    let mean = |of: usize| {
+        let places = wished.iter().zip(&group).filter(|(_, it)| **it == of).map(|(it, _)| it.0);
+        let (sum, count) = places.fold((Vector3::zeros(), 0.0), |(sum, count), it| (sum + it, count + 1.0));
+        sum / count
+    };
+    group.iter().map(|&of| mean(of)).collect()
+}
+
+/// Whether a neighbour has gone: its distance has grown far more than that of the neighbour on the other side. Neighbours are
+/// told by where they are from the middle, at rest and now.
+fn is_torn_off((rest, now): &(Vector3<f64>, Vector3<f64>), all: &[(Vector3<f64>, Vector3<f64>)]) -> bool {
+    let angle = |other: &Vector3<f64>| rest.dot(other) / (rest.norm() * other.norm());
+    let opposite = all.iter().filter(|it| angle(&it.0) < OPPOSITE);
+    let opposite = opposite.min_by(|a, b| angle(&a.0).total_cmp(&angle(&b.0)));
+    opposite.is_some_and(|(other, there)| now.norm() * other.norm() > TORN * there.norm() * rest.norm())
 }
 
 /// What a map of which only a part is known does with the other directions: they turn, and do not stretch.
@@ -268,5 +332,19 @@ mod tests {
             .sum();
         assert!((flux - 3.0 * 8.0).abs() < 1e-11, "{flux}");
         assert_eq!(shares.outside(&moved, |share| share < 2).len(), 10, "a slice has sides of its own");
+    }
+
+    #[test]
+    fn a_body_that_has_come_apart_is_drawn_apart() {
+        let shares = boxes(4);
+        let positions = [0.5, 1.5, 5.5, 6.5].map(|x| [x, 0.5, 0.5]);
+        let moved = shares.moved(&positions);
+        let reach = |share: usize| moved[share].iter().map(|x| x[0]).fold(f64::NEG_INFINITY, f64::max);
+        assert!(
+            reach(1) < 3.5,
+            "the second box ends where the body has parted, not at the third: {}",
+            reach(1)
+        );
+        assert_eq!(shares.outside(&moved, |_| true).len(), 4 * 4 + 4, "both faces of the gap are seen");
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::compiled::as_written;
 use crate::language::Scene;
+use crate::plausibility::implausible;
 use mpm_solver::observe::Field;
 use mpm_solver::{BodyVolume, Estimate, StageSteps};
 use serde::Serialize;
@@ -44,7 +45,7 @@ pub struct Check<'a> {
     /// Rigid tools: of which parts, how large, how they move.
     pub tools: &'a [String],
     /// What in the scene is probably not meant.
-    pub remarks: &'a [String],
+    pub remarks: Vec<String>,
     /// Columns of the points that are not stored for any body.
     pub not_stored_per_point: &'a [&'static str],
     /// Fields of the points that the scene does not ask for, as it writes them.
@@ -130,7 +131,7 @@ impl<'a> Check<'a> {
             seconds: CheckedSeconds::of(it, scene),
             bodies: it.volumes.iter().map(CheckedBody::of).collect(),
             tools: &it.tools,
-            remarks: &it.remarks,
+            remarks: implausible(scene).into_iter().chain(it.remarks.iter().cloned()).collect(),
             not_stored_per_point: &it.columns_not_stored,
             fields_not_written: unwritten_fields(scene),
             notes,

@@ -2,8 +2,11 @@
 
 use crate::error::SceneError;
 use crate::language::{FieldInput, OutputInput};
-use mpm_solver::observe::{Field, Observer};
-use mpm_solver::{Error, Estimate, Model, State, StateLayout, Summary, estimate, resume, run};
+use mpm_grid::LoadFraction;
+use mpm_solver::observe::{Field, Fields, Observer};
+use mpm_solver::{
+    Error, Estimate, Model, State, StateLayout, Summary, doubts, estimate, look_at_points, resume, run,
+};
 
 /// A model in the space of its scene.
 pub enum Compiled {
@@ -62,6 +65,22 @@ impl Compiled {
         match self {
             Compiled::Plane(model) => known_fields(model),
             Compiled::Solid(model) => known_fields(model),
+        }
+    }
+
+    /// Hands the points on as they are at a load fraction, see [`mpm_solver::look_at_points`].
+    pub fn look_at_points<R>(&self, at: LoadFraction, look: impl FnOnce(&dyn Fields) -> R) -> R {
+        match self {
+            Compiled::Plane(model) => look_at_points(model, at, look),
+            Compiled::Solid(model) => look_at_points(model, at, look),
+        }
+    }
+
+    /// What in the model is probably not meant, see [`mpm_solver::doubts`].
+    pub fn doubts(&self) -> Vec<String> {
+        match self {
+            Compiled::Plane(model) => doubts(model),
+            Compiled::Solid(model) => doubts(model),
         }
     }
 

@@ -17,6 +17,7 @@ mod fill;
 pub mod language;
 mod limits;
 mod pieces;
+mod plausibility;
 mod vortex;
 
 pub use added_stages::AddedStages;
@@ -24,11 +25,12 @@ pub use check::{
     Check, CheckedBody, CheckedMemory, CheckedSeconds, CheckedStage, seconds_of_run, unwritten_fields,
 };
 pub use compile::{
-    Acting, ActingOn, BodyShares, DrawnLoad, DrivenPath, ToolSurface, acting, compile, compile_with,
-    compile_within, drive, in_plane, mesh_of, shares_at_rest, tool_surfaces,
+    Acting, ActingOn, Along, BodyShares, DrawnLoad, DrawnSide, DrivenPath, ToolSurface, acting, compile,
+    compile_with, compile_within, drive, in_plane, mesh_of, shares_at_rest, tool_surfaces,
 };
 pub use compiled::Compiled;
 pub use error::SceneError;
 pub use files::{NamedColumns, NoFiles, PointTable, SceneFiles};
 pub use language::Scene;
+pub use plausibility::{doubts, implausible};
 pub use vortex::Vortex;

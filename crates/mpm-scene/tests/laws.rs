@@ -116,6 +116,48 @@ fn sand_closes_before_it_bears_anything() {
     assert!((plain.last.stress[4] / back - 1.0).abs() < 1e-9, "{} {back}", plain.last.stress[4]);
 }
 
+/// The largest strain of a load step among points that yield: of a block that is compressed evenly, that of one of its axes.
+#[test]
+fn the_strain_of_a_step_is_that_of_points_that_yield() {
+    #[derive(Default)]
+    struct Strains {
+        column: Option<usize>,
+        told: Vec<f64>,
+        stretches: Vec<[f64; 2]>,
+        last: Last,
+    }
+    impl Observer for Strains {
+        fn start(&mut self, start: &RunStart) -> Result<(), ObserverError> {
+            self.column = start.columns.iter().position(|column| column.name == "largest_step_strain");
+            Ok(())
+        }
+
+        fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+            if let Some(Entry::Real(strain)) = self.column.map(|column| &step.row[column]) {
+                self.told.extend(strain);
+            }
+            self.last.load_step(step)?;
+            self.stretches.push([0, 4].map(|entry| self.last.deformation[entry]));
+            Ok(())
+        }
+    }
+    let run = |text: &str| {
+        let mut seen = Strains::default();
+        compile(&Scene::from_ron(text).expect("a scene")).expect("a model").run(&mut seen).expect("balance");
+        seen
+    };
+    let seen = run(include_str!("../../../scenes/laws/von_mises.ron"));
+    assert_eq!(seen.told.len(), 21);
+    let yields = seen.told.iter().filter(|strain| **strain > 0.0).count();
+    assert!(yields > 10 && seen.told[0] == 0.0, "{:?}", seen.told);
+    for (told, stretches) in seen.told[1..].iter().zip(seen.stretches.windows(2)) {
+        let along = |d: usize| (stretches[1][d] / stretches[0][d]).ln().abs();
+        let strain = f64::max(along(0), along(1));
+        assert!(*told == 0.0 || (told - strain).abs() < 1e-9, "{told} {strain}");
+    }
+    assert_eq!(run(include_str!("../../../scenes/laws/neo_hooke.ron")).column, None, "elasticity is exact");
+}
+
 #[test]
 fn what_a_law_refuses_is_told_where_it_stands() {
     let scene = include_str!("../../../scenes/laws/mohr_coulomb.ron");

@@ -16,6 +16,7 @@ mod equilibrium;
 mod error;
 mod estimate;
 mod extension;
+mod history_notes;
 mod load_step;
 mod loading;
 mod model;
@@ -32,12 +33,12 @@ mod skipped;
 mod state;
 mod steps;
 mod timing;
-mod tool_depth;
 
 pub use check::ModelError;
 pub use error::{Error, PathFailure, Remedy, StepFailure};
-pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, estimate};
+pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, doubts, estimate};
 pub use extension::{Kept, extended};
+pub use history_notes::HistoryNotes;
 pub use model::{
     Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,
     PointLoad, PredictorKind, Prescribed, Probe, Release, Share, Side, SideLoad, SolverChoice, SolverFactory,
@@ -47,7 +48,7 @@ pub use model::{
 pub use mpm_assembly::{StoredColumn, StoredPoints};
 pub use nodes::NodeMismatch;
 pub use progress::{Progress, StepsProgress};
+pub use record::history::look_at_points;
 pub use record::summary::Summary;
 pub use run::{resume, run};
 pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};
-pub use tool_depth::ToolDepths;

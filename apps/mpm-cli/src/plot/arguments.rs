@@ -1,7 +1,7 @@
 //! How a body is looked at.
 
 use crate::offered::Offered;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use mpm_pictures::{BodyView, View, plane};
 use mpm_solver::observe::Field;
 
@@ -23,31 +23,26 @@ pub struct BodyArguments {
     /// Leave the mesh out, with supports and loads.
     #[arg(long)]
     pub no_mesh: bool,
+    /// Leave rigid tools out.
+    #[arg(long)]
+    pub no_tools: bool,
+    /// In the plane: draw the domains of the points as the method has them, with gaps and overlaps; needs `Outline` among
+    /// `output.fields`.
+    #[arg(long)]
+    pub domains: bool,
     /// Bodies of revolution: their section on both sides of the axis.
     #[arg(long)]
     pub mirror: bool,
-    /// Three dimensions: where one looks from.
-    #[arg(long, value_enum, default_value_t = From::Corner)]
-    pub view: From,
+    /// Three dimensions: where one looks from: corner, x, y, z (from above), or azimuth (from x towards y) and elevation in degrees, as
+    /// in 30,20.
+    #[arg(long, default_value = "corner", allow_hyphen_values = true, value_parser = str::parse::<View>)]
+    pub view: View,
     /// Three dimensions: only the points next to a plane across an axis, as in `z=0.5`.
     #[arg(long, value_name = "AXIS=AT", value_parser = plane)]
     pub slice: Option<(usize, f64)>,
     /// Three dimensions: without what stands before a plane across an axis, as in `y=0`; tools are drawn whole.
     #[arg(long, value_name = "AXIS=AT", value_parser = plane, conflicts_with = "slice")]
     pub cut: Option<(usize, f64)>,
-}
-
-/// Where one looks from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum From {
-    /// From a corner, all three axes alike.
-    Corner,
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
-    /// Along z, from above.
-    Z,
 }
 
 /// Fields that any points have.
@@ -64,12 +59,9 @@ impl BodyArguments {
             body: self.body.clone(),
             mesh: !self.no_mesh,
             mirror: self.mirror,
-            view: match self.view {
-                From::Corner => View::Corner,
-                From::X => View::X,
-                From::Y => View::Y,
-                From::Z => View::Z,
-            },
+            tools: !self.no_tools,
+            domains: self.domains,
+            view: self.view,
             slice: self.slice,
             cut: self.cut,
         }

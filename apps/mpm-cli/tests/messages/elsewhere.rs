@@ -123,7 +123,8 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("compile/mesh.rs", "the axis that is stretched in part", "depends on the machine"),
     ("rigid/naming.rs", "", "what moves and how, in `balance.rs` of `mpm-scene`"),
     ("body/advance.rs", "", "of equilibria that are none, in `mpm-assembly/tests/sums.rs`"),
-    ("solver/src/tool_depth.rs", "", "a warning at the end of a run, in `run.rs`"),
+    ("solver/src/history_notes.rs", "", "a warning at the end of a run, in `run.rs`"),
+    ("scene/src/plausibility.rs", "", "a warning before a run, in `run.rs` and in its own tests"),
     ("solver/src/remedy.rs", "", "a warning of `mpm check`, in `kinds.rs`"),
     (
         "mpm-solver/src/estimate/",

@@ -150,16 +150,20 @@ class Results:
         range: tuple[float, float] | None = None,
         body: str | None = None,
         mesh: bool = True,
+        tools: bool = True,
+        domains: bool = False,
         mirror: bool = False,
-        view: str = "corner",
+        view: str | tuple[float, float] = "corner",
         slice: str | None = None,
         cut: str | None = None,
     ) -> _native.Picture:
         """A picture as ``mpm plot`` draws it: ``body``, ``reaction``, ``moment``, ``tool``, ``convergence``, ``energy``, or several of them.
 
         ``field`` colours the body, with a component where it has several (``"cauchy_stress.xy"``), and ``range`` are the ends of its
-        colour bar. ``body`` is drawn alone, ``mesh=False`` leaves the mesh out, with supports and loads. Bodies of revolution:
-        ``mirror`` draws both sides of the axis. In three dimensions one looks from a ``"corner"`` or along ``"x"``, ``"y"``, ``"z"``;
+        colour bar. ``body`` is drawn alone, ``mesh=False`` leaves the mesh out, with supports and loads, ``tools=False`` the tools.
+        ``domains`` draws the domains of the points (recorded as ``Outline``, in the plane) in place of their shares. Bodies of revolution:
+        ``mirror`` draws both sides of the axis. In three dimensions one looks from a ``"corner"``, along ``"x"``, ``"y"``, ``"z"``, or from an
+        azimuth and an elevation in degrees, ``(30, 20)``;
         ``slice="z=0.5"`` draws the points next to a plane, ``cut="y=0"`` leaves out what stands before one.
         """
         looked = {
@@ -168,8 +172,10 @@ class Results:
             "range": range,
             "body": body,
             "mesh": mesh,
+            "tools": tools,
+            "domains": domains,
             "mirror": mirror,
-            "view": view,
+            "view": view if isinstance(view, str) else "{},{}".format(*view),
             "slice": slice,
             "cut": cut,
         }

@@ -2,6 +2,7 @@
 
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::dilatation::Dilated;
+use crate::body::kinematics::LargestStrain;
 use crate::body::points::Points;
 use crate::body::space::Space;
 use crate::body::trial::{Committed, InadmissiblePoint, Trial, trial, trial_of};
@@ -82,6 +83,7 @@ pub(crate) struct PreparedState<const D: usize> {
     angle: Vec<f64>,
     elastic_excess: Vec<SymmetricTensor>,
     plastic: Vec<bool>,
+    largest_strain: LargestStrain,
 }
 
 impl<const D: usize> PreparedState<D> {
@@ -122,9 +124,11 @@ impl<const D: usize> PreparedState<D> {
                 Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment }.steps()?
             }
         };
-        in_groups(connectivity, 0..connectivity.n_groups(), columns, &|groups, mut columns| {
+        let all = 0..connectivity.n_groups();
+        self.largest_strain = in_groups(connectivity, all, columns, &|groups, mut columns| {
             let mut du = Vec::new();
             let mut at = 0;
+            let mut largest_strain = LargestStrain::default();
             for view in groups.map(|group| connectivity.group(group)) {
                 du.clear();
                 du.extend(view.nodes.iter().map(|&node| increment[node as usize]));
@@ -141,12 +145,21 @@ impl<const D: usize> PreparedState<D> {
                         let turns = view.point(k).0.iter().zip(&du).map(|(value, du)| value * du[D - 1]);
                         columns.angle[at] = points.angle[p] + turns.sum::<f64>();
                     }
+                    if M::PLASTIC && state.response.plastic {
+                        largest_strain.see::<D, HOOP>(&state.step, state.hoop);
+                    }
                     columns.write::<M>(at, state, &points.deformation_gradient[p]);
                     at += 1;
                 }
             }
-            Ok(())
-        })
+            Ok(largest_strain)
+        })?;
+        Ok(())
+    }
+
+    /// The largest |ln λ| of the step's ΔF among the points that yield in it, λ its principal stretches `[-]`.
+    pub fn largest_strain(&self) -> f64 {
+        self.largest_strain.strain
     }
 
     /// F of every point after the step.
@@ -315,13 +328,30 @@ impl<A: Send, B: Send> SplitColumns for (&mut [A], &mut [B]) {
     }
 }
 
-/// Does `work` for runs of groups in parallel, halving the range until it is small; the first error (in order).
-fn in_groups<const D: usize, C: SplitColumns, E: Send>(
+/// What tasks find out of their points.
+trait Joined: Send {
+    fn joined(self, other: Self) -> Self;
+}
+
+impl Joined for () {
+    fn joined(self, (): ()) {}
+}
+
+impl Joined for LargestStrain {
+    fn joined(mut self, other: Self) -> Self {
+        self.join(other.strain);
+        self
+    }
+}
+
+/// Does `work` for runs of groups in parallel, halving the range until it is small; what it finds out of all of them, or the
+/// first error (in order).
+fn in_groups<const D: usize, C: SplitColumns, R: Joined, E: Send>(
     connectivity: &Connectivity<D>,
     groups: Range<usize>,
     columns: C,
-    work: &(impl Fn(Range<usize>, C) -> Result<(), E> + Sync),
-) -> Result<(), E> {
+    work: &(impl Fn(Range<usize>, C) -> Result<R, E> + Sync),
+) -> Result<R, E> {
     if groups.len() <= GROUPS {
         return work(groups, columns);
     }
@@ -332,5 +362,5 @@ fn in_groups<const D: usize, C: SplitColumns, E: Send>(
         || in_groups(connectivity, groups.start..middle, low, work),
         || in_groups(connectivity, middle..groups.end, high, work),
     );
-    low.and(high)
+    Ok(low?.joined(high?))
 }

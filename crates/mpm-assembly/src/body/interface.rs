@@ -189,6 +189,9 @@ pub trait Body<const D: usize>: Send + Sync {
     /// The first point that cannot be carried on.
     fn prepare(&mut self, plan: &AssemblyPlan<D>, step: Converged<'_, D>) -> Result<(), AdvanceError>;
 
+    /// The largest |ln λ| among the points that yield in the step prepared last, λ the principal stretches of its ΔF `[-]`.
+    fn largest_step_strain(&self) -> f64;
+
     /// Makes the prepared points the present ones.
     fn commit(&mut self);
 

@@ -1,7 +1,7 @@
 //! From a displacement gradient to the trial elastic state, and small dense algebra in D dimensions.
 
 use mpm_grid::{Block, Vector};
-use mpm_material::SymmetricTensor;
+use mpm_material::{SymmetricTensor, largest_log_stretch};
 
 /// Inverse and determinant of a 1×1, 2×2 or 3×3 matrix; the inverse is meaningless where the
 /// determinant is zero.
@@ -92,6 +92,33 @@ impl<const D: usize> StepGradient<D> {
             trial.zz = (k + k) + k * k + excess.zz * (stretch * stretch);
         }
         trial
+    }
+}
+
+/// The largest |ln λ| of points, λ the principal stretches of their ΔF in a load step `[-]`.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct LargestStrain {
+    pub strain: f64,
+    /// Steps with `|ΔF ΔFᵀ - I|` up to this have no larger one, because |ln λ| is at most -½ ln(1 - |ΔF ΔFᵀ - I|).
+    covered: f64,
+}
+
+impl LargestStrain {
+    /// Takes a point into account, whose ΔF (in the plane with the hoop's stretch beside it) is this.
+    #[inline]
+    pub fn see<const D: usize, const HOOP: bool>(&mut self, step: &Block<D>, hoop: f64) {
+        let gradient = StepGradient { block: step - Block::identity(), hoop: hoop - 1.0 };
+        let excess = gradient.trial_excess::<HOOP>(&SymmetricTensor::ZERO);
+        if excess.norm() > self.covered {
+            self.join(largest_log_stretch(&excess));
+        }
+    }
+
+    /// Takes the largest of other points into account.
+    pub fn join(&mut self, strain: f64) {
+        if strain > self.strain {
+            (self.strain, self.covered) = (strain, -(-2.0 * strain).exp_m1());
+        }
     }
 }
 
@@ -247,5 +274,24 @@ mod tests {
         let h = Matrix2::new(1e-12, 3e-13, 0.0, -2e-12);
         let excess = trial_excess(&h, &SymmetricTensor::ZERO);
         assert!((excess.xx / (2e-12 + 1e-24 + 9e-26) - 1.0).abs() < 1e-15);
+    }
+
+    /// Simple shear γ has the principal strains ± asinh(γ/2), whatever rotation comes on top; its volume does not change.
+    #[test]
+    fn the_strain_of_a_step_sees_shear_and_no_rotation() {
+        let turned = |gamma: f64, angle: f64| {
+            let (s, c) = angle.sin_cos();
+            Block::<2>::new(c, -s, s, c) * Block::<2>::new(1.0, gamma, 0.0, 1.0)
+        };
+        let mut largest = LargestStrain::default();
+        for (gamma, angle) in [(0.5, 0.0), (1.0, 2.5), (0.9, 0.3), (0.0, 3.0)] {
+            largest.see::<2, false>(&turned(gamma, angle), 1.0);
+        }
+        assert!((largest.strain - 0.5_f64.asinh()).abs() < 1e-14, "{}", largest.strain);
+        // A hoop counts as the others do.
+        largest.see::<2, true>(&Block::identity(), 0.5);
+        assert!((largest.strain - 2.0_f64.ln()).abs() < 1e-15, "{}", largest.strain);
+        largest.see::<3, false>(&Block::from_diagonal(&Vector::<3>::new(1.0, 3.0, 1.0)), 1.0);
+        assert!((largest.strain - 3.0_f64.ln()).abs() < 1e-15, "{}", largest.strain);
     }
 }

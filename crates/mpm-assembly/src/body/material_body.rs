@@ -359,6 +359,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         Ok(())
     }
 
+    fn largest_step_strain(&self) -> f64 {
+        self.prepared.largest_strain()
+    }
+
     fn commit(&mut self) {
         if std::mem::take(&mut self.is_prepared) {
             self.prepared.swap(&mut self.points);

@@ -195,11 +195,17 @@ fn faces<const D: usize, B>(scene: &SceneIn<D, B>, input: &BodyInput<D>) -> Resu
                 let reason = "expected `axis` and `at`, the plane on which it acts, or `side`";
                 return Some(Err(SceneError::new(path, reason)));
             };
+            let within = within.as_ref().map(|bounds| (bounds.from.0, bounds.to.0));
             let axis = component::<D>(*axis, &format!("{path}.axis"));
-            Some(axis.map(|axis| Face {
-                axis,
-                at: at.0,
-                within: within.as_ref().map(|bounds| (bounds.from.0, bounds.to.0)),
+            Some(axis.and_then(|axis| match within {
+                Some((from, to)) if !(from[axis]..=to[axis]).contains(&at.0) => {
+                    let reason = format!(
+                        "reaches from {} to {} across the plane at {}, expected bounds around it",
+                        from[axis], to[axis], at.0
+                    );
+                    Err(SceneError::new(format!("{path}.within"), reason))
+                }
+                within => Ok(Face { axis, at: at.0, within }),
             }))
         }
         LoadInput::Traction { body, axis, at, side: Some(_), within, .. } if *body == input.name => {

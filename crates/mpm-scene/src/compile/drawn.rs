@@ -4,16 +4,21 @@ use super::axisymmetric::in_plane;
 use super::basis::FillBody;
 use super::bodies::bodies;
 use super::mesh::{component, layout};
+use super::sides::{Sides, are_named};
 use super::stages::Stages;
 use super::supports::supports;
 use super::tools::ToolParts;
+use crate::boundary::Boundary;
 use crate::error::SceneError;
 use crate::files::SceneFiles;
-use crate::language::{BoundsInput, DomainsInput, LoadInput, PlaneBasis, Scene, SceneIn, SolidBasis};
+use crate::language::{
+    BodyInput, BoundsInput, DomainsInput, HoldInput, LoadInput, PlaneBasis, Scene, SceneIn, SolidBasis,
+    WallInput,
+};
 use crate::limits::memory_left;
 use mpm_assembly::{Space, views};
-use mpm_grid::{Mesh, NodeSpace, Ramp, Vector};
-use mpm_solver::Support;
+use mpm_grid::{Layout, Mesh, NodeSpace, Ramp, Vector};
+use mpm_solver::{Model, Support};
 
 /// The points of a body at rest, in the order of the results.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,10 +83,28 @@ fn filled<const D: usize, B: FillBody<D> + ToolParts<D> + Clone>(
 pub struct DrawnLoad {
     /// What it acts on.
     pub on: ActingOn,
-    /// Its direction where the ramp is positive, of any length.
-    pub along: [f64; 2],
+    /// Its direction where the ramp is positive.
+    pub along: Along,
     /// Its part against the load fraction.
     pub ramp: Ramp,
+}
+
+/// The direction of a load, of any length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Along {
+    /// One that stays.
+    Fixed([f64; 2]),
+    /// Against the outward normal of the side, times this number.
+    Inwards(f64),
+}
+
+/// A side of a body that a scene names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnSide {
+    /// Name of the body.
+    pub body: String,
+    /// Ends of its parts at rest, with the body on the left on the way from the first to the second `[L]`.
+    pub facets: Vec<[[f64; 2]; 2]>,
 }
 
 /// What a load acts on.
@@ -100,6 +123,8 @@ pub enum ActingOn {
         /// Corners of the loaded part, if it is not all of it `[L]`.
         within: Option<([f64; 2], [f64; 2])>,
     },
+    /// A side by its name.
+    Side(DrawnSide),
     /// A position of a body at rest.
     Position {
         /// Name of the body.
@@ -118,35 +143,45 @@ pub struct Acting {
     pub supports: Vec<Support<2>>,
     /// Loads.
     pub loads: Vec<DrawnLoad>,
+    /// Sides that walls hold, and whether these let them slide.
+    pub walls: Vec<(DrawnSide, bool)>,
 }
 
-/// Supports and loads of a scene; none in space.
+/// Supports, walls and loads of a scene; none in space. Sides are left out where a body cannot be made, as without a file that it
+/// names.
 ///
 /// # Errors
 /// What is wrong with the mesh, a support or a load, with its path.
-pub fn acting(scene: &Scene) -> Result<Acting, SceneError> {
+pub fn acting(scene: &Scene, files: &dyn SceneFiles) -> Result<Acting, SceneError> {
     match scene {
-        Scene::PlaneStrain(scene) => acting_in(scene, Space::Cartesian),
-        Scene::Axisymmetric(scene) => acting_in(&in_plane(scene)?, Space::Axisymmetric),
+        Scene::PlaneStrain(scene) => acting_in(scene, Space::Cartesian, files),
+        Scene::Axisymmetric(scene) => acting_in(&in_plane(scene)?, Space::Axisymmetric, files),
         Scene::Solid(_) => Ok(Acting::default()),
     }
 }
 
-fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, SceneError> {
+fn acting_in(
+    scene: &SceneIn<2, PlaneBasis>,
+    space: Space,
+    files: &dyn SceneFiles,
+) -> Result<Acting, SceneError> {
     let layout = layout(&scene.mesh, memory_left())?;
     let nodes = NodeSpace::of(layout.functions(), &Mesh::at_rest(&layout))
         .map_err(|error| SceneError::new("mesh", error))?;
     let supports = supports(scene, (&layout, &nodes), space)?;
     let stages = Stages::of(&scene.schedule);
+    let sides = NamedSides::of(scene, (&layout, &nodes, space), files);
+    let side = |body: &str, side: &str, is_wall: bool| sides.as_ref()?.find(body, side, is_wall);
     let mut loads = Vec::new();
     for (k, load) in scene.loads.iter().enumerate() {
         let path = format!("loads[{k}]");
         let (on, along, ramp, active) = match load {
             LoadInput::BodyForce { acceleration, ramp, active } => {
-                (ActingOn::All, acceleration.0, ramp, active)
+                (ActingOn::All, Along::Fixed(acceleration.0), ramp, active)
             }
             LoadInput::PointForce { body, near, force, ramp, active, .. } => {
-                (ActingOn::Position { body: body.clone(), near: near.0 }, force.0, ramp, active)
+                let on = ActingOn::Position { body: body.clone(), near: near.0 };
+                (on, Along::Fixed(force.0), ramp, active)
             }
             LoadInput::Traction {
                 body,
@@ -169,11 +204,57 @@ fn acting_in(scene: &SceneIn<2, PlaneBasis>, space: Space) -> Result<Acting, Sce
                     at: at.0,
                     within: within.as_ref().map(ends),
                 };
-                (on, along.0, ramp, active)
+                (on, Along::Fixed(along.0), ramp, active)
             }
-            LoadInput::Vortex { .. } | LoadInput::Traction { .. } | LoadInput::Pressure { .. } => continue,
+            LoadInput::Traction { body, side: Some(name), resultant, value, ramp, active, .. } => {
+                let Some(along) = resultant.as_ref().or(value.as_ref()) else { continue };
+                let Some(side) = side(body, name, false) else { continue };
+                (ActingOn::Side(side), Along::Fixed(along.0), ramp, active)
+            }
+            LoadInput::Pressure { body, side: name, value, ramp, active } => {
+                let Some(side) = side(body, name, false) else { continue };
+                (ActingOn::Side(side), Along::Inwards(value.0), ramp, active)
+            }
+            LoadInput::Vortex { .. } | LoadInput::Traction { .. } => continue,
         };
         loads.push(DrawnLoad { on, along, ramp: stages.load_ramp(ramp, 1.0, active, &path)? });
     }
-    Ok(Acting { nodes: Some(nodes), supports, loads })
+    let slides = |wall: &WallInput<2>| wall.hold != HoldInput::All;
+    let walls = scene.walls.iter().filter_map(|wall| Some((side(&wall.body, &wall.side, true)?, slides(wall))));
+    let walls = walls.collect();
+    Ok(Acting { nodes: Some(nodes), supports, loads, walls })
+}
+
+/// The bodies of a scene that names sides of theirs.
+struct NamedSides<'a> {
+    inputs: &'a [BodyInput<2>],
+    boundaries: Vec<Boundary<2>>,
+    model: Model<2>,
+}
+
+impl<'a> NamedSides<'a> {
+    /// None where no side is named, or a body cannot be made.
+    fn of(
+        scene: &'a SceneIn<2, PlaneBasis>,
+        (layout, nodes, space): (&Layout<2>, &NodeSpace<2>, Space),
+        files: &dyn SceneFiles,
+    ) -> Option<Self> {
+        if !scene.bodies.iter().any(|body| are_named(scene, &body.name)) {
+            return None;
+        }
+        let mut filled = scene.clone();
+        filled.bodies.iter_mut().for_each(|body| body.initial = None);
+        let made = bodies(&filled, (layout, &Mesh::at_rest(layout), space), files, memory_left()).ok()?;
+        let mut model = Model::on(layout.clone(), nodes.clone());
+        model.bodies = made.bodies;
+        Some(Self { inputs: &scene.bodies, boundaries: made.boundaries, model })
+    }
+
+    fn find(&self, body: &str, side: &str, is_wall: bool) -> Option<DrawnSide> {
+        let sides = Sides { inputs: self.inputs, boundaries: &self.boundaries };
+        let found = sides.find(&self.model, (body, side), is_wall, "").ok()?;
+        let place = |marker: u32| found.markers[marker as usize].into();
+        let facets = found.facets.iter().map(|facet| facet.map(place)).collect();
+        Some(DrawnSide { body: body.to_owned(), facets })
+    }
 }

@@ -37,7 +37,7 @@ use crate::language::{
 };
 use crate::limits::memory_left;
 pub use axisymmetric::in_plane;
-pub use drawn::{Acting, ActingOn, BodyShares, DrawnLoad, acting, shares_at_rest};
+pub use drawn::{Acting, ActingOn, Along, BodyShares, DrawnLoad, DrawnSide, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
 pub use tool_surfaces::{ToolSurface, tool_surfaces};
 
@@ -53,7 +53,7 @@ use mpm_linear::Choice;
 use mpm_solver::{Model, NamedBody, Prescribed, SolverChoice, StepFailure, Tolerance, UnheldMotion};
 use sides::side_loads;
 use stages::{Stages, refuse_jumps_along_a_path, refuse_resets, stages};
-use supports::supports;
+use supports::{check_supports, supports};
 use symmetry::{Sides, check_planes};
 use tools::{ToolParts, tools};
 use turning::{OfSection, turning};
@@ -213,6 +213,7 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     model.domain_limit = domain_limit(&scene.domains, &bodies);
     model.bodies = bodies;
     model.stages = made;
+    check_supports(&model)?;
     refuse_jumps_along_a_path(&model)?;
     refuse_resets(&model, matches!(scene.domains.control, Some(ControlInput::Split { .. })))?;
     if !scene.tools.is_empty() {

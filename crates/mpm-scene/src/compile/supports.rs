@@ -7,8 +7,9 @@ use crate::error::SceneError;
 use crate::language::{Direction, RegionInput, SceneIn, SupportInput, TurnInput};
 use crate::limits::check_search;
 use mpm_assembly::Space;
-use mpm_grid::{Axis, Layout, Mesh, NodeId, NodeKind, NodeSpace, Position, Region, Vector};
-use mpm_solver::{Active, Prescribed, Release, Support, Turn, across};
+use mpm_grid::{Axis, Layout, LoadFraction, Mesh, NodeId, NodeKind, NodeSpace, Position, Region, Vector};
+use mpm_solver::{Active, Model, Prescribed, Release, Support, Turn, across};
+use std::cell::OnceCell;
 
 fn region<const D: usize>(input: &RegionInput<D>, path: &str) -> Result<Region<D>, SceneError> {
     Ok(match input {
@@ -82,27 +83,7 @@ pub(super) fn supports<const D: usize, B>(
             active,
         });
     }
-    check_supports(&supports, (layout, space), bodies)?;
     Ok(supports)
-}
-
-/// Refuses supports that contradict each other in any stage.
-///
-/// # Errors
-/// The first pair of supports.
-pub(super) fn check_supports<const D: usize>(
-    supports: &[Support<D>],
-    (layout, space): (&Layout<D>, &NodeSpace<D>),
-    bodies: Space,
-) -> Result<(), SceneError> {
-    // Supports begin and end with stages.
-    let mut begins: Vec<u32> = supports.iter().map(|support| support.active.from).collect();
-    begins.sort_unstable();
-    begins.dedup();
-    for stage in begins {
-        refuse_contradictions(supports, stage, (layout, space), bodies.axes())?;
-    }
-    Ok(())
 }
 
 /// Why a region holds no node: where nodes stand instead, if that can be said.
@@ -213,14 +194,18 @@ fn turn<const D: usize>(
     Ok(Turn { axis: input.axis.index(), centre: plane_point(&input.centre), angle })
 }
 
-/// Two supports of a stage may share nodes only where they prescribe the same.
-fn refuse_contradictions<const D: usize>(
-    supports: &[Support<D>],
-    stage: u32,
-    (layout, space): (&Layout<D>, &NodeSpace<D>),
-    axes: [&str; 3],
-) -> Result<(), SceneError> {
-    for (component, axis) in axes.into_iter().enumerate().take(D) {
+/// Refuses supports that prescribe different displacements of a node in any stage.
+///
+/// # Errors
+/// The first pair of supports.
+pub(super) fn check_supports<const D: usize>(model: &Model<D>) -> Result<(), SceneError> {
+    (0..model.stages.len() as u32).try_for_each(|stage| refuse_contradictions(model, stage))
+}
+
+fn refuse_contradictions<const D: usize>(model: &Model<D>, stage: u32) -> Result<(), SceneError> {
+    let supports = &model.supports;
+    let parts = OnceCell::new();
+    for (component, axis) in model.space().axes().into_iter().enumerate().take(D) {
         let mut claims: Vec<(NodeId, usize)> = supports
             .iter()
             .enumerate()
@@ -231,7 +216,16 @@ fn refuse_contradictions<const D: usize>(
         for pair in claims.windows(2) {
             let [(node, first), (other, second)] = [pair[0], pair[1]];
             let (a, b) = (&supports[first], &supports[second]);
-            if node == other && a.components[component] != b.components[component] {
+            let [said, again] = [a, b].map(|support| support.components[component].as_ref());
+            if node != other || said == again {
+                continue;
+            }
+            let moves = |prescribed| {
+                increments(model, prescribed, (node, component), parts.get_or_init(|| parts_of(model, stage)))
+            };
+            let is_same = |(a, b): (f64, f64)| (a - b).abs() <= SAME * model_size(model);
+            let agree = said.and_then(moves).zip(again.and_then(moves));
+            if agree.is_none_or(|(a, b)| !a.into_iter().zip(b).all(is_same)) {
                 return Err(SceneError::new(
                     format!("supports[{second}]"),
                     format!(
@@ -239,11 +233,53 @@ fn refuse_contradictions<const D: usize>(
                         a.name,
                         b.name,
                         axis,
-                        Position(&space.position(&Mesh::at_rest(layout), node))
+                        Position(&model.nodes.position(&Mesh::at_rest(&model.layout), node))
                     ),
                 ));
             }
         }
     }
     Ok(())
+}
+
+/// Part of the size of a mesh by which displacements of a node may differ that are the same.
+const SAME: f64 = 1e-10;
+
+/// Parts of a stage in which displacements are compared.
+const PARTS: u32 = 16;
+
+/// A part of a stage, and the mesh at its start.
+type StagePart<const D: usize> = (LoadFraction, LoadFraction, Mesh<D>);
+
+fn model_size<const D: usize>(model: &Model<D>) -> f64 {
+    Mesh::at_rest(&model.layout).diagonal()
+}
+
+fn parts_of<const D: usize>(model: &Model<D>, stage: u32) -> Vec<StagePart<D>> {
+    let part = |k: u32| {
+        let at = |k: u32| LoadFraction::in_stage(stage, f64::from(k) / f64::from(PARTS)).ok();
+        let (from, to) = (at(k)?, at(k + 1)?);
+        Some((from, to, model.motion.mesh_at(&model.layout, from).ok()?))
+    };
+    (0..PARTS).filter_map(part).collect()
+}
+
+/// What is prescribed of a component of a node in every part of a stage `[L]`; none where it depends on more than the load
+/// fraction and the mesh.
+fn increments<const D: usize>(
+    model: &Model<D>,
+    prescribed: &Prescribed,
+    (node, component): (NodeId, usize),
+    parts: &[StagePart<D>],
+) -> Option<Vec<f64>> {
+    let of = |(from, to, mesh): &StagePart<D>| match prescribed {
+        Prescribed::Held => Some(0.0),
+        Prescribed::Driven(ramp) => Some(ramp.from_rest(*to) - ramp.from_rest(*from)),
+        Prescribed::FollowMesh => {
+            let moved = model.nodes.displacement((&model.motion, &model.layout), node, mesh, (*from, *to));
+            Some(moved.ok()?[component])
+        }
+        Prescribed::Turned(_) => None,
+    };
+    parts.iter().map(of).collect()
 }

@@ -42,8 +42,8 @@ pub(super) fn turning(of: OfSection, scene: &SceneIn<2, PlaneBasis>) -> Result<M
     model.domain_limit = section.domain_limit;
     model.probes = section.probes.into_iter().map(probe).collect();
     model.bodies = section.bodies.into_iter().map(body).collect();
-    check_supports(&model.supports, (&model.layout, &model.nodes), model.space())?;
     model.stages = section.stages;
+    check_supports(&model)?;
     if let Some(factor) = ghost {
         model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
     }

@@ -98,7 +98,7 @@ pub enum TilingInput {
 
 impl TilingInput {
     /// Whether it is by cells.
-    pub fn is_by_cells(&self) -> bool {
+    pub(crate) fn is_by_cells(&self) -> bool {
         *self == Self::Cells
     }
 }

@@ -277,7 +277,7 @@ impl MaterialInput {
     }
 
     /// Whether points that came apart have to close before they bear anything.
-    pub fn corrects_volume(&self) -> bool {
+    pub(crate) fn corrects_volume(&self) -> bool {
         match self {
             Self::MohrCoulomb { volume_correction, .. } | Self::DruckerPrager { volume_correction, .. } => {
                 *volume_correction

@@ -57,7 +57,7 @@ pub enum FunctionsInput {
 
 impl FunctionsInput {
     /// Whether they are the linear ones.
-    pub fn is_linear(&self) -> bool {
+    pub(crate) fn is_linear(&self) -> bool {
         *self == Self::Linear
     }
 }

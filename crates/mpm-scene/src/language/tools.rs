@@ -223,7 +223,7 @@ pub struct ToolTurnInput<const D: usize> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct InterfaceInput {
-    /// Coulomb's coefficient of friction μ: a part of the normal force `[-]`.
+    /// Coulomb's coefficient of friction μ, no angle: a part of the normal force `[-]`.
     pub friction: Finite,
     /// Shear strength of the surface besides friction `[F/L²]`.
     pub adhesion: Finite,

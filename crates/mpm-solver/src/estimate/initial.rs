@@ -47,11 +47,17 @@ pub(super) fn of<const D: usize>(
     if part <= TOLD || part.is_nan() {
         return None;
     }
+    // Beside what is wished in place the ground is held from the first load step on only.
+    let rigid = model
+        .contributions
+        .iter()
+        .any(|named| !named.contribution.is_load() && !named.contribution.stabilises());
+    let or_held = if rigid { ", or tools and walls hold what presses against them" } else { "" };
     let worst = (0..left.len()).max_by(|&a, &b| left[a].norm().total_cmp(&left[b].norm()))?;
     let at = connected.active.space().position(mesh, connected.active.nodes()[worst]);
     Some(format!(
         "the initial stress does not balance the loads at load fraction 0: {} of its forces are left, most at {}; the first \
-         load step moves the bodies until they balance",
+         load step moves the bodies until they balance{or_held}",
         six_digits(part),
         place(model.space(), &at)
     ))

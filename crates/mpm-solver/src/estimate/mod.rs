@@ -18,6 +18,7 @@ use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{LatticePlaces, Prediction, predict};
 pub use rehearsal::Seconds;
 use rehearsal::{Rehearsal, factor_entries, is_iterative, rehearse};
+pub use remarks::doubts;
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +57,7 @@ pub struct Estimate {
     pub volumes: Vec<BodyVolume>,
     /// Rigid tools, and what else has a size of its own: a clause for each.
     pub tools: Vec<String>,
-    /// What in the model is probably not meant: sentences for people.
+    /// What in the model is probably not meant, then what is good to know: sentences for people.
     pub remarks: Vec<String>,
     /// Columns of the points that are not stored for any body, because the scene needs them nowhere.
     pub columns_not_stored: Vec<&'static str>,
@@ -186,7 +187,8 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
         tools: sizes_of_tools(model),
         remarks: {
             let unbalanced = initial::of(model, &mesh, &connected, &constraints);
-            remarks::of(model, &mesh, active).into_iter().chain(unbalanced).collect()
+            let good_to_know = remarks::good_to_know(model, &mesh, active);
+            remarks::of(model, &mesh, active).into_iter().chain(unbalanced).chain(good_to_know).collect()
         },
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {

@@ -1,11 +1,12 @@
 //! What in a model is probably not meant, though it can be run.
 
 use super::driven;
+use crate::connection::stencils;
 use crate::model::{Model, NamedBody, Support};
 use crate::steps::stations;
 use mpm_assembly::{Space, views};
 use mpm_basis::ActiveNodes;
-use mpm_grid::{Mesh, Vector, six_digits};
+use mpm_grid::{LoadFraction, Mesh, Vector, six_digits};
 use std::array::from_fn;
 use std::collections::BTreeMap;
 
@@ -19,6 +20,14 @@ const ANY: [f64; 2] = [0.02, 4.0];
 /// Points across a shear band at least.
 const ACROSS: f64 = 6.0;
 
+/// What in a model is probably not meant: the remarks of [`super::estimate`] that ask for a change. It connects the points once, and
+/// runs nothing; nothing is said of a model that cannot begin to run.
+pub fn doubts<const D: usize>(model: &Model<D>) -> Vec<String> {
+    let Ok(mesh) = model.motion.mesh_at(&model.layout, LoadFraction::START) else { return Vec::new() };
+    let Ok(stencils) = stencils(model, &mesh) else { return Vec::new() };
+    of(model, &mesh, &ActiveNodes::of(&model.nodes, &stencils))
+}
+
 /// Sentences, the most surprising first.
 pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &ActiveNodes<D>) -> Vec<String> {
     let mut remarks: Vec<String> = model.bodies.iter().flat_map(|named| fill(named, mesh)).collect();
@@ -26,13 +35,20 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
         format!("support `{}` touches no material: none of its nodes carries any", support.name)
     }));
     remarks.extend(driven::of(model, mesh, active));
-    remarks.extend(shared(model, mesh, active));
     let bodies = model.bodies_by_name();
     remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh, &bodies)));
     remarks.extend(model.bodies.iter().filter_map(across_bands));
     remarks.extend(jumps(model));
-    remarks.extend(knots(model));
     remarks
+}
+
+/// What is as it should be, and good to know.
+pub(super) fn good_to_know<const D: usize>(
+    model: &Model<D>,
+    mesh: &Mesh<D>,
+    active: &ActiveNodes<D>,
+) -> impl Iterator<Item = String> {
+    shared(model, mesh, active).into_iter().chain(knots(model))
 }
 
 /// Points of a body that fill their cells more, or far less, than these hold.
@@ -80,9 +96,19 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
     })
 }
 
-/// Points of a regularised body that are too large for the width of its shear bands.
+/// Points of a regularised body that are too large for the width of its shear bands, or a body that is too small.
 fn across_bands<const D: usize>(named: &NamedBody<D>) -> Option<String> {
     let width = named.body.band_width()?;
+    let size = longest(named);
+    if width > size {
+        return Some(format!(
+            "shear bands of body `{}` are about {} wide, and it is no longer than {}: its `gradient` has a `length` of another unit, or \
+             keeps bands from forming",
+            named.name,
+            six_digits(width),
+            six_digits(size)
+        ));
+    }
     let largest = (0..named.body.n_points()).map(|p| named.body.extent(p).width).fold(0.0, f64::max);
     (largest * ACROSS > width).then(|| {
         format!(
@@ -92,6 +118,16 @@ fn across_bands<const D: usize>(named: &NamedBody<D>) -> Option<String> {
             six_digits(largest)
         )
     })
+}
+
+/// Longest side of the box round the points of a body `[L]`.
+fn longest<const D: usize>(named: &NamedBody<D>) -> f64 {
+    let along = |d: usize| {
+        let ends = views(&*named.body).map(|view| view.position[d]);
+        let (from, to) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        to - from
+    };
+    (0..named.body.space().coordinates::<D>()).map(along).fold(0.0, f64::max)
 }
 
 /// A position by the names of its coordinates.

@@ -156,7 +156,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Load fractions of the knots of all its ramps in a stage, in no order, some more than once.
-    pub fn knots_in(&self, stage: u32) -> Vec<f64> {
+    pub(crate) fn knots_in(&self, stage: u32) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let prescribed = supports.filter_map(Prescribed::ramp);
         let Loads { body_forces, point_loads, side_loads, fields } = &self.loads;

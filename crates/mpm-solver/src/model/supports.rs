@@ -25,7 +25,7 @@ impl<const D: usize> Support<D> {
     }
 
     /// Whether it ends in a stage, over which what it carries is released.
-    pub fn is_released_in(&self, stage: u32) -> bool {
+    pub(crate) fn is_released_in(&self, stage: u32) -> bool {
         self.active.until == Some(stage) && self.active.release == Release::Linear
     }
 

@@ -49,6 +49,9 @@ pub(crate) fn columns<const D: usize>(model: &Model<D>) -> Vec<Column> {
     if model.bodies.iter().any(|named| named.body.points_at_apex().is_some()) {
         columns.push(count(AT_APEX));
     }
+    if model.bodies.iter().any(|named| named.body.can_yield()) {
+        columns.push(real(STEP_STRAIN, 1));
+    }
     if model.condition_history {
         columns.push(real("condition", 1));
     }
@@ -81,6 +84,9 @@ pub(crate) const GAP: &str = "driven_gap/";
 
 /// Column of the points that yield at the apex of their law.
 pub(crate) const AT_APEX: &str = "points_at_apex";
+
+/// Column of the largest principal strain of a load step among the points that yield in it.
+pub(crate) const STEP_STRAIN: &str = "largest_step_strain";
 
 /// Name of the column of the stage, counted from 1.
 pub(crate) const STAGE: &str = "stage/number";

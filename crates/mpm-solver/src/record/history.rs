@@ -1,6 +1,6 @@
 //! The history of a run: one row per load step.
 
-use super::columns::{AT_APEX, GAP, STAGE, columns, may_iterate};
+use super::columns::{AT_APEX, GAP, STAGE, STEP_STRAIN, columns, may_iterate};
 use super::energy::elastic;
 use super::fields::BodyFields;
 use super::grip::{Grip, MOST, driven, taken_away};
@@ -9,7 +9,9 @@ use super::supports::{support_entries, total_reaction};
 use super::{Balanced, StepResult};
 use crate::error::Error;
 use crate::model::{Model, NamedContribution, Support};
-use crate::observe::{Column, ColumnKind, Counted, Entry, LoadStep, Observer, Resumed, RunStart, Space};
+use crate::observe::{
+    Column, ColumnKind, Counted, Entry, Fields, LoadStep, Observer, Resumed, RunStart, Space,
+};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
@@ -24,6 +26,8 @@ pub(crate) struct Record {
     columns: Vec<Column>,
     /// Whether points at an apex are counted.
     has_apex: bool,
+    /// Whether points can yield.
+    can_yield: bool,
     points: usize,
     nominal_steps: usize,
     stages: usize,
@@ -46,6 +50,7 @@ impl Record {
         Self {
             space: model.space(),
             has_apex: columns.iter().any(|column| column.name == AT_APEX),
+            can_yield: columns.iter().any(|column| column.name == STEP_STRAIN),
             columns,
             points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
             nominal_steps: model.stages.iter().map(|stage| stage.steps as usize).sum(),
@@ -147,9 +152,8 @@ impl Record {
         if self.rows == 0 {
             return Ok(());
         }
-        let mesh = mesh_after(model, self.at, &Mesh::at_rest(&model.layout));
-        let fields = BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh: &mesh };
-        observer.last(self.at.total(), &fields).map_err(Error::Observer)
+        let at = self.at;
+        look_at_points(model, at, |fields| observer.last(at.total(), fields)).map_err(Error::Observer)
     }
 
     /// Begins a stage, whose supports take hold of what they now find, and sets displacements to zero where the stage wants
@@ -311,6 +315,10 @@ impl Record {
             let counts = model.bodies.iter().filter_map(|named| named.body.points_at_apex());
             entries.push(Entry::Count(vec![counts.map(|count| count as u64).sum()]));
         }
+        if self.can_yield {
+            let strains = model.bodies.iter().map(|named| named.body.largest_step_strain());
+            entries.push(Entry::Real(vec![strains.fold(0.0, f64::max)]));
+        }
         if model.condition_history {
             entries.push(Entry::Real(vec![balanced.condition.unwrap_or(0.0)]));
         }
@@ -352,6 +360,16 @@ impl Record {
     pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
         Summary::of((self.rows.saturating_sub(1), self.at()), &self.totals, model, timings)
     }
+}
+
+/// Hands the points of a model on as observers see them at a load fraction.
+pub fn look_at_points<const D: usize, R>(
+    model: &Model<D>,
+    at: LoadFraction,
+    look: impl FnOnce(&dyn Fields) -> R,
+) -> R {
+    let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
+    look(&BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh: &mesh })
 }
 
 /// One row of the history and what else an observer sees with it.
