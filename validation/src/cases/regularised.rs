@@ -1,5 +1,7 @@
 //! Rings whose laws a nodal field regularises, against a solution in one dimension and between meshes.
 
+mod strip;
+
 use super::{fixed, largest, sweep};
 use crate::history::History;
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
@@ -9,6 +11,8 @@ use crate::scenes::{Run, changed, run, text};
 use crate::variants::plane;
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_scene::language::{MaterialInput, Scene};
+
+pub(super) use strip::STRIP;
 
 pub(super) const STRAIN: Case = Case {
     name: "doughnut twist, regularised",
