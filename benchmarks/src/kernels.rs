@@ -231,12 +231,17 @@ impl<const D: usize> Connected<D> {
 
     /// Internal force under the increment, and the tangent where asked for.
     pub fn pass(&mut self, tangent: bool) {
-        let input =
-            PassInput { pattern: &self.pattern, constraints: &self.constraints, increment: &self.increment };
+        let input = PassInput {
+            pattern: &self.pattern,
+            constraints: &self.constraints,
+            increment: &self.increment,
+            own: &[],
+        };
         self.internal.fill(Vector::zeros());
         self.values.fill(0.0);
-        let tangent = tangent.then_some(TangentSums { values: &mut self.values, lift: None });
-        let sums = Sums { internal: &mut self.internal, tangent };
+        let tangent =
+            tangent.then_some(TangentSums { values: &mut self.values, lift: None, own_lift: &mut [] });
+        let sums = Sums { internal: &mut self.internal, own: &mut [], tangent };
         let _ = black_box(self.body.assemble(&self.plan, input, sums));
     }
 

@@ -418,6 +418,11 @@ fn regularised_ring_that_softens() {
 }
 
 #[test]
+fn regularised_strip_that_softens() {
+    passes("strip that softens, regularised");
+}
+
+#[test]
 fn inclined_column() {
     passes("inclined column");
 }

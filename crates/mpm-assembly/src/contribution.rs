@@ -342,7 +342,7 @@ impl<const D: usize> Contribution<D> for ConnectedBody<'_, D> {
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
-        let determinant = self.body.assemble_with_field(self.plan, trial.all(), sums.all());
+        let determinant = self.body.assemble(self.plan, trial.input(), sums.sums());
         let determinant = determinant.map_err(Inadmissible::Point)?;
         sums.smallest_determinant = sums.smallest_determinant.min(determinant);
         Ok(())

@@ -78,6 +78,9 @@ pub fn body_stiffness_error<const D: usize>(
     if let Some(nodes) = field {
         plan = plan.with_field(nodes, &pattern);
     }
+    if let Some(regularisation) = body.regularisation() {
+        plan.begin_field(&regularisation, &|point| body.field_point(point));
+    }
     let mut increment = UnknownVector::zeros(pattern.unknowns());
     increment.own.iter_mut().enumerate().for_each(|(k, value)| *value = FIELD * (1.0 + (k as f64).sin()));
     for (to, &node) in increment.nodes.iter_mut().zip(active.nodes()) {

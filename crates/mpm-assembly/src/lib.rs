@@ -27,11 +27,11 @@ mod unknowns;
 
 pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
-    DomainsOfBody, FieldInput, FieldNodes, FieldPoint, FieldStart, FieldSums, FollowedBody, ForeignPoints,
-    InSpace, InadmissiblePoint, InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell,
-    PassInput, PointExtent, PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw,
-    SideForce, SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints,
-    crowding_over_shear, determinant, finish_tangent, follow, pressure_over_shear, views,
+    DomainsOfBody, FieldNodes, FieldPoint, FieldStart, FollowedBody, ForeignPoints, InSpace, InadmissiblePoint,
+    InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell, PassInput, PointExtent,
+    PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw, SideForce, SideForces, Space,
+    StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, crowding_over_shear, determinant,
+    finish_tangent, follow, pressure_over_shear, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

@@ -1,6 +1,6 @@
 //! A trial solution of a load step, and the sums of forces and tangent under it.
 
-use crate::body::{FieldInput, FieldSums, PassInput, Sums, TangentSums};
+use crate::body::{PassInput, Sums, TangentSums};
 use crate::unknowns::{Constraints, SparsityPattern, UnknownId, UnknownVector, Unknowns};
 use mpm_grid::{Block, LoadFraction, Vector};
 
@@ -21,13 +21,9 @@ pub struct Trial<'a, const D: usize> {
 
 impl<'a, const D: usize> Trial<'a, D> {
     /// What a pass over points reads.
-    pub fn nodes(&self) -> PassInput<'a, D> {
-        PassInput { pattern: self.pattern, constraints: self.constraints, increment: &self.increment.nodes }
-    }
-
-    /// The same with the unknowns that belong to no node's displacement.
-    pub(crate) fn all(&self) -> FieldInput<'a, D> {
-        FieldInput { nodes: self.nodes(), own: &self.increment.own }
+    pub fn input(&self) -> PassInput<'a, D> {
+        let UnknownVector { nodes, own } = self.increment;
+        PassInput { pattern: self.pattern, constraints: self.constraints, increment: nodes, own }
     }
 }
 
@@ -60,26 +56,16 @@ impl<'a, const D: usize> SystemSums<'a, D> {
 
 impl<const D: usize> SystemSums<'_, D> {
     /// What passes over points add to.
-    pub fn nodes(&mut self) -> Sums<'_, D> {
-        let tangent = self.tangent.as_mut().map(|tangent| TangentSums {
-            values: &mut *tangent.values,
-            lift: tangent.lift.as_mut().map(|lift| &mut lift.nodes[..]),
+    pub fn sums(&mut self) -> Sums<'_, D> {
+        let tangent = self.tangent.as_mut().map(|SystemTangent { values, lift }| {
+            let (lift, own_lift) = match lift {
+                Some(UnknownVector { nodes, own }) => (Some(&mut nodes[..]), &mut own[..]),
+                None => (None, Default::default()),
+            };
+            TangentSums { values, lift, own_lift }
         });
-        Sums { internal: &mut self.force.nodes, tangent }
-    }
-
-    /// The same with the unknowns that belong to no node's displacement.
-    pub(crate) fn all(&mut self) -> FieldSums<'_, D> {
-        let (mut own_lift, mut tangent): (&mut [f64], _) = (&mut [], None);
-        if let Some(SystemTangent { values, lift }) = &mut self.tangent {
-            let lift = lift.as_deref_mut().map(|UnknownVector { nodes, own }| {
-                own_lift = own;
-                &mut nodes[..]
-            });
-            tangent = Some(TangentSums { values, lift });
-        }
-        let nodes = Sums { internal: &mut self.force.nodes, tangent };
-        FieldSums { nodes, own: &mut self.force.own, own_lift }
+        let UnknownVector { nodes, own } = &mut *self.force;
+        Sums { internal: nodes, own, tangent }
     }
 
     /// Whether a tangent is wanted.

@@ -41,8 +41,11 @@ fn free(setup: &Setup<2>) -> Constraints<2> {
 fn force(setup: &Setup<2>, increment: &[Vector<2>]) -> Vec<Vector<2>> {
     let mut internal = vec![Vector::zeros(); increment.len()];
     let constraints = free(setup);
-    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment };
-    setup.body.assemble(&setup.plan, input, Sums { internal: &mut internal, tangent: None }).unwrap();
+    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment, own: &[] };
+    setup
+        .body
+        .assemble(&setup.plan, input, Sums { internal: &mut internal, own: &mut [], tangent: None })
+        .unwrap();
     internal
 }
 
@@ -275,9 +278,10 @@ fn two_reversals_are_refused_each_by_itself() {
             })
             .collect();
         let constraints = free(&setup);
-        let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &increment };
+        let input =
+            PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &increment, own: &[] };
         let mut internal = vec![Vector::zeros(); 4];
-        let sums = Sums { internal: &mut internal, tangent: None };
+        let sums = Sums { internal: &mut internal, own: &mut [], tangent: None };
         setup.body.assemble(&setup.plan, input, sums).unwrap_err().reason
     };
     // ΔF_rr and ΔF_θθ are negative, and so is det ΔF_2; with z reversed, too, det ΔF_2 is positive.

@@ -264,9 +264,9 @@ fn goes_with_ghost_stabilisation<B: Basis<2> + Clone + 'static>(basis: B) {
         let both = |increment: &[Vector<2>]| {
             let (mut force, mut values, _) = sum(&setup, increment, &constraints);
             let body_alone = flat(&force);
-            let tangent = Some(TangentSums { values: &mut values, lift: None });
-            let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment };
-            faces.assemble(&slots, input, Sums { internal: &mut force, tangent });
+            let tangent = Some(TangentSums { values: &mut values, lift: None, own_lift: &mut [] });
+            let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment, own: &[] };
+            faces.assemble(&slots, input, Sums { internal: &mut force, own: &mut [], tangent });
             (flat(&force), values, body_alone)
         };
         let (increment, direction) = (field(&setup, -0.02), field(&setup, 1.0));

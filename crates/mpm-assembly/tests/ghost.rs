@@ -72,9 +72,9 @@ impl<const D: usize> Setup<D> {
         let mut force = vec![Vector::zeros(); self.active.len()];
         let mut lift = force.clone();
         let mut values = vec![0.0; self.pattern.n_entries()];
-        let input = PassInput { pattern: &self.pattern, constraints, increment };
-        let tangent = Some(TangentSums { values: &mut values, lift: Some(&mut lift) });
-        let sums = Sums { internal: &mut force, tangent };
+        let input = PassInput { pattern: &self.pattern, constraints, increment, own: &[] };
+        let tangent = Some(TangentSums { values: &mut values, lift: Some(&mut lift), own_lift: &mut [] });
+        let sums = Sums { internal: &mut force, own: &mut [], tangent };
         self.faces.assemble(&self.faces.slots(&self.pattern), input, sums);
         (force, values, lift)
     }

@@ -85,7 +85,14 @@ impl<const D: usize> Setup<D> {
         let pattern = SparsityPattern::reusing(None, &unknowns, symmetry, &[&couplings]);
         let linked = BodyConnectivity { connectivity, dilatation: None };
         let plan = AssemblyPlan::new(linked, &pattern).with_field(nodes, &pattern);
-        Self { body, active, pattern, plan, mesh }
+        let mut setup = Self { body, active, pattern, plan, mesh };
+        setup.begin();
+        setup
+    }
+
+    fn begin(&mut self) {
+        let Self { body, plan, .. } = self;
+        plan.begin_field(&body.regularisation().unwrap(), &|point| body.field_point(point));
     }
 
     fn follow(&self, point: impl Fn(usize) -> FieldPoint<D>) -> FieldStart {
@@ -106,6 +113,7 @@ impl<const D: usize> Setup<D> {
         let step = Converged { mesh: &self.mesh, active: &self.active, increment: nodes, own };
         self.body.prepare(&self.plan, step).unwrap();
         self.body.commit();
+        self.begin();
     }
 }
 

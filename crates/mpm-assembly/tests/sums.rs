@@ -98,13 +98,13 @@ fn an_inverting_trial_names_its_first_point() {
         setup.active.nodes().iter().map(|&node| setup.mesh.position(node) * -1.5).collect();
     let mut internal = vec![Vector::zeros(); inwards.len()];
     let constraints = Constraints::none(inwards.len());
-    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &inwards };
-    let sums = Sums { internal: &mut internal, tangent: None };
+    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &inwards, own: &[] };
+    let sums = Sums { internal: &mut internal, own: &mut [], tangent: None };
     // ΔF = -½ I is a proper rotation and shrink in the plane: its determinant is positive.
     assert!(setup.body.assemble(&setup.plan, input, sums).is_ok());
     let mirrored: Vec<Vector<2>> = inwards.iter().map(|u| Vector::<2>::new(u.x, 0.0)).collect();
     let input = PassInput { increment: &mirrored, ..input };
-    let sums = Sums { internal: &mut internal, tangent: None };
+    let sums = Sums { internal: &mut internal, own: &mut [], tangent: None };
     let error = setup.body.assemble(&setup.plan, input, sums).unwrap_err();
     assert_eq!(error.point, 0);
     assert!(

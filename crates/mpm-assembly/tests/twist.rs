@@ -44,8 +44,11 @@ fn boxed<const D: usize>(body: MaterialBody<D>) -> Box<dyn Body<D>> {
 fn force<const D: usize>(setup: &Setup<D>, increment: &[Vector<D>]) -> Vec<Vector<D>> {
     let mut internal = vec![Vector::zeros(); increment.len()];
     let constraints = Constraints::none(setup.active.len());
-    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment };
-    setup.body.assemble(&setup.plan, input, Sums { internal: &mut internal, tangent: None }).unwrap();
+    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment, own: &[] };
+    setup
+        .body
+        .assemble(&setup.plan, input, Sums { internal: &mut internal, own: &mut [], tangent: None })
+        .unwrap();
     internal
 }
 
@@ -264,9 +267,11 @@ fn nothing_reaches_the_axis() {
     let setup = connect(boxed(body.with_twist()), layer);
     let increment = field(&setup, |x| Vector::<3>::new(-1.2 * x[0], -1.2 * x[1], 0.5));
     let constraints = Constraints::none(setup.active.len());
-    let input = PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &increment };
+    let input =
+        PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &increment, own: &[] };
     let mut internal = vec![Vector::zeros(); increment.len()];
-    let refused = setup.body.assemble(&setup.plan, input, Sums { internal: &mut internal, tangent: None });
+    let refused =
+        setup.body.assemble(&setup.plan, input, Sums { internal: &mut internal, own: &mut [], tangent: None });
     assert!(matches!(refused.unwrap_err().reason, InadmissibleState::ReachesAxis { .. }));
     // Bodies of the plane do not turn.
     let plane = MaterialBody::new(Smpm, Hencky(elasticity()), seed_cells(&Smpm, &section, section.cells(), 1));

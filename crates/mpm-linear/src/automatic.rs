@@ -2,7 +2,7 @@
 
 use crate::direct::{Factorization, fingerprint};
 use crate::matrix::{Matrix, Pattern};
-use crate::multigrid::{Converged, Failure, Multigrid};
+use crate::multigrid::{Converged, Failure, Interleaved, Multigrid};
 use crate::prediction::{Prediction, predict};
 use crate::report::{Analysis, Cause, Factored, Method, OutOfMemory, Singular, Solved};
 use crate::solver::{Hints, LatticePlaces, LinearSolver, NotSavedHere, Saved};
@@ -51,8 +51,8 @@ impl Choice {
 
 /// Solves by iteration or by factorisation, as the [`Choice`] says.
 ///
-/// The iteration needs a matrix whose equations all belong to nodes on a lattice; other matrices are factorised. It is
-/// by conjugate gradients where the matrix is symmetric, else by GMRES.
+/// The iteration needs a matrix whose equations all belong to nodes on a lattice, also those of a further field on the nodes;
+/// other matrices are factorised. It is by conjugate gradients where the matrix is symmetric, else by GMRES.
 pub struct Automatic {
     choice: Choice,
     direct: Factorization,
@@ -76,8 +76,10 @@ struct Iterative {
     lines: [Vec<f64>; 3],
     periods: [Option<u32>; 3],
     prediction: Prediction,
-    /// Equations of each node.
+    /// Equations of each node, without that of a further field.
     block: usize,
+    /// Nodes of the equations of a further field, in order.
+    further: Vec<usize>,
 }
 
 /// An iteration with multigrid for any number of equations a node.
@@ -96,9 +98,23 @@ impl<const D: usize> Iteration for Multigrid<D> {
     }
 }
 
-/// Whether there is an iteration for a pattern.
-fn can_iterate(pattern: Pattern<'_>) -> bool {
-    pattern.has_blocks_only() && (1..=3).contains(&pattern.block)
+impl<const N: usize> Iteration for Interleaved<N> {
+    fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        Interleaved::prepare(self, matrix)
+    }
+
+    fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
+        Interleaved::solve(self, x, tolerance, iterations)
+    }
+}
+
+/// Nodes of the equations behind those of the nodes, in order; none where one of them belongs to no node.
+fn further(pattern: Pattern<'_>, hints: &Hints<'_>) -> Option<Vec<usize>> {
+    let mut behind = pattern.block * pattern.blocks..pattern.n_equations();
+    behind.try_fold(Vec::new(), |mut nodes, equation| {
+        nodes.push(hints.further?(equation)?);
+        Some(nodes)
+    })
 }
 
 /// The iteration for a pattern.
@@ -106,14 +122,17 @@ fn method(pattern: Pattern<'_>) -> Method {
     if pattern.is_symmetric() { Method::ConjugateGradients } else { Method::Gmres }
 }
 
-fn hierarchy(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
+fn hierarchy(pattern: Pattern<'_>, further: &[usize], places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
     fn boxed<const D: usize>(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
         Multigrid::<D>::analyse(pattern, places).map(|it| Box::new(it) as Box<dyn Iteration>)
     }
-    match pattern.block {
-        1 => boxed::<1>(pattern, places),
-        2 => boxed::<2>(pattern, places),
-        3 => boxed::<3>(pattern, places),
+    let node_of = |equation: usize| further.get(equation - pattern.block * pattern.blocks).copied();
+    match (pattern.block, further.is_empty()) {
+        (1, true) => boxed::<1>(pattern, places),
+        (2, true) => boxed::<2>(pattern, places),
+        (3, true) => boxed::<3>(pattern, places),
+        (2, false) => Some(Box::new(Interleaved::<3>::analyse(pattern, node_of, places)?)),
+        (3, false) => Some(Box::new(Interleaved::<4>::analyse(pattern, node_of, places)?)),
         _ => None,
     }
 }
@@ -132,16 +151,22 @@ impl Automatic {
         }
     }
 
+    /// Whether systems of a pattern can be solved by iteration.
+    pub fn can_iterate(pattern: Pattern<'_>, hints: &Hints<'_>) -> bool {
+        hints.lattice.is_some() && (1..=3).contains(&pattern.block) && further(pattern, hints).is_some()
+    }
+
     /// The places of the nodes and the predicted cost, if the system is to be solved by iteration.
     fn iterates<'a>(&self, pattern: Pattern<'_>, hints: &Hints<'a>) -> Option<(LatticePlaces<'a>, Prediction)> {
-        let places = hints.lattice.filter(|_| self.choice != Choice::Direct && can_iterate(pattern))?;
+        let can_be = self.choice != Choice::Direct && Self::can_iterate(pattern, hints);
+        let places = hints.lattice.filter(|_| can_be)?;
         let prediction = predict(pattern, places);
         self.choice.is_iterative(&prediction).then_some((places, prediction))
     }
 
     /// Factorises a matrix that the iteration cannot solve, or should not try.
     fn help(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
-        let Iterative { index, lines, periods, prediction, .. } =
+        let Iterative { index, lines, periods, prediction, further, .. } =
             self.iterative.as_ref().expect("it asked for help");
         let refused = Singular {
             equation: 0,
@@ -152,7 +177,10 @@ impl Automatic {
         if prediction.factor_entries > MOST_ENTRIES_AS_HELP {
             return Err(refused);
         }
-        let hints = Hints::on_lattice(LatticePlaces { index, lines, periods: *periods });
+        let behind = matrix.pattern.block * matrix.pattern.blocks;
+        let node_of = |equation: usize| further.get(equation - behind).copied();
+        let places = LatticePlaces { index, lines, periods: *periods };
+        let hints = Hints { further: Some(&node_of), ..Hints::on_lattice(places) };
         self.direct.prepare(matrix.pattern, &hints).map_err(|_| refused)?;
         let factored = self.direct.factorise(matrix)?;
         self.helped = true;
@@ -181,14 +209,24 @@ impl LinearSolver for Automatic {
         // helps with the next one orders its equations anew.
         self.iterative = None;
         self.direct = Factorization::new();
-        let Some(multigrid) = hierarchy(pattern, places) else {
+        let further = further(pattern, hints).unwrap_or_default();
+        let Some(multigrid) = hierarchy(pattern, &further, places) else {
             return self.direct.analyse(pattern, hints);
         };
         let LatticePlaces { index, lines, periods } = places;
         let (index, lines, block) = (index.to_vec(), lines.clone(), pattern.block);
         let method = method(pattern);
-        self.iterative =
-            Some(Iterative { method, multigrid, fingerprint, index, lines, periods, prediction, block });
+        self.iterative = Some(Iterative {
+            method,
+            multigrid,
+            fingerprint,
+            index,
+            lines,
+            periods,
+            prediction,
+            block,
+            further,
+        });
         Ok(analysis)
     }
 

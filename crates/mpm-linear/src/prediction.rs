@@ -92,7 +92,7 @@ impl Iteration {
 }
 
 /// Predicts from the box that the nodes stand in and how many they are. There is one equation a node for
-/// each dimension of space.
+/// each dimension of space, and behind these at most one more a node, of a further field.
 pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
     let dimensions = pattern.block;
     let n = places.index.len();
@@ -110,25 +110,33 @@ pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
 
     // Both triangles of the matrix have that many blocks; the factors of an unsymmetric one are two.
     let (stored, factors) = if pattern.is_symmetric() { (2.0, 1.0) } else { (1.0, 2.0) };
-    let blocks = pattern.row.len() as f64 / (dimensions * dimensions) as f64 * stored;
+    let equations = pattern.n_equations() as f64 / n as f64;
+    let blocks = pattern.row.len() as f64 / equations.powi(2) * stored;
     // A layer of nodes thick enough to part a region: half the couplings of a node along one direction.
     let layer = (0.5 * ((blocks / n as f64).powf(1.0 / dimensions as f64) - 1.0)).max(1.0);
-    let mut dissection = Dissection { layer, equations: dimensions as f64, entries: 0.0, operations: 0.0 };
+    let mut dissection = Dissection { layer, equations, entries: 0.0, operations: 0.0 };
     dissection.cut(sides, [0.0; 3]);
 
     let is_space = usize::from(dimensions > 2);
-    let iteration = Iteration::of(pattern, (n * dimensions * size_of::<f64>()) as f64, is_space);
-    let block = (dimensions * dimensions * size_of::<f64>() + 4) as f64;
+    // The blocks of the iteration have an equation of the further field at every node.
+    let side = if pattern.has_blocks_only() { dimensions } else { dimensions + 1 };
+    let iteration = Iteration::of(pattern, (n * side * size_of::<f64>()) as f64, is_space);
+    let block = (side * side * size_of::<f64>() + 4) as f64;
     let levels = 1.0 + 1.0 / ((1 << dimensions) as f64 - 1.0);
     // Of each block also where it comes from; of each node vectors, interpolation, a diagonal block.
-    let per_node =
-        (14 * dimensions * size_of::<f64>() + 2 * dimensions * dimensions * size_of::<f64>() + 100) as f64;
+    let per_node = (14 * side * size_of::<f64>() + 2 * side * side * size_of::<f64>() + 100) as f64;
     let factor_entries = dissection.entries * factors;
+    // A matrix with a further field is written anew, with where its entries come from.
+    let entry = 2 * size_of::<f64>() + size_of::<u32>();
+    let interleaved = if side > dimensions { blocks / stored * (side * side * entry) as f64 } else { 0.0 };
     let of_one = blocks * block * PASSES + iteration.traffic;
     Prediction {
         factor_entries,
         factor_operations: dissection.operations * factors,
-        iterative_bytes: blocks * (levels * block + 8.0) + n as f64 * levels * per_node + iteration.held,
+        iterative_bytes: blocks * (levels * block + 8.0)
+            + n as f64 * levels * per_node
+            + iteration.held
+            + interleaved,
         iterative_traffic: blocks * block * PREPARATION + iteration.number * of_one,
         operations_per_byte: iteration.operations_per_byte,
         of_one,

@@ -1,5 +1,7 @@
 //! Linear elasticity of trilinear cells on lattices: whole, cut, graded and closed on themselves.
 
+#[path = "multigrid/further_field.rs"]
+mod further_field;
 #[path = "multigrid/unsymmetric.rs"]
 mod unsymmetric;
 

@@ -95,6 +95,10 @@ fn under_every_basis() {
             gradient,
             &PLANE.replace("BASIS", "Cpdi1").replace("yield_radius: 4, density", &law),
         );
+        goes_on_bit_for_bit(
+            &format!("{gradient} by iteration"),
+            &PLANE.replace("BASIS", "Cpdi1, solver: Iterative").replace("yield_radius: 4, density", &law),
+        );
     }
     let gently = SOLID.replace("(0.4, 0, -1)", "(0.1, 0, -0.3)");
     goes_on_bit_for_bit("multigrid", &SOLID.replace("BASIS", "Cpdi1, solver: Iterative"));

@@ -200,12 +200,12 @@ pub(crate) fn connect<const D: usize>(
         });
     match former {
         Some(Connected { assembly_plans, pattern, is_analysed, .. }) if same => {
-            let assembly_plans: Vec<AssemblyPlan<D>> = assembly_plans
+            let mut assembly_plans: Vec<AssemblyPlan<D>> = assembly_plans
                 .into_iter()
                 .zip(linked)
                 .map(|(kept, now)| kept.relinked(now.connectivity))
                 .collect();
-            let field = field.map(|nodes| nodal_field(model, nodes, &assembly_plans, &pattern));
+            let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, &pattern));
             Ok((Connected { active, assembly_plans, pattern, own, field, is_analysed }, Kept::Pattern))
         }
         former => {
@@ -260,8 +260,8 @@ fn couple<const D: usize>(
             None => plan,
         }
     };
-    let assembly_plans: Vec<AssemblyPlan<D>> = linked.into_iter().enumerate().map(plan).collect();
-    let field = field.map(|nodes| nodal_field(model, nodes, &assembly_plans, &pattern));
+    let mut assembly_plans: Vec<AssemblyPlan<D>> = linked.into_iter().enumerate().map(plan).collect();
+    let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, &pattern));
     for named in &mut model.contributions {
         named.contribution.locate(&pattern);
     }
@@ -272,10 +272,15 @@ fn couple<const D: usize>(
 fn nodal_field<const D: usize>(
     model: &Model<D>,
     nodes: Arc<FieldNodes>,
-    plans: &[AssemblyPlan<D>],
+    plans: &mut [AssemblyPlan<D>],
     pattern: &SparsityPattern<D>,
 ) -> NodalField {
-    let bodies = model.bodies.iter().zip(plans).filter_map(|(named, plan)| {
+    for (named, plan) in model.bodies.iter().zip(&mut *plans) {
+        if let Some(regularisation) = named.body.regularisation() {
+            plan.begin_field(&regularisation, &|point| named.body.field_point(point));
+        }
+    }
+    let bodies = model.bodies.iter().zip(&*plans).filter_map(|(named, plan)| {
         let regularisation = named.body.regularisation()?;
         Some((plan, regularisation, move |point| named.body.field_point(point)))
     });

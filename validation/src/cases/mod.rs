@@ -69,6 +69,7 @@ pub const CASES: &[Case] = &[
     boundaries::STRIP,
     regularised::STRAIN,
     regularised::SOFTENING,
+    regularised::STRIP,
     cantilever::CASE,
     collapse::CASE,
     space::CANTILEVER,

@@ -2,12 +2,13 @@
 
 use super::body_connectivity::BodyConnectivity;
 use super::dilatation::Dilatation;
-use super::regularised::{FieldNodes, FieldPlan};
+use super::regularised::{FieldNodes, FieldPlan, FieldPoint};
 use crate::body::strips::Strips;
 use crate::unknowns::{Couplings, SparsityPattern};
 use mpm_basis::Connectivity;
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
+use mpm_material::Regularisation;
 use std::sync::{Arc, Mutex};
 
 /// Tasks per phase at most, each with its scratch; fixed, so that nothing depends on the number of
@@ -57,6 +58,14 @@ impl<const D: usize> AssemblyPlan<D> {
     pub fn with_field(self, nodes: Arc<FieldNodes>, pattern: &SparsityPattern<D>) -> Self {
         let field = FieldPlan::new(nodes, self.connectivity(), pattern, self.sums.scratch.len());
         Self { field: Some(field), ..self }
+    }
+
+    /// Sums what no trial of a load step changes in the equations of the nodal field; `point` are the points at its start.
+    /// Sums over the points of a regularised body come after it.
+    pub fn begin_field(&mut self, regularisation: &Regularisation, point: &dyn Fn(usize) -> FieldPoint<D>) {
+        if let Some(field) = &mut self.field {
+            field.begin(&self.body.connectivity, regularisation, point);
+        }
     }
 
     /// Where the nodal field of a regularised body stands.

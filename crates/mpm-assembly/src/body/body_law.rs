@@ -3,7 +3,7 @@
 use crate::body::advance::PreparedState;
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::points::Points;
-use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
+use crate::body::regularised::FieldPoint;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
@@ -66,7 +66,7 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
     /// begin free of stress.
     fn begin(&mut self, points: &mut Points<D>, starts: &[PointStart]) -> Result<(), RefusedStart>;
 
-    /// As [`pass::assemble`].
+    /// As [`pass::assemble`], and of a law under a nodal field as [`regularised::pass::assemble`].
     fn assemble(
         &self,
         points: &Points<D>,
@@ -74,17 +74,6 @@ pub(crate) trait BodyLaw<const D: usize>: Send + Sync {
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
     ) -> Result<f64, InadmissiblePoint>;
-
-    /// As [`Self::assemble`], with the nodal field where there is one.
-    fn assemble_with_field(
-        &self,
-        points: &Points<D>,
-        plan: &AssemblyPlan<D>,
-        input: FieldInput<'_, D>,
-        sums: FieldSums<'_, D>,
-    ) -> Result<f64, InadmissiblePoint> {
-        self.assemble(points, plan, input.nodes, sums.nodes)
-    }
 
     /// As [`dissipation::dissipation`]; the trial displacement comes with the unknowns that belong to no node's
     /// displacement.

@@ -7,7 +7,7 @@ use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
-use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
+use crate::body::regularised::FieldPoint;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
@@ -117,29 +117,16 @@ pub trait Body<const D: usize>: Send + Sync {
         active: &ActiveNodes<D>,
     ) -> Result<Option<Dilatation<D>>, UnconnectedPoint<D>>;
 
-    /// Adds internal force and tangent, see `pass.rs`.
+    /// Adds internal force and tangent, see `pass.rs`; where a nodal field regularises the body also those of the field, see
+    /// `regularised/pass.rs`.
     ///
     /// # Errors
     /// The first point that has no admissible state under the trial displacement.
-    ///
-    /// # Panics
-    /// A nodal field regularises the body, see [`Self::assemble_with_field`].
     fn assemble(
         &self,
         plan: &AssemblyPlan<D>,
         input: PassInput<'_, D>,
         sums: Sums<'_, D>,
-    ) -> Result<f64, InadmissiblePoint>;
-
-    /// As [`Self::assemble`], of any body: with the nodal field where one regularises the body.
-    ///
-    /// # Errors
-    /// As of [`Self::assemble`].
-    fn assemble_with_field(
-        &self,
-        plan: &AssemblyPlan<D>,
-        input: FieldInput<'_, D>,
-        sums: FieldSums<'_, D>,
     ) -> Result<f64, InadmissiblePoint>;
 
     /// Energy that a trial displacement, with the unknowns that belong to no node's displacement, dissipates `[F L]`, see

@@ -11,7 +11,7 @@ use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
 use crate::body::law_of_body::LawOfBody;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
-use crate::body::regularised::{FieldInput, FieldPoint, FieldSums};
+use crate::body::regularised::FieldPoint;
 use crate::body::scatter::{PassInput, Sums};
 use crate::body::space::Space;
 use crate::body::start::{PointStart, RefusedStart};
@@ -262,15 +262,6 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         gradient: &mut [Vector<D>],
     ) -> Result<f64, InadmissiblePoint> {
         self.law.dissipation(&self.points, plan, trial, gradient)
-    }
-
-    fn assemble_with_field(
-        &self,
-        plan: &AssemblyPlan<D>,
-        input: FieldInput<'_, D>,
-        sums: FieldSums<'_, D>,
-    ) -> Result<f64, InadmissiblePoint> {
-        self.law.assemble_with_field(&self.points, plan, input, sums)
     }
 
     fn external_force(

@@ -28,14 +28,13 @@ use crate::body::point_tangent::add_tangent_of_point;
 use crate::body::scatter::{
     ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
 };
-use crate::body::strips::Strip;
+use crate::body::strips::{Strip, sum_strips};
 use crate::body::trial::{Committed, trial};
 use crate::body::turning_tangent::{Turned, add_turning_tangent};
 use mpm_basis::Group;
-use mpm_basis::parallel::both;
 use mpm_grid::{Block, Vector};
 use mpm_material::Material;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// The dense sums of a node set, and what its points need of its nodes.
 struct Dense<'a, const D: usize> {
@@ -63,7 +62,7 @@ pub fn assemble<const D: usize, M: Material, const HOOP: bool>(
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
 ) -> Result<f64, InadmissiblePoint> {
-    let Sums { internal, mut tangent } = sums;
+    let Sums { internal, mut tangent, .. } = sums;
     let pass = Pass::<D, M, HOOP> { committed, plan, input };
     let mut smallest = f64::INFINITY;
     for strips in plan.sums.strips.phases() {
@@ -92,32 +91,33 @@ struct Pass<'a, const D: usize, M: Material, const HOOP: bool> {
 }
 
 impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
-    /// Sums strips, halving the list until there is one task for each scratch.
-    fn sum<const TANGENT: u8>(
+    /// Sums the strips of a phase.
+    fn sum<'p, const TANGENT: u8>(
         &self,
         strips: &[Strip],
         scratch: &[Mutex<Scratch<D>>],
+        part: Part<'p, D>,
+    ) -> Result<f64, InadmissiblePoint> {
+        let parted = |part: Part<'p, D>, node| part.split_at(node, self.input.pattern);
+        sum_strips(strips, scratch, part, &parted, &|strips, scratch, part| {
+            self.sum_task::<TANGENT>(strips, scratch, part)
+        })
+    }
+
+    /// Sums the strips of a task.
+    fn sum_task<const TANGENT: u8>(
+        &self,
+        strips: &[Strip],
+        scratch: &mut Scratch<D>,
         mut part: Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        if scratch.len() > 1 && strips.len() > 1 {
-            let (low, high) = strips.split_at(strips.len() / 2);
-            let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
-            let (low_part, high_part) = part.split_at(high[0].nodes.start, self.input.pattern);
-            let (low, high) = both(
-                || self.sum::<TANGENT>(low, low_scratch, low_part),
-                || self.sum::<TANGENT>(high, high_scratch, high_part),
-            );
-            return Ok(low?.min(high?));
-        }
-        // What a task that panicked has left is overwritten.
-        let mut scratch = scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
         let positions = strips.iter().flat_map(|strip| strip.sets.clone());
         let sets = positions.map(|position| self.plan.sums.strips.set(position));
         let mut smallest = f64::INFINITY;
         match self.plan.dilatation() {
             None => {
                 for set in sets {
-                    smallest = smallest.min(self.sum_node_set::<TANGENT>(set, &mut scratch, &mut part)?);
+                    smallest = smallest.min(self.sum_node_set::<TANGENT>(set, scratch, &mut part)?);
                 }
             }
             Some(dilatation) => {
@@ -126,7 +126,7 @@ impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
                 let increment = input.increment;
                 let dilated = Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment };
                 let mut of_cell = dilatation::Scratch::default();
-                let Scratch { force, tangent, .. } = &mut *scratch;
+                let Scratch { force, tangent, .. } = scratch;
                 for cell in sets {
                     let nodes = dilatation.cells().nodes(cell);
                     let n = nodes.len();

@@ -4,10 +4,13 @@ use crate::unknowns::{Constraints, SparsityPattern, node_equation};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
 
-/// What a pass adds to: nodal forces, and where wanted the tangent.
+/// What a pass adds to: nodal forces, and where wanted the tangent. Only bodies under a nodal field add to what belongs to
+/// no node's displacement, so that it may be empty for others.
 pub struct Sums<'a, const D: usize> {
     /// `fⁱⁿᵗ_v` of every active node `[F]`.
     pub internal: &'a mut [Vector<D>],
+    /// Residuals of the other unknowns.
+    pub own: &'a mut [f64],
     /// The tangent.
     pub tangent: Option<TangentSums<'a, D>>,
 }
@@ -18,6 +21,8 @@ pub struct TangentSums<'a, const D: usize> {
     pub values: &'a mut [f64],
     /// `Σ_w K_vw Δū_w` of the prescribed increments of the [`Constraints`], where asked for `[F]`.
     pub lift: Option<&'a mut [Vector<D>]>,
+    /// The same product in the equations of the other unknowns; empty where it is not asked for.
+    pub own_lift: &'a mut [f64],
 }
 
 /// What a pass reads besides the points.
@@ -29,6 +34,8 @@ pub struct PassInput<'a, const D: usize> {
     pub constraints: &'a Constraints<D>,
     /// Trial displacement `Δu_v` of every active node `[L]`.
     pub increment: &'a [Vector<D>],
+    /// Trial values of the other unknowns; only bodies under a nodal field read them.
+    pub own: &'a [f64],
 }
 
 /// The parts of the global arrays that some strips write to.

@@ -7,7 +7,9 @@
 
 use super::body_connectivity::BodyConnectivity;
 use crate::unknowns::Couplings;
+use mpm_basis::parallel::both;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// A strip is cut as soon as it holds this many points and may be.
 const POINTS: usize = 2048;
@@ -83,4 +85,28 @@ impl Strips {
     pub(crate) fn phases(&self) -> &[Vec<Strip>; 2] {
         &self.phases
     }
+}
+
+/// Sums the strips of a phase, halving the list until there is one task for each scratch; returns the smallest result.
+/// `parted` parts what they write to before and from a node on, `sum` sums the strips of a task.
+pub(crate) fn sum_strips<P: Send, S: Send, E: Send>(
+    strips: &[Strip],
+    scratch: &[Mutex<S>],
+    part: P,
+    parted: &(impl Fn(P, usize) -> (P, P) + Sync),
+    sum: &(impl Fn(&[Strip], &mut S, P) -> Result<f64, E> + Sync),
+) -> Result<f64, E> {
+    if scratch.len() > 1 && strips.len() > 1 {
+        let (low, high) = strips.split_at(strips.len() / 2);
+        let (low_scratch, high_scratch) = scratch.split_at(scratch.len() / 2);
+        let (low_part, high_part) = parted(part, high[0].nodes.start);
+        let (low, high) = both(
+            || sum_strips(low, low_scratch, low_part, parted, sum),
+            || sum_strips(high, high_scratch, high_part, parted, sum),
+        );
+        return Ok(low?.min(high?));
+    }
+    // What a task that panicked has left is overwritten.
+    let mut scratch = scratch[0].lock().unwrap_or_else(PoisonError::into_inner);
+    sum(strips, &mut scratch, part)
 }

@@ -320,7 +320,7 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
-        self.faces.assemble(&self.slots, trial.nodes(), sums.nodes());
+        self.faces.assemble(&self.slots, trial.input(), sums.sums());
         Ok(())
     }
 
@@ -338,7 +338,8 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
         let increment = &trial.increment.nodes;
         let mut force = vec![Vector::<D>::zeros(); increment.len()];
-        self.faces.assemble(&self.slots, trial.nodes(), Sums { internal: &mut force, tangent: None });
+        let sums = Sums { internal: &mut force, own: &mut [], tangent: None };
+        self.faces.assemble(&self.slots, trial.input(), sums);
         let mut dissipated = 0.0;
         for (v, (force, u)) in force.iter().zip(increment).enumerate() {
             for i in 0..D {

@@ -139,9 +139,20 @@ impl<const D: usize> SparsityPattern<D> {
         }
     }
 
-    /// Where the entry in a row stands in its column.
-    pub(crate) fn offset(&self, row: usize, column: usize) -> u32 {
-        u32::try_from(self.find(row, column) - self.column_start[column]).expect("fewer than 2^32 rows")
+    /// Appends where the entries in some rows, ascending, stand in their column.
+    ///
+    /// # Panics
+    /// No contribution couples one of the rows with the column.
+    pub(crate) fn push_offsets(&self, column: usize, rows: &[usize], to: &mut Vec<u32>) {
+        let Some(&first) = rows.first() else { return };
+        let start = self.column_start[column];
+        let mut at = self.find(first, column);
+        for &row in rows {
+            while self.row[at] != row {
+                at += 1;
+            }
+            to.push(u32::try_from(at - start).expect("fewer than 2^32 rows"));
+        }
     }
 
     /// The entries of some columns.

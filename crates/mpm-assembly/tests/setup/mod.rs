@@ -80,9 +80,9 @@ pub fn sum<const D: usize>(
     let mut internal = vec![Vector::zeros(); increment.len()];
     let mut lift = internal.clone();
     let mut values = vec![0.0; setup.pattern.n_entries()];
-    let tangent = TangentSums { values: &mut values, lift: Some(&mut lift) };
-    let input = PassInput { pattern: &setup.pattern, constraints, increment };
-    let sums = Sums { internal: &mut internal, tangent: Some(tangent) };
+    let tangent = TangentSums { values: &mut values, lift: Some(&mut lift), own_lift: &mut [] };
+    let input = PassInput { pattern: &setup.pattern, constraints, increment, own: &[] };
+    let sums = Sums { internal: &mut internal, own: &mut [], tangent: Some(tangent) };
     setup.body.assemble(&setup.plan, input, sums).unwrap();
     finish_tangent(&setup.pattern, constraints, &mut values);
     (internal, values, lift)

@@ -22,6 +22,7 @@ mod conjugate_gradients;
 mod galerkin;
 mod gmres;
 mod hierarchy;
+mod interleaved;
 mod krylov;
 mod outcome;
 mod source;
@@ -29,4 +30,5 @@ mod strips;
 
 pub(crate) use gmres::RESTART;
 pub use hierarchy::{Multigrid, Size};
+pub(crate) use interleaved::Interleaved;
 pub use outcome::{Converged, Failure};

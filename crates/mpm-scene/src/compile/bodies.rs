@@ -75,7 +75,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
         made.cuts.push(cut_sides(input, own, (layout, space), &path)?);
         let (law, needs_mass) = law(scene, input, &path)?;
         let averages = input.mean_dilatation.is_some();
-        gradient::check(law, &input.material, (space, averages), scene.solver)?;
+        gradient::check(law, &input.material, (space, averages))?;
         let (shape, shape_mesh) =
             shape(own, &cut, (layout, mesh), input.tiling, (files, memory)).map_err(refuse)?;
         let points_per_cell = points_per_cell(input, &shape, &path)?;

@@ -2,7 +2,7 @@
 
 use super::parameters::fields_of;
 use crate::error::SceneError;
-use crate::language::{DriverInput, GradientInput, MaterialInput, SolverInput};
+use crate::language::{DriverInput, GradientInput, MaterialInput};
 use mpm_assembly::Space;
 use mpm_material::{FieldDriver, ParameterError, Regularisation};
 
@@ -26,15 +26,11 @@ pub(super) fn check(
     law: &MaterialInput,
     name: &str,
     (space, averages): (Space, bool),
-    solver: SolverInput,
 ) -> Result<(), SceneError> {
     let Some(gradient) = law.gradient() else { return Ok(()) };
     let refuse = |field: &str, reason: &str| {
         Err(SceneError::new(format!("materials.{name}.gradient{field}"), reason.to_owned()))
     };
-    if solver == SolverInput::Iterative {
-        return refuse("", "multigrid does not take a nodal field: expected `solver: Auto` or `Direct`");
-    }
     if space.is_axisymmetric() {
         return refuse(
             "",

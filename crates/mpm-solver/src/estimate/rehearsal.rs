@@ -9,7 +9,9 @@ use mpm_assembly::{
     Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views,
 };
 use mpm_grid::{Block, LoadFraction, Mesh};
-use mpm_linear::{Hints, LatticePlaces, Matrix, Prediction, dense_operation, predict_factor_entries};
+use mpm_linear::{
+    Automatic, Hints, LatticePlaces, Matrix, Prediction, dense_operation, predict_factor_entries,
+};
 use std::hint::black_box;
 
 /// Newton iterations of a load step that are reckoned with: the shipped scenes take 1 to 5.3, whether anything yields or not.
@@ -242,7 +244,9 @@ pub(super) fn factor_entries<const D: usize>(stage: &Rehearsal<'_, D>) -> Result
 
 /// Whether the linear systems are solved by iteration.
 pub(super) fn is_iterative<const D: usize>(stage: &Rehearsal<'_, D>) -> bool {
-    let can_be = stage.connected.pattern.for_solver().has_blocks_only();
+    let further = |equation| stage.connected.field_node(equation);
+    let hints = Hints { further: Some(&further), ..Hints::on_lattice(stage.places) };
+    let can_be = Automatic::can_iterate(stage.connected.pattern.for_solver(), &hints);
     can_be && stage.model.choice().is_some_and(|choice| choice.is_iterative(stage.prediction))
 }
 

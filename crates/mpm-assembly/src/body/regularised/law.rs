@@ -2,9 +2,8 @@
 
 use super::measure::ShearMeasure;
 use super::pass;
-use super::scatter::{FieldInput, FieldSums};
-use super::start::FieldPoint;
-use super::trial::{FieldLaw, Regularised};
+use super::plan::{FieldPoint, lumped_energy};
+use super::trial::{FieldLaw, Regularised, at_rest};
 use crate::body::advance::PreparedState;
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::body::body_law::BodyLaw;
@@ -77,7 +76,7 @@ struct FieldState {
     driver: f64,
     /// By how much the last load step changed d.
     driver_step: f64,
-    /// ½ A |Grad k|² `[F/L²]`.
+    /// ½ A |Grad k|², and by how much a field that stands in part on the diagonal exceeds ½ h k² `[F/L²]`.
     gradient_energy: f64,
 }
 
@@ -126,14 +125,16 @@ impl<M: Material> RegularisedLaw<M> {
             for k in 0..group.points {
                 let p = group.first_point + k;
                 let (shapes, slopes) = group.point(k);
-                let mut gradient = Vector::<D>::zeros();
+                let (mut gradient, mut mean_of_squares) = (Vector::<D>::zeros(), 0.0);
                 for ((&node, shape), slope) in group.nodes.iter().zip(shapes).zip(slopes) {
                     let value = values[nodes.entry(node as usize)];
                     asked[p].field += value * shape;
                     gradient += slope * value;
+                    mean_of_squares += shape * value * value;
                 }
-                let at_rest = points.deformation_gradient[p].tr_mul(&gradient);
-                energy[p] = 0.5 * self.regularisation.gradient_modulus() * at_rest.norm_squared();
+                let gradient = at_rest(&points.deformation_gradient[p], &gradient);
+                energy[p] = 0.5 * self.regularisation.gradient_modulus() * gradient.norm_squared()
+                    + lumped_energy(&self.regularisation, mean_of_squares, asked[p].field);
             }
         }
         (asked, energy)
@@ -264,20 +265,10 @@ impl<const D: usize, M: Material + 'static> BodyLaw<D> for RegularisedLaw<M> {
 
     fn assemble(
         &self,
-        _points: &Points<D>,
-        _plan: &AssemblyPlan<D>,
-        _input: PassInput<'_, D>,
-        _sums: Sums<'_, D>,
-    ) -> Result<f64, InadmissiblePoint> {
-        unreachable!("a regularised body is summed with its field")
-    }
-
-    fn assemble_with_field(
-        &self,
         points: &Points<D>,
         plan: &AssemblyPlan<D>,
-        input: FieldInput<'_, D>,
-        sums: FieldSums<'_, D>,
+        input: PassInput<'_, D>,
+        sums: Sums<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
         pass::assemble(self.of(points), plan, input, sums)
     }

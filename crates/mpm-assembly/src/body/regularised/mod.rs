@@ -22,7 +22,7 @@ mod start;
 mod trial;
 
 pub use nodes::FieldNodes;
-pub use scatter::{FieldInput, FieldSums};
-pub use start::{FieldPoint, FieldStart, FollowedBody, follow};
+pub use plan::FieldPoint;
+pub use start::{FieldStart, FollowedBody, follow};
 
 pub(crate) use plan::FieldPlan;

@@ -2,29 +2,10 @@
 
 use super::nodes::FieldNodes;
 use super::plan::Offsets;
-use crate::body::scatter::{Part, PassInput, Sums};
+use crate::body::scatter::{Part, PassInput};
 use crate::unknowns::{SparsityPattern, node_equation};
 use mpm_grid::Vector;
 use mpm_linear::Symmetry;
-
-/// What a pass over points reads, and the unknowns that belong to no node's displacement.
-#[derive(Clone, Copy)]
-pub struct FieldInput<'a, const D: usize> {
-    /// What every pass reads.
-    pub nodes: PassInput<'a, D>,
-    /// All of the other unknowns.
-    pub own: &'a [f64],
-}
-
-/// What a pass over points adds to, with all unknowns.
-pub struct FieldSums<'a, const D: usize> {
-    /// What every pass adds to.
-    pub nodes: Sums<'a, D>,
-    /// Residuals of the other unknowns.
-    pub own: &'a mut [f64],
-    /// Their part of the product of the tangent and prescribed increments; empty where it is not asked for.
-    pub own_lift: &'a mut [f64],
-}
 
 /// The parts of the global arrays that some strips write to.
 pub(super) struct FieldPart<'a, const D: usize> {
@@ -59,8 +40,17 @@ impl<const D: usize> FieldPart<'_, D> {
 /// Dense blocks of a node set that belong to the field, as in [`super::plan::FieldScratch`].
 #[derive(Clone, Copy)]
 pub(super) struct DenseField<'a, const D: usize> {
-    pub mixed: &'a [Vector<D>],
+    /// None where all of it is nothing.
+    pub mixed: Option<&'a [Vector<D>]>,
     pub tangent: &'a [f64],
+}
+
+impl<'a, const D: usize> DenseField<'a, D> {
+    /// Rows of the field of all n nodes in the columns of node w.
+    #[inline]
+    fn mixed(&self, n: usize, w: usize) -> &'a [Vector<D>] {
+        self.mixed.map_or(&[], |mixed| &mixed[w * n..(w + 1) * n])
+    }
 }
 
 /// Adds a set's dense blocks of the field to the tangent, leaving out prescribed displacements.
@@ -74,13 +64,14 @@ pub(super) fn add_field_tangent<const D: usize>(
     let (n, columns) = (nodes.len(), input.pattern.column_start());
     let is_symmetric = input.pattern.symmetry() == Symmetry::Symmetric;
     let base = columns[node_equation::<D>(part.nodes.node, 0)];
-    for (w, &node) in nodes.iter().enumerate() {
+    for (w, &node) in nodes.iter().enumerate().filter(|_| dense.mixed.is_some()) {
         let mask = input.constraints.mask(node as usize);
+        let rows = &offsets.field_rows[w * n..(w + 1) * n];
         for j in (0..D).filter(|j| mask & (1 << j) == 0) {
             let start = columns[node_equation::<D>(node as usize, j)] - base;
-            let missing = if is_symmetric { j } else { 0 };
-            for (v, &offset) in offsets.field_rows[w * n..(w + 1) * n].iter().enumerate() {
-                part.nodes.values[start + offset as usize - missing] += dense.mixed[v * n + w][j];
+            let column = &mut part.nodes.values[start - if is_symmetric { j } else { 0 }..];
+            for (&row, add) in rows.iter().zip(dense.mixed(n, w)) {
+                column[row as usize] += add[j];
             }
         }
     }
@@ -95,14 +86,14 @@ pub(super) fn add_field_tangent<const D: usize>(
             part.values[start + offsets.field_columns[at] as usize] += value;
             at += 1;
         }
-        if is_symmetric {
+        if is_symmetric || dense.mixed.is_none() {
             continue;
         }
         for (v, &node) in nodes.iter().enumerate() {
             let mask = input.constraints.mask(node as usize);
             let row = start + offsets.node_rows[w * n + v] as usize;
             for i in (0..D).filter(|i| mask & (1 << i) == 0) {
-                part.values[row + i] += dense.mixed[w * n + v][i];
+                part.values[row + i] += dense.mixed(n, v)[w][i];
             }
         }
     }
@@ -116,13 +107,13 @@ pub(super) fn add_field_lift<const D: usize>(
     part: &mut FieldPart<'_, D>,
 ) {
     let n = nodes.len();
-    for (w, &node) in nodes.iter().enumerate() {
+    for (w, &node) in nodes.iter().enumerate().filter(|_| dense.mixed.is_some()) {
         let prescribed = input.constraints.increment()[node as usize];
         if prescribed == Vector::<D>::zeros() {
             continue;
         }
-        for (v, &other) in nodes.iter().enumerate() {
-            part.lift[field.entry(other as usize) - part.first] += dense.mixed[v * n + w].dot(&prescribed);
+        for (&other, mixed) in nodes.iter().zip(dense.mixed(n, w)) {
+            part.lift[field.entry(other as usize) - part.first] += mixed.dot(&prescribed);
         }
     }
 }

@@ -5,33 +5,19 @@
 //! ```
 //!
 //! This is Helmholtz's equation k − l² ∇²k = d with no flux across the boundary. It is solved by conjugate gradients with
-//! the diagonal as preconditioner, in the order of the nodes, so that threads change nothing.
+//! the diagonal as preconditioner, in the order of the nodes, so that threads change nothing. They begin with the mean of the
+//! drivers around each node, which is the solution where the drivers are uniform.
 
-use super::plan::FieldPlan;
-use super::trial::at_rest;
+use super::plan::{FieldPlan, FieldPoint};
 use crate::body::assembly_plan::AssemblyPlan;
 use crate::unknowns::SparsityPattern;
-use mpm_grid::{Block, Vector};
 use mpm_material::Regularisation;
 
 /// Part of the right-hand side that is left; Newton's method removes the rest.
-const LEFT: f64 = 1e-12;
+const LEFT: f64 = 1e-6;
 
 /// Iterations at most.
 const ITERATIONS: usize = 2000;
-
-/// A point of a regularised body as the field sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldPoint<const D: usize> {
-    /// V⁰ `[L^D]`.
-    pub volume: f64,
-    /// F `[-]`.
-    pub deformation_gradient: Block<D>,
-    /// d `[-]`.
-    pub driver: f64,
-    /// By how much the last load step changed d.
-    pub driver_step: f64,
-}
 
 /// The nodal field at the start of a load step.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,40 +41,26 @@ pub fn follow<const D: usize>(pattern: &SparsityPattern<D>, bodies: &[FollowedBo
     let first = first.field().nodes.unknown(0).equation();
     let mut system = System { pattern, first, values: vec![0.0; pattern.column_range(first..first + n).len()] };
     let (mut field, mut change, mut weight) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let mut gradients: Vec<Vector<D>> = Vec::new();
     for &(plan, regularisation, point) in bodies {
         let connectivity = plan.connectivity();
         let FieldPlan { nodes, .. } = plan.field();
-        for set in 0..connectivity.n_node_sets() {
-            let at = connectivity.node_set(set);
-            let mut dense = vec![0.0; at.len() * (at.len() + 1) / 2];
-            for &group in connectivity.node_set_groups(set) {
-                let group = connectivity.group(group as usize);
-                for k in 0..group.points {
-                    let of = point(group.first_point + k);
-                    let (values, slopes) = group.point(k);
-                    let modulus = of.volume * regularisation.modulus();
-                    let gradient_modulus = of.volume * regularisation.gradient_modulus();
-                    gradients.clear();
-                    gradients.extend(slopes.iter().map(|slope| at_rest(&of.deformation_gradient, slope)));
-                    let mut sums = dense.iter_mut();
-                    for (w, &node) in at.iter().enumerate() {
-                        let entry = nodes.entry(node as usize);
-                        let share = modulus * values[w];
-                        field[entry] += share * of.driver;
-                        change[entry] += share * of.driver_step;
-                        weight[entry] += share;
-                        let gradient = gradients[w] * gradient_modulus;
-                        for (v, sum) in (w..at.len()).zip(&mut sums) {
-                            *sum += share * values[v] + gradient.dot(&gradients[v]);
-                        }
-                    }
+        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+            for k in 0..group.points {
+                let FieldPoint { volume, driver, driver_step, .. } = point(group.first_point + k);
+                for (&node, value) in group.nodes.iter().zip(group.point(k).0) {
+                    let (entry, share) =
+                        (nodes.entry(node as usize), volume * regularisation.modulus() * value);
+                    field[entry] += share * driver;
+                    change[entry] += share * driver_step;
+                    weight[entry] += share;
                 }
             }
-            system.add(at, plan.field(), set, &dense);
+        }
+        for set in 0..connectivity.n_node_sets() {
+            system.add(connectivity.node_set(set), plan.field(), set);
         }
     }
-    FieldStart { field: system.solve(field), change: system.solve(change), weight }
+    FieldStart { field: system.solve(field, &weight), change: system.solve(change, &weight), weight }
 }
 
 /// The columns of the field in the tangent, from the diagonal down.
@@ -101,11 +73,11 @@ struct System<'a, const D: usize> {
 }
 
 impl<const D: usize> System<'_, D> {
-    fn add(&mut self, nodes: &[u32], field: &FieldPlan<D>, set: usize, dense: &[f64]) {
+    fn add(&mut self, nodes: &[u32], field: &FieldPlan<D>, set: usize) {
         let (starts, n) = (self.pattern.column_start(), nodes.len());
         let symmetry = self.pattern.symmetry();
         let offsets = field.offsets(set, n, symmetry);
-        let mut dense = dense.iter();
+        let mut dense = field.helmholtz(set).iter();
         for (w, &node) in nodes.iter().enumerate() {
             let start = starts[self.first + field.nodes.entry(node as usize)] - starts[self.first];
             for (v, value) in (w..n).zip(&mut dense) {
@@ -114,53 +86,50 @@ impl<const D: usize> System<'_, D> {
         }
     }
 
-    /// Calls `see` with row, column (from 0 on) and value of every entry from the diagonal down.
-    fn for_each(&self, mut see: impl FnMut(usize, usize, f64)) {
-        let starts = self.pattern.column_start();
-        let base = starts[self.first];
-        for column in 0.. {
-            let equation = self.first + column;
-            if equation + 1 >= starts.len() || starts[equation] - base >= self.values.len() {
-                return;
-            }
-            for entry in starts[equation]..starts[equation + 1] {
-                let row = self.pattern.row()[entry];
+    /// Adds the product of the matrix and a vector to its image.
+    fn add_product(&self, vector: &[f64], image: &mut [f64]) {
+        let starts = &self.pattern.column_start()[self.first..];
+        for (column, entries) in starts.windows(2).take(vector.len()).enumerate() {
+            let values = &self.values[entries[0] - starts[0]..entries[1] - starts[0]];
+            for (&row, &value) in self.pattern.row()[entries[0]..entries[1]].iter().zip(values) {
                 // Rows of other unknowns, and of an unsymmetric tangent those above the diagonal, hold nothing.
-                if row >= equation && self.values[entry - base] != 0.0 {
-                    see(row - self.first, column, self.values[entry - base]);
+                if value == 0.0 {
+                    continue;
+                }
+                let row = row - self.first;
+                image[row] += value * vector[column];
+                if row != column {
+                    image[column] += value * vector[row];
                 }
             }
         }
     }
 
-    /// Conjugate gradients; what they have found after [`ITERATIONS`] is a start, too.
-    fn solve(&self, rhs: Vec<f64>) -> Vec<f64> {
+    /// Conjugate gradients from `rhs` over `weight` on; what they have found after [`ITERATIONS`] is a start, too.
+    fn solve(&self, rhs: Vec<f64>, weight: &[f64]) -> Vec<f64> {
         let n = rhs.len();
-        let mut x = vec![0.0; n];
         if rhs.iter().all(|b| *b == 0.0) {
-            return x;
+            return rhs;
         }
-        let mut diagonal = vec![0.0; n];
-        self.for_each(|row, column, value| {
-            if row == column {
-                diagonal[row] = value;
-            }
-        });
+        let starts = self.pattern.column_start();
+        let diagonal = (0..n).map(|k| self.values[self.pattern.diagonal(self.first + k) - starts[self.first]]);
+        let diagonal: Vec<f64> = diagonal.collect();
         let precondition = |r: &[f64]| -> Vec<f64> { r.iter().zip(&diagonal).map(|(r, d)| r / d).collect() };
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let mut r = rhs;
+        let mean = |(b, weight): (&f64, &f64)| if *weight > 0.0 { b / weight } else { 0.0 };
+        let mut x: Vec<f64> = rhs.iter().zip(weight).map(mean).collect();
+        let goal = LEFT * LEFT * dot(&rhs, &precondition(&rhs));
+        let mut image = vec![0.0; n];
+        self.add_product(&x, &mut image);
+        let mut r: Vec<f64> = rhs.iter().zip(&image).map(|(b, image)| b - image).collect();
         let mut z = precondition(&r);
         let (mut p, mut rz) = (z.clone(), dot(&r, &z));
-        let goal = LEFT * LEFT * rz;
-        let mut image = vec![0.0; n];
         for _ in 0..ITERATIONS {
+            if rz <= goal || rz.is_nan() {
+                break;
+            }
             image.fill(0.0);
-            self.for_each(|row, column, value| {
-                image[row] += value * p[column];
-                if row != column {
-                    image[column] += value * p[row];
-                }
-            });
+            self.add_product(&p, &mut image);
             let step = rz / dot(&p, &image);
             for k in 0..n {
                 x[k] += step * p[k];
@@ -168,9 +137,6 @@ impl<const D: usize> System<'_, D> {
             }
             z = precondition(&r);
             let next = dot(&r, &z);
-            if next <= goal || next.is_nan() {
-                break;
-            }
             let turn = next / rz;
             rz = next;
             p.iter_mut().zip(&z).for_each(|(p, z)| *p = z + turn * *p);

@@ -50,8 +50,6 @@ pub(super) struct FieldTrial<const D: usize> {
     pub driver_by_field: f64,
     /// k `[-]`.
     pub field: f64,
-    /// Grad k, at rest `[1/L]`.
-    pub field_gradient: Vector<D>,
     measure: Option<ShearMeasure<D>>,
 }
 
@@ -77,16 +75,11 @@ impl<const D: usize> Regularised<'_, D> {
         let h = StepGradient::of::<false>(du, (values, gradients), 0.0);
         let step = step_of::<D, false>(p, &h)?;
         let f = &self.points.deformation_gradient[p];
-        let (mut k, mut gradient) = (0.0, Vector::<D>::zeros());
-        for ((value, shape), slope) in field.iter().zip(values).zip(gradients) {
-            k += value * shape;
-            gradient += slope * *value;
-        }
+        let k: f64 = field.iter().zip(values).map(|(value, shape)| value * shape).sum();
         let excess = h.trial_excess::<false>(&self.points.elastic_excess[p]);
         let answer =
             self.law.respond(p, &excess, k).map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
         let FieldResponse { response, by_field, driver, driver_by_field } = answer;
-        let field_gradient = at_rest(f, &gradient);
         let mut trial = FieldTrial {
             step,
             kirchhoff: block(&response.kirchhoff),
@@ -96,7 +89,6 @@ impl<const D: usize> Regularised<'_, D> {
             driver,
             driver_by_field,
             field: k,
-            field_gradient,
             measure: None,
         };
         if self.regularisation.driver() == FieldDriver::Strain {
