@@ -4,7 +4,7 @@ use mpm_scene::Scene;
 use mpm_solver::observe::Field;
 use mpm_validation::history::{History, Row};
 use mpm_validation::scenes;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 
 fn run(text: &str) -> History {
@@ -285,4 +285,65 @@ fn a_plate_enters_a_body_alike_at_any_radius() {
     // Compressed by about a tenth: ln(0.9)/0.9 of E, over s = 20.
     let expected = -(0.9_f64.ln()) / 20.0;
     assert!((near / far - 1.0).abs() < 1e-6 && (near / expected - 1.0).abs() < 0.2, "{near} {far} {expected}");
+}
+
+/// Ground under a surcharge that its initial stress balances, loaded further in a stage and released in the next: uniform
+/// compression between a side and a base that are held, in logarithmic strains.
+#[test]
+fn stages_begin_from_an_initial_stress() {
+    const YOUNG: f64 = 1e4;
+    // ν = 0.25.
+    let (lame, shear) = (0.4 * YOUNG, 0.4 * YOUNG);
+    for basis in ["Gimp", "Cpdi1", "Cpdi2q", "Cpdi2t"] {
+        let history = run(&format!(
+            r#"Axisymmetric(
+                mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 4), Uniform(from: 0, to: 1.5, cells: 6)]),
+                basis: {basis}, stabilisation: Ghost(), materials: {{ "m": Hencky(young: {YOUNG}, poisson: 0.25) }},
+                bodies: [(name: "b", material: "m", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2,
+                    initial: Stress(xx: -50, yy: -100, zz: -50))],
+                supports: [
+                    (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]), (name: "side", region: Plane(axis: R, at: 2), fix: [R]),
+                ],
+                loads: [
+                    Traction(body: "b", axis: Z, at: 1, value: (0, -100), ramp: [(0, 1)]),
+                    Traction(body: "b", axis: Z, at: 1, value: (0, -500), active: (from: "load", until: "release")),
+                ],
+                schedule: (stages: [(name: "rest", steps: 1), (name: "load", steps: 2), (name: "release", steps: 2)]),
+                tolerance: (residual: 1e-12), output: (fields: [CauchyStress]),
+            )"#
+        ));
+        // (-100 + (λ + 2 μ) ln s)/s = -600 by Newton's method.
+        let stretch = (0..20).fold(1.0_f64, |s, _| {
+            let excess = -100.0 + (lame + 2.0 * shear) * s.ln() + 600.0 * s;
+            s - excess / ((lame + 2.0 * shear) / s + 600.0)
+        });
+        let radial = (-50.0 + lame * stretch.ln()) / stretch;
+        for (row, [rr, zz]) in [(1, [-50.0, -100.0]), (3, [radial, -600.0]), (5, [-50.0, -100.0])] {
+            for stress in history.field(Field::CAUCHY_STRESS, row).chunks_exact(9) {
+                for (found, expected) in [(stress[0], rr), (stress[4], zz), (stress[8], rr)] {
+                    assert!((found / expected - 1.0).abs() < 1e-10, "{basis}, row {row}: {found} {expected}");
+                }
+            }
+        }
+    }
+}
+
+/// A shaft is pulled through ground that presses on it: Coulomb's friction of the pressure on its area.
+#[test]
+fn friction_on_a_shaft_is_that_of_the_pressure() {
+    let history = run(r#"Axisymmetric(
+            mesh: Box(axes: [Nodes([0, 0.25, 0.5, 0.6, 0.7, 0.85, 1.1, 1.5, 2]), Uniform(from: 0, to: 1, cells: 8)]),
+            basis: Cpdi1, materials: { "m": Hencky(young: 10000, poisson: 0.3) },
+            bodies: [(name: "b", material: "m", shape: Box(from: (0.5, 0), to: (2, 1)), points_per_cell: 2,
+                initial: Stress(xx: -10, yy: -10, zz: -10))],
+            supports: [
+                (name: "ends", region: Everywhere, fix: [Z]), (name: "side", region: Plane(axis: R, at: 2), fix: [R]),
+            ],
+            tools: [(name: "shaft", parts: [Cylinder(radius: 0.5, extent: (-1, 2))], motion: Move(by: (0, 0.05)),
+                interface: (friction: 0.3, stiffness: 1000))],
+            schedule: (steps: 4), output: (fields: []),
+        )"#);
+    let force = last(&history, "tool/shaft/force", 1);
+    // μ p 2π R L.
+    assert!((force / (0.3 * 10.0 * PI) + 1.0).abs() < 1e-3, "{force}");
 }
