@@ -26,8 +26,8 @@ const fn method(name: &'static str, basis: PlaneBasis, triangles: Option<Triangl
     Method { name, basis, triangles, degree: 1 }
 }
 
-const fn on_splines(name: &'static str, basis: PlaneBasis) -> Method {
-    Method { name, basis, triangles: None, degree: 2 }
+const fn on_splines(name: &'static str, basis: PlaneBasis, degree: u32) -> Method {
+    Method { name, basis, triangles: None, degree }
 }
 
 /// Standard MPM.
@@ -49,9 +49,11 @@ pub const CROSS: Method = method("CPDI2t cross", PlaneBasis::Cpdi2t, Some(Triang
 pub const GENERAL: [Method; 6] = [SMPM, CPDI1, CPDI2Q, SLASH, BACKSLASH, CROSS];
 
 /// Parallelograms on splines of degree 2.
-pub const CPDI1_ON_SPLINES: Method = on_splines("CPDI1, splines", PlaneBasis::Cpdi1);
+pub const CPDI1_ON_SPLINES: Method = on_splines("CPDI1, splines", PlaneBasis::Cpdi1, 2);
 /// Quadrilaterals on splines of degree 2.
-pub const CPDI2Q_ON_SPLINES: Method = on_splines("CPDI2q, splines", PlaneBasis::Cpdi2q);
+pub const CPDI2Q_ON_SPLINES: Method = on_splines("CPDI2q, splines", PlaneBasis::Cpdi2q, 2);
+/// Parallelograms on splines of degree 3.
+pub const CPDI1_ON_CUBIC_SPLINES: Method = on_splines("CPDI1, cubic splines", PlaneBasis::Cpdi1, 3);
 
 /// All of the plane, on linear functions.
 pub const ALL: [Method; 7] = [SMPM, GIMP, CPDI1, CPDI2Q, SLASH, BACKSLASH, CROSS];

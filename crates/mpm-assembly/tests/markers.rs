@@ -180,16 +180,21 @@ fn tangents_of_frames() {
     let by = || ToolMotion::shifted([Ramp::linear(0.1), Ramp::constant(0.0)]).unwrap();
     for free in [vec![0, 1, 2], vec![2], vec![1, 2]] {
         let ramp = Ramp::linear(1.0);
-        let load = ToolLoad { free, force: Vector::<2>::new(3.0, -2.0), moment: Vector3::z() * 5.0, ramp };
-        let wall = Wall { load: Some(load), ..wall(square(false), Hold::All, by()) };
-        let error = begun(2, WallContact::new("frame", wall)).stiffness_error();
-        assert!(error < 1e-7, "{error:e}");
+        for follows in [false, true] {
+            let (free, ramp) = (free.clone(), ramp.clone());
+            let (force, moment) = (Vector::<2>::new(3.0, -2.0), Vector3::z() * 5.0);
+            let load = ToolLoad { free, force, moment, ramp, follows };
+            let wall = Wall { load: Some(load), ..wall(square(false), Hold::All, by()) };
+            let error = begun(2, WallContact::new("frame", wall)).stiffness_error();
+            assert!(error < 1e-7, "{follows}: {error:e}");
+        }
     }
     let load = ToolLoad {
         free: vec![0, 2],
         force: Vector3::new(3.0, 0.0, -2.0),
         moment: Vector3::zeros(),
         ramp: Ramp::linear(1.0),
+        follows: false,
     };
     let wall = Wall { load: Some(load), ..wall(face(), Hold::All, ToolMotion::rest()) };
     let error = begun(2, WallContact::new("frame", wall)).stiffness_error();

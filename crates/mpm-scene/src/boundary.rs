@@ -7,6 +7,9 @@ use mpm_grid::{LinearCell, Vector};
 /// Part of a facet's size within which two corners are one.
 const SAME: f64 = 1e-9;
 
+/// A direction, no longer than one, along no line of a mesh.
+const SKEW: [f64; 3] = [0.779_2, 0.481_7, 0.397_1];
+
 /// Facets of the boundary of a body, in the order of its pieces.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Boundary<const D: usize> {
@@ -65,7 +68,10 @@ impl<const D: usize> Boundary<D> {
     ) -> Option<BodySide<D>> {
         let of = self.facets.iter().filter(|it| (it.direction, it.is_high) == (direction, is_high));
         let corners: Vec<Vector<D>> = of.flat_map(|it| it.corners[..1 << (D - 1)].to_vec()).collect();
-        let (markers, number) = joined(&corners)?;
+        if corners.is_empty() {
+            return None;
+        }
+        let (markers, number) = joined(&corners, 1 << (D - 1));
         let facets = number.chunks_exact(1 << (D - 1)).flat_map(|corner| -> Vec<[u32; D]> {
             let of = |numbers: [usize; 3]| std::array::from_fn(|k| corner[numbers[k]]);
             match D {
@@ -92,17 +98,19 @@ pub(crate) fn chain<const D: usize>(
     BodySide { body: body.to_owned(), name: name.to_owned(), markers, facets, layers: 1 }
 }
 
-/// Places that are apart, and the number of each of `corners` among them; none without corners. Corners of two pieces that are
-/// the same place differ by rounding.
-fn joined<const D: usize>(corners: &[Vector<D>]) -> Option<(Vec<Vector<D>>, Vec<u32>)> {
-    let size = corners.windows(2).map(|pair| (pair[1] - pair[0]).norm()).filter(|it| *it > 0.0);
-    let same = SAME * size.reduce(f64::min)?;
-    // Along the first coordinate; places within rounding of each other are looked for among their neighbours there.
+/// Places that are apart, and the number of each of `corners` among them, where `of_facet` of them in turn belong to a facet.
+/// Corners of two facets that are the same place differ by rounding.
+fn joined<const D: usize>(corners: &[Vector<D>], of_facet: usize) -> (Vec<Vector<D>>, Vec<u32>) {
+    let pairs = corners.chunks_exact(of_facet).flat_map(|facet| facet.windows(2));
+    let sizes = pairs.map(|pair| (pair[1] - pair[0]).norm()).filter(|it| *it > 0.0);
+    let same = SAME * sizes.reduce(f64::min).unwrap_or(0.0);
+    // Places within rounding of each other are neighbours along any direction; few others are along a skew one.
+    let along: Vec<f64> = corners.iter().map(|x| (0..D).map(|d| x[d] * SKEW[d]).sum()).collect();
     let mut order: Vec<usize> = (0..corners.len()).collect();
-    order.sort_by(|&a, &b| corners[a][0].total_cmp(&corners[b][0]).then(a.cmp(&b)));
+    order.sort_by(|&a, &b| along[a].total_cmp(&along[b]).then(a.cmp(&b)));
     let mut first_of: Vec<usize> = (0..corners.len()).collect();
     for (at, &k) in order.iter().enumerate() {
-        let near = order[..at].iter().rev().take_while(|&&other| corners[k][0] - corners[other][0] <= same);
+        let near = order[..at].iter().rev().take_while(|&&other| along[k] - along[other] <= same);
         let equal = near.copied().filter(|&other| (corners[k] - corners[other]).norm() <= same);
         if let Some(other) = equal.map(|other| first_of[other]).min() {
             first_of[k] = other;
@@ -117,7 +125,7 @@ fn joined<const D: usize>(corners: &[Vector<D>]) -> Option<(Vec<Vector<D>>, Vec<
         }
         numbers[k] = numbers[first];
     }
-    Some((markers, numbers))
+    (markers, numbers)
 }
 
 #[cfg(test)]

@@ -252,7 +252,7 @@ fn leave_out<const D: usize, Domain>(
 fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Result<Option<Parts<D>>, String> {
     let axes = || plan.shape_mesh.rectilinear().ok_or("a body of parts can only be filled in a box mesh");
     match &plan.shape {
-        Shape::Box { .. } | Shape::Cells { .. } => Ok(None),
+        Shape::Box { .. } | Shape::Cells { .. } | Shape::Disc(_) => Ok(None),
         Shape::Solid { solid, open } => {
             let pieces = basis.pieces_per_cell(plan.points_per_cell)?;
             parts(solid, *open, axes()?, pieces, &plan.faces, plan.memory).map(Some)

@@ -11,6 +11,7 @@ mod boundary;
 mod check;
 mod compile;
 mod compiled;
+mod disc;
 mod error;
 mod files;
 mod fill;

@@ -1,5 +1,6 @@
 //! Shapes cut into pieces, cell by cell, from which material points are made.
 
+use crate::disc::Disc;
 use mpm_geometry::{Parts, Solid};
 use mpm_grid::{Axis, LinearCell, Mesh, Vector};
 
@@ -19,6 +20,8 @@ pub(crate) enum Shape<'a, const D: usize> {
         /// Whether the points have that volume in all; else the polygons'.
         is_exact: bool,
     },
+    /// A disc in tiles of its own.
+    Disc(Disc),
     /// What a surface encloses, in a rectilinear mesh; what is outside the mesh along open directions is left out.
     Solid { solid: Solid<'a>, open: [bool; D] },
     /// A box with its ends on mesh lines, without what others enclose.
@@ -39,6 +42,7 @@ pub(crate) fn count_pieces<const D: usize>(
         Shape::Cells { low, high, .. } => {
             Ok((0..D).map(|d| f64::from(high[d] - low[d]) * f64::from(per_cell)).product())
         }
+        Shape::Disc(disc) => Ok(disc.count::<D>(per_cell)),
         Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => Ok(0.0),
     }
 }
@@ -64,6 +68,7 @@ impl<const D: usize> Shape<'_, D> {
         match self {
             Shape::Box { from, to } => Some((0..D).map(|d| to[d] - from[d]).product()),
             Shape::Cells { volume, .. } => Some(*volume),
+            Shape::Disc(disc) => Some(disc.volume()),
             Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => None,
         }
     }
@@ -119,6 +124,7 @@ pub(crate) fn for_each_piece<const D: usize>(
                 });
             });
         }
+        Shape::Disc(disc) => disc.for_each_piece(pieces_per_cell, each),
         Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => {}
     }
     Ok(())

@@ -157,6 +157,61 @@ fn sides_that_are_not_there_are_refused() {
     assert!(neither.contains("expected `axis` and `at`"), "{neither}");
 }
 
+/// Bodies that are tiled along themselves, pressed equally all round, are a patch test: the stress is the same everywhere, because
+/// points have the volumes of their polygons and markers stand at the corners of these.
+#[test]
+fn tiled_bodies_are_pressed_evenly() {
+    for (shape, sides) in [
+        ("Box(from: (0.9, 0.4), to: (2.9, 2.4), turned: 20)", &["left", "right", "bottom", "top"][..]),
+        ("Ring(centre: (2, 2), inner: 0.6, outer: 1.7)", &["inner", "outer"]),
+        (
+            "Polygon(vertices: [(0.6, 0.7), (3.1, 0.9), (2.6, 3.2), (0.8, 2.4)])",
+            &["edge 0", "edge 1", "edge 2", "edge 3"],
+        ),
+        ("Cylinder(centre: (2, 2), radius: 1.7)", &["outer"]),
+    ] {
+        for functions in ["Linear", "Splines(degree: 2)"] {
+            let loads = sides.iter().map(|side| format!(r#"Pressure(body: "b", side: "{side}", value: 30)"#));
+            let seen = run(&format!(
+                r#"PlaneStrain(
+                    mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 8), Uniform(from: 0, to: 4, cells: 8)], functions: {functions}),
+                    basis: Cpdi2q, unheld_motion: Zero, stabilisation: Ghost(),
+                    materials: {{ "steel": Hencky(young: 1000, poisson: 0.3) }},
+                    bodies: [(name: "b", material: "steel", shape: {shape}, points_per_cell: 2, tiling: Shape)],
+                    loads: [{}], schedule: (steps: 2), tolerance: (residual: 1e-12), output: (fields: [CauchyStress]),
+                )"#,
+                loads.collect::<Vec<_>>().join(", ")
+            ));
+            let worst = seen.stress.chunks_exact(9).fold(0.0, |worst: f64, s| {
+                worst.max((s[0] + 30.0).abs()).max((s[4] + 30.0).abs()).max(s[1].abs())
+            });
+            assert!(worst < 1e-8, "{shape}, {functions}: {worst:e}");
+        }
+    }
+}
+
+/// The same of a cylinder in space.
+#[test]
+fn a_tiled_cylinder_in_space_is_pressed_evenly() {
+    let loads =
+        ["outer", "bottom", "top"].map(|side| format!(r#"Pressure(body: "b", side: "{side}", value: 30)"#));
+    let seen = run(&format!(
+        r#"Solid(
+            mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 3, cells: 3)]),
+            basis: Cpdi2Hexahedron, unheld_motion: Zero, stabilisation: Ghost(),
+            materials: {{ "steel": Hencky(young: 1000, poisson: 0.3) }},
+            bodies: [(name: "b", material: "steel", shape: Cylinder(centre: (2, 2), radius: 1.7, extent: (0.4, 2.7)), points_per_cell: 2, tiling: Shape)],
+            loads: [{}], schedule: (steps: 2), tolerance: (residual: 1e-12), output: (fields: [CauchyStress]),
+        )"#,
+        loads.join(", ")
+    ));
+    let apart = seen.stress.chunks_exact(9).fold(0.0, |worst: f64, s| {
+        let shear = s[1].abs().max(s[2].abs()).max(s[5].abs());
+        [s[0], s[4], s[8]].iter().fold(worst.max(shear), |worst, s| worst.max((s + 30.0).abs()))
+    });
+    assert!(apart < 1e-7, "{apart:e}");
+}
+
 /// Polygons and discs that cells cut have outlines of their own: a pressure all round leaves them in place.
 #[test]
 fn outlines_that_cells_cut_are_closed() {

@@ -58,7 +58,7 @@ pub(super) const SMALL: &[&str] = &[
     walls: [
         (name: "base", body: "b", side: "bottom", surface: Plane(through: (0, 0), normal: (-0.5, 0.8660254037844386)), hold: Normal),
         (name: "left", body: "b", side: "left", hold: All, stiffness: 50, motion: Move(by: (0.01, 0)), moment_about: (0, 1)),
-        (name: "frame", body: "b", side: "right", hold: All, motion: Loaded(free: [X, Y, Turn], moment: 0.1)),
+        (name: "frame", body: "b", side: "right", hold: All, motion: Loaded(free: [X, Y, Turn], moment: 0.1, force: (0, 0.1), follows: true)),
         (name: "edge", body: "p", side: "edge 0", hold: All, exact: true),
         (name: "ball", body: "p", side: "edge 2", surface: Disc(centre: (2, 2.2), radius: 1), hold: Contact),
     ],

@@ -3,6 +3,7 @@
 use super::corners::{Acting, At, Contact, NearCorner};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::Standing;
+use super::loaded::ToolLoad;
 use super::memory::Memory;
 use super::search::{Search, WITHIN, WITHIN_OF_STAIRS};
 use super::summary::Summary;
@@ -59,7 +60,10 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     fn symmetry(&self) -> Symmetry {
-        if self.is_exact() { Symmetry::Unsymmetric } else { Symmetry::Symmetric }
+        match &self.rigid.load {
+            _ if self.is_exact() => Symmetry::Unsymmetric,
+            load => load.as_ref().map_or(Symmetry::Symmetric, ToolLoad::symmetry),
+        }
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
@@ -95,8 +99,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     /// The load, and what the contact forces do in each unknown: norms of both.
     fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
         let Some(driven) = self.driven(trial) else { return 1.0 };
-        let load = driven.load.at(trial.end, &driven.increment);
-        let mut sizes: Vec<f64> = load.iter().map(|load| load.abs()).collect();
+        let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| load.abs()).collect();
         for contact in self.forces(trial, &driven.pose).iter().flatten() {
             let work = driven.work(&contact.position, &contact.force());
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());

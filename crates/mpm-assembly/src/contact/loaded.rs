@@ -11,6 +11,7 @@
 use super::corners::{Acting, NearCorner};
 use mpm_contact::{Increment, Pose, cross, force_by_motion};
 use mpm_grid::{Block, LoadFraction, Ramp, Vector};
+use mpm_linear::Symmetry;
 use nalgebra::Vector3;
 
 /// Part of its terms below which a sum of them is rounding.
@@ -33,6 +34,8 @@ pub struct ToolLoad<const D: usize> {
     pub moment: Vector3<f64>,
     /// Part of both against the load fraction.
     pub ramp: Ramp,
+    /// Whether the force turns with the tool.
+    pub follows: bool,
 }
 
 impl<const D: usize> ToolLoad<D> {
@@ -56,14 +59,11 @@ impl<const D: usize> ToolLoad<D> {
         }
     }
 
-    /// What the load does in each unknown `[F]` or `[F L]`.
-    pub(crate) fn at(&self, end: LoadFraction, increment: &Increment<D>) -> Vec<f64> {
-        let part = self.ramp.value(end);
-        let in_component = |&component: &usize| match Increment::<D>::turn_axis(component) {
-            None => part * self.force[component],
-            Some(_) => part * self.moment.dot(&increment.spin(component)),
-        };
-        self.free.iter().map(in_component).collect()
+    /// Of its derivative: a force that turns with the tool is no derivative of an energy.
+    pub(crate) fn symmetry(&self) -> Symmetry {
+        let turns = |&component: &usize| Increment::<D>::turn_axis(component).is_some();
+        let (some, all) = (self.free.iter().any(turns), self.free.iter().all(turns));
+        if self.follows && some && !all { Symmetry::Unsymmetric } else { Symmetry::Symmetric }
     }
 }
 
@@ -114,6 +114,37 @@ pub(crate) struct Driven<'a, const D: usize> {
 }
 
 impl<const D: usize> Driven<'_, D> {
+    /// The force at a load fraction `[F]`.
+    fn force(&self, end: LoadFraction) -> Vector<D> {
+        let force = self.load.force * self.load.ramp.value(end);
+        if self.load.follows { self.pose.rotation() * force } else { force }
+    }
+
+    /// What the load does in each unknown at a load fraction `[F]` or `[F L]`.
+    pub fn loads(&self, end: LoadFraction) -> Vec<f64> {
+        let (force, part) = (self.force(end), self.load.ramp.value(end));
+        let in_component = |&component: &usize| match Increment::<D>::turn_axis(component) {
+            None => force[component],
+            Some(_) => part * self.load.moment.dot(&self.increment.spin(component)),
+        };
+        self.load.free.iter().map(in_component).collect()
+    }
+
+    /// Minus the derivative of what a force that follows does in each unknown, by each unknown, column by column.
+    pub fn load_stiffness(&self, end: LoadFraction) -> Vec<f64> {
+        let (n, free) = (self.load.free.len(), &self.load.free);
+        let mut dense = vec![0.0; n * n];
+        if self.load.follows {
+            let force = self.force(end);
+            for (column, &by) in free.iter().enumerate() {
+                let rate = cross(&self.increment.spin(by), &force);
+                let shifts = free.iter().enumerate().filter(|it| Increment::<D>::turn_axis(*it.1).is_none());
+                shifts.for_each(|(row, &of)| dense[n * column + row] = -rate[of]);
+            }
+        }
+        dense
+    }
+
     /// Velocity of the tool at `x`, and its spin, in each unknown.
     fn motions(&self, x: &Vector<D>) -> Vec<(Vector<D>, Vector3<f64>)> {
         let arm = x - self.centre;

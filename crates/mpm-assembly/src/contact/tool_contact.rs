@@ -164,10 +164,9 @@ impl<const D: usize> ToolContact<D> {
     /// The load of a loaded tool as a force on its unknowns.
     pub(super) fn add_load(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) {
         let (Some(driven), Some(block)) = (self.driven(trial), self.block) else { return };
-        let load = driven.load.at(trial.end, &driven.increment);
-        let unknowns: Vec<UnknownId> = (0..load.len()).map(|k| block.unknown(0, k)).collect();
-        let force: Vec<f64> = load.iter().map(|load| -load).collect();
-        sums.add(trial, &unknowns, &force, &vec![0.0; load.len().pow(2)]);
+        let force: Vec<f64> = driven.loads(trial.end).iter().map(|load| -load).collect();
+        let unknowns: Vec<UnknownId> = (0..force.len()).map(|k| block.unknown(0, k)).collect();
+        sums.add(trial, &unknowns, &force, &driven.load_stiffness(trial.end));
     }
 
     /// What acts on every corner; nothing where it does not touch.

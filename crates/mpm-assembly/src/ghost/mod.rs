@@ -46,6 +46,8 @@ pub struct GhostFaces<const D: usize> {
     node: Vec<u32>,
     /// `γ h/3 ∫ [∇N_v]·[∇N_w] dΓ` for v ≥ w, column by column, of every face in turn `[F/L]`.
     stiffness: Vec<f64>,
+    /// Mean extent of the cells across every face `[L]`.
+    extent: Vec<f64>,
     /// Radius of the middle of every face, whose square is the part of the stiffness that the turn has, of bodies that turn
     /// about their axis; else empty `[L]`.
     radius: Vec<f64>,
@@ -115,7 +117,13 @@ impl<const D: usize> GhostFaces<D> {
     }
 
     fn none() -> Self {
-        Self { node_start: vec![0], node: Vec::new(), stiffness: Vec::new(), radius: Vec::new() }
+        Self {
+            node_start: vec![0],
+            node: Vec::new(),
+            stiffness: Vec::new(),
+            extent: Vec::new(),
+            radius: Vec::new(),
+        }
     }
 
     /// Number of faces.
@@ -195,6 +203,7 @@ impl<const D: usize> GhostFaces<D> {
         for value in &mut self.stiffness[first..] {
             *value *= penalty * extent / 3.0;
         }
+        self.extent.push(extent);
         self.node.extend(nodes);
         self.node_start.push(self.node.len());
     }
@@ -222,8 +231,28 @@ impl<const D: usize> GhostFaces<D> {
                 self.stiffness.push(penalty / extent * made.product(of_v, of_w));
             }
         }
+        self.extent.push(extent);
         self.node.extend(numbered.iter().map(|it| it.0));
         self.node_start.push(self.node.len());
+    }
+
+    /// Adds to every node the size of the forces whose sum over a face is none where all of it moves by the extent of its
+    /// cells, `h Σ_w |K_vw|` `[F]`.
+    fn round_off(&self, sizes: &mut [f64]) {
+        let mut at = 0;
+        for (face, extent) in self.extent.iter().enumerate() {
+            let nodes = self.set(face);
+            for (w, &of_w) in nodes.iter().enumerate() {
+                for &of_v in &nodes[w..] {
+                    let size = extent * self.stiffness[at].abs();
+                    at += 1;
+                    sizes[of_v as usize] += size;
+                    if of_v != of_w {
+                        sizes[of_w as usize] += size;
+                    }
+                }
+            }
+        }
     }
 
     /// Adds force and tangent under the trial displacement of `input`; `slots` are those of these
@@ -322,6 +351,10 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
         self.faces.assemble(&self.slots, trial.input(), sums.sums());
         Ok(())
+    }
+
+    fn round_off(&self, sizes: &mut [f64]) {
+        self.faces.round_off(sizes);
     }
 
     fn needs_functions_of_mesh(&self) -> bool {

@@ -47,8 +47,8 @@ impl<const D: usize> WallContact<D> {
         let Some(block) = self.block else { return };
         let (numbering, free) = (trial.pattern.unknowns(), &driven.load.free);
         let own: Vec<UnknownId> = (0..free.len()).map(|k| block.unknown(0, k)).collect();
-        let load: Vec<f64> = driven.load.at(trial.end, &driven.increment).iter().map(|load| -load).collect();
-        sums.add(trial, &own, &load, &vec![0.0; own.len().pow(2)]);
+        let load: Vec<f64> = driven.loads(trial.end).iter().map(|load| -load).collect();
+        sums.add(trial, &own, &load, &driven.load_stiffness(trial.end));
         for (held, carriers) in held.iter().zip(&self.markers.carriers) {
             let arm = held.foot - driven.centre;
             let velocity = |&k: &usize| driven.increment.velocity(k, &arm);

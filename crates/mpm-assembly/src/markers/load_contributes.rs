@@ -82,9 +82,13 @@ impl<const D: usize> Contribution<D> for MarkerLoad<D> {
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
+        let MarkerForce::Pressure(_) = self.force else {
+            self.markers.spread(-1.0, &self.forces(&[], trial.end), &mut sums.force.nodes);
+            return Ok(());
+        };
         let positions = self.markers.moved(&trial.increment.nodes);
         self.markers.spread(-1.0, &self.forces(&positions, trial.end), &mut sums.force.nodes);
-        if !sums.wants_tangent() || matches!(self.force, MarkerForce::Dead(_)) {
+        if !sums.wants_tangent() {
             return Ok(());
         }
         let numbering = trial.pattern.unknowns();
@@ -118,13 +122,25 @@ impl<const D: usize> Contribution<D> for MarkerLoad<D> {
         true
     }
 
-    /// The work of forces that change linearly through the step.
+    /// The work of forces that change linearly through the step. On prescribed components that at its start counts with the
+    /// body's, which its supports carry.
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
-        let (start, end) = (&self.markers.position, self.markers.moved(&trial.increment.nodes));
-        let forces = [self.forces(start, self.from), self.forces(&end, trial.end)];
-        let moved = start.iter().zip(&end).map(|(start, end)| end - start);
-        let work = moved.zip(forces[0].iter().zip(&forces[1])).map(|(moved, (a, b))| 0.5 * (a + b).dot(&moved));
-        ContributionEnergy { work: work.sum(), ..ContributionEnergy::default() }
+        let increment = &trial.increment.nodes;
+        let moved = self.markers.moved(increment);
+        let ends = [(&self.markers.position, self.from), (&moved, trial.end)];
+        let [start, end] = ends.map(|(positions, at)| {
+            let mut nodes = vec![Vector::<D>::zeros(); increment.len()];
+            self.markers.spread(0.5, &self.forces(positions, at), &mut nodes);
+            nodes
+        });
+        let mut work = 0.0;
+        for (v, u) in increment.iter().enumerate() {
+            for i in 0..D {
+                let before = if trial.constraints.is_prescribed(v, i) { 0.0 } else { start[v][i] };
+                work += (before + end[v][i]) * u[i];
+            }
+        }
+        ContributionEnergy { work, ..ContributionEnergy::default() }
     }
 
     fn prepare(&mut self, trial: &Trial<'_, D>) -> Result<(), Inadmissible> {

@@ -4,6 +4,7 @@ use super::held::Held;
 use super::moving::check_saved;
 use super::summary::Summary;
 use super::wall::WallContact;
+use crate::contact::ToolLoad;
 use crate::contact::loaded::Standing;
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
@@ -76,7 +77,7 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry::Symmetric
+        self.wall.load.as_ref().map_or(Symmetry::Symmetric, ToolLoad::symmetry)
     }
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
@@ -122,8 +123,7 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
     /// The load, and what the markers do in each unknown: norms of both.
     fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
         let (Some(driven), Ok((_, held))) = (self.driven(trial), self.under(trial)) else { return 1.0 };
-        let load = driven.load.at(trial.end, &driven.increment);
-        let mut sizes: Vec<f64> = load.iter().map(|load| load.abs()).collect();
+        let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| load.abs()).collect();
         for held in held {
             let work = driven.work(&held.foot, &held.force);
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());

@@ -267,9 +267,9 @@ fn tool(tool: &mut ToolInput<2>, twist: bool, path: &str) -> Result<(), SceneErr
                 "is no motion of a figure of revolution, expected `Move`, which can turn with `twist: true`";
             return refuse(format!("{path}.motion"), reason);
         }
-        ToolMotionInput::Loaded { free, by, force, moment, .. } => {
+        ToolMotionInput::Loaded { free, by, force, follows, moment, .. } => {
             along_r(by, format!("{path}.motion.by"))?;
-            if force.0[0] != 0.0 || (moment.0 != 0.0 && !twist) {
+            if *follows || force.0[0] != 0.0 || (moment.0 != 0.0 && !twist) {
                 return refuse(
                     format!("{path}.motion"),
                     "a load on a figure of revolution acts along the axis",

@@ -231,6 +231,10 @@ pub(super) fn shape<'a, const D: usize>(
             tiling::boxed(layout, (&from.0, &to.0), turned.0.to_radians())
         }
         ShapeInput::Polygon { vertices, .. } if is_tiled => tiling::quadrilateral(layout, vertices),
+        ShapeInput::Cylinder { axis, centre, radius, extent } if is_tiled => {
+            let ends = ends_along(layout, *axis, *extent, "a disc of the plane")?;
+            Ok((tiling::disc(layout, (plane_point(centre), radius.0), ends)?, mesh.clone()))
+        }
         ShapeInput::Box { from, to, .. } if cut.is_empty() => in_box(Shape::Box { from: from.0, to: to.0 }),
         ShapeInput::Box { from, to, .. } => {
             let without = cut.iter().map(|it| it.solid(layout)).collect::<Result<_, _>>()?;

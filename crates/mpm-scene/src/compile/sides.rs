@@ -103,6 +103,13 @@ fn places<const D: usize>(input: &BodyInput<D>, layout: &Layout<D>) -> Vec<Named
                 ends(2, ["bottom", "top"]);
             }
         }
+        (ShapeInput::Cylinder { .. }, _) if is_tiled => {
+            places.push(("outer".into(), Place::End(1, true)));
+            if D == 3 {
+                let end = |k: usize| Place::End(2, k == 1);
+                places.extend([("bottom".into(), end(0)), ("top".into(), end(1))]);
+            }
+        }
         (ShapeInput::Polygon { vertices, .. }, _) if is_tiled => {
             let (_, is_anticlockwise) = anticlockwise(vertices);
             let ends = [(1, false), (0, true), (1, true), (0, false)];

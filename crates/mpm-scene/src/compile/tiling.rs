@@ -1,15 +1,15 @@
 //! Shapes cut into pieces along themselves, about as large as the cells of a box mesh.
 
 use super::mesh::{check_ring, plane_point};
-use crate::language::{PlanePoint, ShapeInput};
+use crate::disc::{Disc, SQUARE};
+use crate::language::{Direction, PlanePoint, ShapeInput};
 use crate::pieces::Shape;
 use mpm_geometry::MemoryLimit;
 use mpm_grid::{Axis, Layout, LoadFraction, Mesh, MeshMotion, Ramp, Span};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// What shapes can be cut along themselves.
-pub(super) const SUITED: &str =
-    "`tiling: Shape` is for a `Ring`, a `Box` or a `Polygon` of four corners in a box mesh";
+pub(super) const SUITED: &str = "`tiling: Shape` is for a `Ring`, a `Box`, a `Polygon` of four corners or a `Cylinder` along `Z` in a box mesh";
 
 /// Part of a mesh's length within which a ring's centre is at an end of it.
 const AT_END: f64 = 1e-9;
@@ -23,6 +23,7 @@ pub(super) fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f
 pub(super) fn suits<const D: usize>(shape: &ShapeInput<D>) -> bool {
     match shape {
         ShapeInput::Ring { .. } | ShapeInput::Box { .. } => true,
+        ShapeInput::Cylinder { axis, .. } => *axis == Direction::Z,
         ShapeInput::Polygon { vertices, holes, .. } => D == 2 && vertices.len() == 4 && holes.is_empty(),
         _ => false,
     }
@@ -141,6 +142,22 @@ pub(super) fn quadrilateral<'a, const D: usize>(
     let lengths = std::array::from_fn(|d| length(d).max(length(d + 2)));
     let lexicographic = [0, 1, 3, 2].map(|k| std::array::from_fn(|d| at(k)[d]));
     tiles(layout, lexicographic.to_vec(), lengths, volume)
+}
+
+/// A disc, in space a cylinder along z, in tiles of about the size of the mesh's cells.
+pub(super) fn disc<'a, const D: usize>(
+    layout: &Layout<D>,
+    (centre, radius): ([f64; 2], f64),
+    ends: (f64, f64),
+) -> Result<Shape<'a, D>, String> {
+    let Layout::Box { axes, .. } = layout else { return Err(SUITED.into()) };
+    let height = axes.get(2).map_or(1.0, mean_cell);
+    let along = |length: f64, size: f64| pieces("disc", length, size);
+    // The square's edge and a quarter of the circle have as many.
+    let around = along(0.5 * (2.0 * SQUARE + FRAC_PI_2) * radius, cell(axes))?;
+    let outwards = along((1.0 - SQUARE) * radius, cell(axes))?;
+    let tiles = [around, outwards, along(ends.1 - ends.0, height)?];
+    Ok(Shape::Disc(Disc { centre, radius, tiles, ends }))
 }
 
 /// The corners of a polygon in the plane anticlockwise from its first one, and whether they were given so.

@@ -76,7 +76,9 @@ pub(super) fn load<const D: usize>(
     stages: Stages<'_>,
     path: &str,
 ) -> Result<Option<ToolLoad<D>>, SceneError> {
-    let ToolMotionInput::Loaded { free, force, moment, ramp: input, by, .. } = input else { return Ok(None) };
+    let ToolMotionInput::Loaded { free, force, follows, moment, ramp: input, by, .. } = input else {
+        return Ok(None);
+    };
     let mut components = Vec::new();
     for (k, component) in free.iter().enumerate() {
         let at = format!("{path}.free[{k}]");
@@ -107,6 +109,7 @@ pub(super) fn load<const D: usize>(
         force: Vector::from(force.0),
         moment: Vector3::new(0.0, 0.0, moment.0),
         ramp: ramp(stages, input, 1.0, &format!("{path}.ramp"))?,
+        follows: *follows,
     }))
 }
 

@@ -142,12 +142,13 @@ fn turned_tool(
         Some([r, z]) => ToolMotion::shifted([r.clone(), z.clone(), angle]),
         None => Ok(ToolMotion::rest()),
     };
-    let load = load.map(|ToolLoad { free, force, moment, ramp }| ToolLoad {
+    let load = load.map(|ToolLoad { free, force, moment, ramp, follows }| ToolLoad {
         // The turn in the plane has the number of the third shift.
         free,
         force: Vector::<3>::new(force[0], force[1], moment.z),
         moment: Vector3::zeros(),
         ramp,
+        follows,
     });
     Ok(RigidTool {
         tool: tool.map_err(|it| SceneError::new(path, it.to_string()))?,

@@ -159,6 +159,9 @@ pub enum ToolMotionInput<const D: usize> {
         /// Force in all (in the plane: per unit thickness) `[F]`.
         #[serde(default)]
         force: Coordinates<D>,
+        /// Whether the force turns with it, as that of a jet. Not in `Axisymmetric` scenes.
+        #[serde(default)]
+        follows: bool,
         /// Moment in all, right-handed about an axis along z through `moment_about` `[F L]`.
         #[serde(default)]
         moment: Finite,

@@ -31,9 +31,12 @@ pub(super) fn of<const D: usize>(
     for body in connected.bodies(&model.bodies) {
         body.add(&trial, &mut sums).ok()?;
     }
-    let size = norm(force.nodes.iter());
+    let size = norm(sums.force.nodes.iter());
     if size == 0.0 {
         return None;
+    }
+    for load in model.contributions.iter().filter(|named| named.contribution.is_load()) {
+        load.contribution.add(&trial, &mut sums).ok()?;
     }
     let start = LoadFraction::START;
     let loading = StepLoading { model, mesh, connected, start, pins: &[], carried: &[] };

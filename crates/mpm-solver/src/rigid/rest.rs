@@ -10,7 +10,7 @@ use crate::equilibrium::problem::{Equilibrium, Problem};
 use crate::equilibrium::system::solve_dense;
 use crate::error::StepFailure;
 use crate::model::{Model, UnheldMotion};
-use mpm_assembly::Constraints;
+use mpm_assembly::{Constraints, SystemSums};
 use mpm_grid::Vector;
 
 /// Part of the loads' work that may remain in a motion although the loads cancel.
@@ -50,9 +50,10 @@ pub(crate) fn unheld<const D: usize>(
     if model.unheld_motion == UnheldMotion::Refuse {
         return Err(StepFailure::Unheld { motion: unheld.clauses.join("; nor ") });
     }
+    let loads = of_loads(problem);
     let has_work = |field: &Vec<Vector<D>>| {
         let (mut work, mut size) = (0.0, 0.0);
-        for (force, u) in external.iter().zip(field) {
+        for (force, u) in external.iter().chain(&loads).zip(field.iter().cycle()) {
             work += force.dot(u);
             size += force.abs().dot(&u.abs());
         }
@@ -63,6 +64,19 @@ pub(crate) fn unheld<const D: usize>(
     }
     let pins = pins(&unheld.fields);
     Ok(AtRest { unheld, pins })
+}
+
+/// Forces on the nodes of loads that are contributions, where nothing has moved yet `[F]`.
+fn of_loads<const D: usize>(problem: &Problem<'_, D>) -> Vec<Vector<D>> {
+    let rest = problem.connected.at_rest();
+    let (trial, mut force) = (problem.trial(&rest, false), rest.clone());
+    force.clear();
+    let mut sums = SystemSums::new(&mut force, None);
+    for named in problem.named.iter().filter(|named| named.contribution.is_load()) {
+        // One that is not admissible at rest is refused by the first iteration.
+        let _ = named.contribution.add(&trial, &mut sums);
+    }
+    force.nodes.iter().map(|force| -force).collect()
 }
 
 fn loaded<const D: usize>(unheld: &Unheld<D>) -> StepFailure {

@@ -110,7 +110,8 @@ fn plates(extent: Extent) -> Result<Findings, Broken> {
     findings.tables.push(errors);
     for (degree, found) in [1, 2, 3].into_iter().zip(found.chunks_exact(meshes.len())) {
         let [.., coarse, fine] = found else { continue };
-        let (order, least) = ((coarse / fine).log2(), if degree == 1 { 0.9 } else { 1.8 });
+        let least = if degree == 1 { 0.9 } else { extent.pick(1.8, 1.9) };
+        let order = (coarse / fine).log2();
         let what = format!("degree {degree}: order of the two finest meshes below {least}");
         findings.checks.push(Check::new(what, (least - order).max(0.0), 0.0).remark(format!("{order:.2}")));
     }
