@@ -5,7 +5,7 @@ use crate::reading::Files;
 use clap::Args;
 use mpm_io::FolderFiles;
 use mpm_scene::language::{EditError, Position, ReadError, Scene, position_of, set_value};
-use mpm_scene::{Compiled, SceneError, compile_with};
+use mpm_scene::{Compiled, SceneError, compile_with, implausible};
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
@@ -68,8 +68,8 @@ pub fn set(
         (text, scene) = set_one(&text, setting)?;
     }
     let files = Files::of(files);
-    let compiled =
-        compile_with(&scene, &files).map_err(|error| refused_setting(file, &text, settings, error))?;
+    let compiled = compile_with(&scene, &files)
+        .map_err(|error| refused_setting(file, &text, settings, told(&scene, error)))?;
     Ok(Input { text, scene, compiled, notes: files.into_notes() })
 }
 
@@ -133,6 +133,14 @@ fn in_setting(setting: &str, place: Range<usize>, reason: String) -> Complaint {
 pub fn refused(file: &Path, text: &str, error: SceneError) -> Complaint {
     let place = place_of(text, &error.path).unwrap_or(0..0);
     Complaint::at(file, text, place, Some(error.path), error.reason)
+}
+
+/// An error of a scene with what in it is probably not meant, which may be the cause.
+fn told(scene: &Scene, SceneError { path, mut reason }: SceneError) -> SceneError {
+    for doubt in implausible(scene) {
+        reason = format!("{reason}; {doubt}");
+    }
+    SceneError { path, reason }
 }
 
 /// As [`refused`]; an error in a value given by `--set`, or around it, is reported at the setting.

@@ -207,6 +207,13 @@ fn what_is_probably_not_meant_is_told_before_the_run() {
     );
     assert_eq!(said.lines().filter(|line| line.starts_with("warning: the angle")).count(), 1, "{said}");
     assert!(!run(&["--quiet"]).contains("degrees"));
+    // Where it is the reason why the scene is refused.
+    let ground = shipped("soil/at_rest.ron");
+    let settings =
+        ["--set", "materials.mohr_coulomb.friction=0.5236", "--set", "materials.mohr_coulomb.dilation=0"];
+    let output = mpm(directory.path(), &[&["run", "--quiet", &ground], &settings[..]].concat());
+    let said = common::flat(&String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.code() == Some(2) && said.contains("it is 30 degrees"), "{said}");
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub use model::{
 pub use mpm_assembly::{StoredColumn, StoredPoints};
 pub use nodes::NodeMismatch;
 pub use progress::{Progress, StepsProgress};
-pub use record::history::look_at_points;
+pub use record::fields::look_at_points;
 pub use record::summary::Summary;
 pub use run::{resume, run};
 pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};

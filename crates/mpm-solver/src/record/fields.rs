@@ -1,10 +1,10 @@
 //! Fields of the material points, computed when they are asked for.
 
-use crate::model::{NamedBody, NamedContribution};
+use crate::model::{Model, NamedBody, NamedContribution};
 use crate::observe::{Field, Fields};
 use mpm_assembly::{Body, Joined, PointView, views};
 use mpm_basis::DomainReport;
-use mpm_grid::{Mesh, Vector};
+use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
 
@@ -14,6 +14,21 @@ pub(crate) struct BodyFields<'a, const D: usize> {
     pub contributions: &'a [NamedContribution<D>],
     /// The mesh in which domains are judged.
     pub mesh: &'a Mesh<D>,
+}
+
+/// Hands the points of a model on as observers see them at a load fraction.
+pub fn look_at_points<const D: usize, R>(
+    model: &Model<D>,
+    at: LoadFraction,
+    look: impl FnOnce(&dyn Fields) -> R,
+) -> R {
+    let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
+    look(&BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh: &mesh })
+}
+
+/// The mesh that the points meet next; `present` where the motion cannot place it.
+pub(crate) fn mesh_after<const D: usize>(model: &Model<D>, at: LoadFraction, present: &Mesh<D>) -> Mesh<D> {
+    model.motion.mesh_at(&model.layout, at).unwrap_or_else(|_| present.clone())
 }
 
 impl<const D: usize> BodyFields<'_, D> {

@@ -2,16 +2,14 @@
 
 use super::columns::{AT_APEX, GAP, STAGE, STEP_STRAIN, columns, may_iterate};
 use super::energy::elastic;
-use super::fields::BodyFields;
+use super::fields::{BodyFields, look_at_points, mesh_after};
 use super::grip::{Grip, MOST, driven, taken_away};
 use super::summary::Summary;
 use super::supports::{support_entries, total_reaction};
 use super::{Balanced, StepResult};
 use crate::error::Error;
 use crate::model::{Model, NamedContribution, Support};
-use crate::observe::{
-    Column, ColumnKind, Counted, Entry, Fields, LoadStep, Observer, Resumed, RunStart, Space,
-};
+use crate::observe::{Column, ColumnKind, Counted, Entry, LoadStep, Observer, Resumed, RunStart, Space};
 use crate::progress::{Progress, Totals};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
@@ -362,16 +360,6 @@ impl Record {
     }
 }
 
-/// Hands the points of a model on as observers see them at a load fraction.
-pub fn look_at_points<const D: usize, R>(
-    model: &Model<D>,
-    at: LoadFraction,
-    look: impl FnOnce(&dyn Fields) -> R,
-) -> R {
-    let mesh = mesh_after(model, at, &Mesh::at_rest(&model.layout));
-    look(&BodyFields { bodies: &model.bodies, contributions: &model.contributions, mesh: &mesh })
-}
-
 /// One row of the history and what else an observer sees with it.
 struct Shown<'a, const D: usize> {
     /// The mesh that the points meet next.
@@ -426,11 +414,6 @@ fn entry(recorded: Recorded) -> Entry {
 /// Entries of a contribution's columns.
 fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
     named.contribution.history().into_iter().map(entry).collect()
-}
-
-/// The mesh that the points meet next; `present` where the motion cannot place it.
-fn mesh_after<const D: usize>(model: &Model<D>, at: LoadFraction, present: &Mesh<D>) -> Mesh<D> {
-    model.motion.mesh_at(&model.layout, at).unwrap_or_else(|_| present.clone())
 }
 
 /// The worst of the points' domains in a mesh.

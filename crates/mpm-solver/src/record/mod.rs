@@ -3,7 +3,7 @@
 pub(crate) mod columns;
 pub(crate) mod departures;
 pub(crate) mod energy;
-mod fields;
+pub(crate) mod fields;
 pub(crate) mod grip;
 pub(crate) mod history;
 mod probe;
