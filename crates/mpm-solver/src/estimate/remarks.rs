@@ -30,6 +30,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     let bodies = model.bodies_by_name();
     remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh, &bodies)));
     remarks.extend(model.bodies.iter().filter_map(across_bands));
+    remarks.extend(model.bodies.iter().filter_map(longer_than_body));
     remarks.extend(jumps(model));
     remarks.extend(knots(model));
     remarks
@@ -90,6 +91,26 @@ fn across_bands<const D: usize>(named: &NamedBody<D>) -> Option<String> {
             named.name,
             six_digits(width),
             six_digits(largest)
+        )
+    })
+}
+
+/// A regularised body in which the field is all but uniform, because its length is larger than the body.
+fn longer_than_body<const D: usize>(named: &NamedBody<D>) -> Option<String> {
+    let length = named.body.regularisation()?.length();
+    let extents = (0..named.body.n_points()).map(|p| named.body.extent(p));
+    let (mut low, mut high) = (Vector::<D>::repeat(f64::INFINITY), Vector::<D>::repeat(f64::NEG_INFINITY));
+    for extent in extents {
+        let half = Vector::repeat(0.5 * extent.width);
+        (low, high) = (low.inf(&(extent.position - half)), high.sup(&(extent.position + half)));
+    }
+    let size = (high - low).max();
+    (length > size).then(|| {
+        format!(
+            "the length of the nodal field of body `{}` is {}, and the body is about {} long: the field is all but uniform in it",
+            named.name,
+            six_digits(length),
+            six_digits(size)
         )
     })
 }
