@@ -277,6 +277,25 @@ fn a_step_without_load_changes_nothing() {
     }
 }
 
+/// Points that are too large for a band, and a length that is larger than the body.
+#[test]
+fn a_check_remarks_on_lengths_that_do_not_suit() {
+    let softening = "undrained_strength: 5, softening: Remoulding(remoulded: 0.3, shear_95: 0.1)";
+    let remarks = |length: f64| {
+        let gradient = format!("gradient: (modulus: 1000, length: {length})");
+        let law = format!("VonMises(young: 1000, poisson: 0.3, {softening}, {gradient})");
+        let scene = PLANE.replace("BASIS", "Cpdi1").replace("LAW", &law);
+        let mut compiled = compile(&Scene::from_ron(&scene).unwrap()).unwrap();
+        compiled.estimate().unwrap().remarks
+    };
+    let told = |remarks: &[String], part: &str| remarks.iter().any(|remark| remark.contains(part));
+    let (short, right, long) = (remarks(0.1), remarks(0.5), remarks(2.1));
+    assert!(told(&short, "expected 6 points across a band") && !told(&short, "nodal field"), "{short:?}");
+    assert!(!told(&right, "across a band") && !told(&right, "nodal field"), "{right:?}");
+    let expected = "the length of the nodal field of body `b` is 2.1, and the body is about 1.93301 long";
+    assert!(told(&long, expected), "{long:?}");
+}
+
 #[test]
 fn what_cannot_have_a_field_is_told() {
     let plane = PLANE.replace("BASIS", "Cpdi1");

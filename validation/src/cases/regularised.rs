@@ -17,7 +17,7 @@ pub(super) use strip::STRIP;
 pub(super) const STRAIN: Case = Case {
     name: "doughnut twist, regularised",
     goal: "With a nodal field that follows the shear, the slides' doughnut has one torque-angle curve, whatever the mesh.",
-    setup: "The doughnut twist with ρ_y = E = 10⁶ and ν = 0 on a ring of splines at rest, whose inner circle turns through it by 90° in 90 load steps; h = 2 E, l = 0.3; CPDI2q, degree 2 on 10 × 32 cells, 2² points a cell. In the full run also 15 × 48 and 20 × 64 cells, degree 1, CPDI1 with and without care for its long domains, and by 180°. Then without the field: that runs end early, or that their torques are those of a mesh, is what is expected there.",
+    setup: "The doughnut twist with ρ_y = E = 10⁶ and ν = 0 on a ring of splines at rest, whose inner circle turns through it by 90° in 90 load steps; h = 2 E, l = 0.3; CPDI2q, degree 2 on 10 × 32 cells, 2² points a cell. In the full run also 15 × 48 and 20 × 64 cells, degree 1, CPDI1 with and without care for its long domains, and by 180°. Then without the field, and with one that follows the plastic strain (h = E, l = 1), which cannot help where elastic strains are of order one: that runs end early, or that their torques are those of a mesh, is what is expected there.",
     reference: "A solution in one dimension (unknowns r, θ and k of the radius; 640 quadratic elements, converged to 2e-6) with the same steps, up to 90°.",
     run: strain,
 };
@@ -36,6 +36,8 @@ struct Job {
     name: String,
     changes: Vec<(&'static str, String)>,
     field: bool,
+    /// Whether its field gives bands a width: the run must reach its end.
+    holds: bool,
     /// Angle at the end `[degrees]`.
     angle: f64,
     /// Largest difference from one dimension that passes; none of what is only shown.
@@ -52,6 +54,7 @@ impl Job {
             name: format!("{rows} × {sectors}"),
             changes: vec![("mesh.radii.cells", rows.to_string()), ("mesh.sectors", sectors.to_string())],
             field: true,
+            holds: true,
             angle,
             tolerance: Some(if rows >= 20 { 0.01 } else { 0.015 }),
             is_series: true,
@@ -66,8 +69,14 @@ impl Job {
     }
 
     fn without_field(self) -> Self {
-        let name = format!("no field, {}", self.name);
-        Self { name, field: false, tolerance: None, is_series: false, ..self }
+        Self { field: false, holds: false, ..self.with("no field", &[], None) }
+    }
+
+    /// With a field that cannot help.
+    fn with_plastic_strain(self) -> Self {
+        let gradient = "(driver: PlasticStrain, modulus: 1e6, length: 1)";
+        let driven = self.with("`PlasticStrain`", &[("materials.ring.gradient", gradient)], None);
+        Self { holds: false, ..driven }
     }
 
     fn run(&self) -> Result<Run, Broken> {
@@ -108,6 +117,7 @@ fn strain(extent: Extent) -> Result<Findings, Broken> {
             job(10).without_field(),
             job(15).without_field(),
             job(20).without_field(),
+            job(10).with_plastic_strain(),
         ],
     );
     let reference = Reference::read("gradient/strain_ring")?;
@@ -207,14 +217,14 @@ fn compare(jobs: &[Job], reference: &Reference, about: &About) -> Result<Finding
             there.map_or_else(|| "–".to_owned(), |(_, error)| percent(*error)),
             format!("{}°", fixed(end, 2)),
         ]);
-        if job.field {
+        if job.holds {
             run.outcome.as_ref().map_err(|error| format!("{}: {error}", job.name))?;
         }
         if let Some(tolerance) = job.tolerance {
             let what = format!("{}: torque against one dimension", job.name);
             findings.checks.push(Check::new(what, worst.1.abs(), tolerance));
         }
-        agreeing += usize::from(!job.field && end > about.angle - 1e-9 && worst.1.abs() < 0.03);
+        agreeing += usize::from(!job.holds && end > about.angle - 1e-9 && worst.1.abs() < 0.03);
     }
     let apart = |a: usize, b: usize| {
         let angles = curves[a].0.iter().filter(|angle| **angle <= jobs[b].angle + 1e-9);
@@ -223,12 +233,12 @@ fn compare(jobs: &[Job], reference: &Reference, about: &About) -> Result<Finding
     let far: Vec<usize> = (0..jobs.len()).filter(|&k| jobs[k].angle > about.angle).collect();
     let series: Vec<usize> = (0..jobs.len()).filter(|&k| jobs[k].is_series).collect();
     let coarsest = series.iter().skip(1).map(|&finer| (series[0], finer, 0.01));
-    for (a, b, tolerance) in coarsest.chain(far.windows(2).map(|pair| (pair[0], pair[1], 0.02))) {
+    for (a, b, tolerance) in coarsest.chain(far.windows(2).map(|pair| (pair[0], pair[1], 0.1))) {
         let what = format!("{} against {}", jobs[a].name, jobs[b].name);
         findings.checks.push(Check::new(what, apart(a, b), tolerance));
     }
-    if jobs.iter().any(|job| !job.field) {
-        let what = "runs without the field that agree with the one-dimensional curve all the same";
+    if jobs.iter().any(|job| !job.holds) {
+        let what = "runs without such a field that agree with the one-dimensional curve all the same";
         findings.checks.push(Check::none(what, agreeing));
         findings.pictures.push(picture(jobs, &curves, &exact, about));
     }
@@ -246,7 +256,7 @@ fn picture(
         angles.iter().zip(torques).map(|(a, t)| (*a, t / about.unit)).collect()
     };
     let panel = |field: bool| {
-        let chosen = jobs.iter().zip(curves).filter(|(job, _)| if field { job.is_series } else { !job.field });
+        let chosen = jobs.iter().zip(curves).filter(|(job, _)| if field { job.is_series } else { !job.holds });
         let mut shown = vec![Curve {
             name: "one dimension, with the field".into(),
             colour: 0,
@@ -260,7 +270,7 @@ fn picture(
             points: points(curve),
         }));
         Panel::Curves(Curves {
-            title: format!("{}: {} field", about.title, if field { "with the" } else { "without a" }),
+            title: format!("{}: {} field", about.title, if field { "with a" } else { "without such a" }),
             axes: ["angle of the inner edge (degrees)", "torque"].map(String::from),
             range: [(0.0, about.angle), (0.0, about.highest)],
             logarithmic: [false; 2],

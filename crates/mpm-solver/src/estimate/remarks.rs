@@ -38,6 +38,7 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     let bodies = model.bodies_by_name();
     remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh, &bodies)));
     remarks.extend(model.bodies.iter().filter_map(across_bands));
+    remarks.extend(model.bodies.iter().filter_map(longer_than_body));
     remarks.extend(jumps(model));
     remarks
 }
@@ -96,19 +97,9 @@ fn fill<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> 
     })
 }
 
-/// Points of a regularised body that are too large for the width of its shear bands, or a body that is too small.
+/// Points of a regularised body that are too large for the width of its shear bands.
 fn across_bands<const D: usize>(named: &NamedBody<D>) -> Option<String> {
     let width = named.body.band_width()?;
-    let size = longest(named);
-    if width > size {
-        return Some(format!(
-            "shear bands of body `{}` are about {} wide, and it is no longer than {}: its `gradient` has a `length` of another unit, or \
-             keeps bands from forming",
-            named.name,
-            six_digits(width),
-            six_digits(size)
-        ));
-    }
     let largest = (0..named.body.n_points()).map(|p| named.body.extent(p).width).fold(0.0, f64::max);
     (largest * ACROSS > width).then(|| {
         format!(
@@ -120,14 +111,24 @@ fn across_bands<const D: usize>(named: &NamedBody<D>) -> Option<String> {
     })
 }
 
-/// Longest side of the box round the points of a body `[L]`.
-fn longest<const D: usize>(named: &NamedBody<D>) -> f64 {
-    let along = |d: usize| {
-        let ends = views(&*named.body).map(|view| view.position[d]);
-        let (from, to) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        to - from
-    };
-    (0..named.body.space().coordinates::<D>()).map(along).fold(0.0, f64::max)
+/// A regularised body in which the field is all but uniform, because its length is larger than the body.
+fn longer_than_body<const D: usize>(named: &NamedBody<D>) -> Option<String> {
+    let length = named.body.regularisation()?.length();
+    let extents = (0..named.body.n_points()).map(|p| named.body.extent(p));
+    let (mut low, mut high) = (Vector::<D>::repeat(f64::INFINITY), Vector::<D>::repeat(f64::NEG_INFINITY));
+    for extent in extents {
+        let half = Vector::repeat(0.5 * extent.width);
+        (low, high) = (low.inf(&(extent.position - half)), high.sup(&(extent.position + half)));
+    }
+    let size = (high - low).max();
+    (length > size).then(|| {
+        format!(
+            "the length of the nodal field of body `{}` is {}, and the body is about {} long: the field is all but uniform in it",
+            named.name,
+            six_digits(length),
+            six_digits(size)
+        )
+    })
 }
 
 /// A position by the names of its coordinates.

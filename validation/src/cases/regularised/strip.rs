@@ -12,8 +12,8 @@ use mpm_solver::observe::Field;
 
 pub(in crate::cases) const STRIP: Case = Case {
     name: "strip that softens, regularised",
-    goal: "With a nodal field that follows the plastic strain, a strip with a shear band has one load-displacement curve, whatever the size and the direction of the cells.",
-    setup: "A strip, 1 × 2, of a clay that softens to 0.3 of its strength, pulled by 0.06 between smooth plates (walls) in 40 load steps; its lower left corner is weaker by a tenth. CPDI1, tiles half a cell wide, ghost faces; h = 7 times the fastest softening, l = 0.07, so that bands are about 0.6 wide. 8 cells a unit of length (in the full run 16 and 24, too), along the strip and turned against it by 30°. Then without the field.",
+    goal: "With a nodal field that follows the plastic strain, a strip that softens where it is pulled apart has one load-displacement curve, whatever the size and the direction of the cells.",
+    setup: "A strip, 1 × 2, of a clay that softens to 0.3 of its strength, pulled by 0.06 between smooth plates (walls) in 40 load steps; its lower left corner is weaker by a tenth. CPDI1, tiles half a cell wide, ghost faces; h = 7 times the fastest softening, l = 0.07, so that what flows is about 0.6 wide. 8 cells a unit of length (in the full run 16 and 24, too), along the strip and turned against it by 30°. Then without the field.",
     reference: "Each other: no other code is known that has it.",
     run: strips,
 };
@@ -202,7 +202,7 @@ fn bands(jobs: &[Strip], found: &[Pulled]) -> Result<Picture, Broken> {
     }
     Ok(Picture {
         file: "strip_bands.png",
-        caption: "The strip at the end of its run, coloured by the plastic strain over its largest: with the field (on three meshes one band of one width), and without it (the band is as wide as the mesh lets it be).".into(),
+        caption: "The strip at the end of its run, coloured by the plastic strain over its largest: with the field the same zone on every mesh, without it a band of a few points, which is as wide as the mesh lets it be.".into(),
         panels,
     })
 }
