@@ -99,6 +99,7 @@ def test_pictures_are_drawn(results, in_tmp):
     assert both.svg().count("<polyline") >= 4
     assert "PNG" in repr(results.picture(["body", "reaction"]).png()[:4])
     assert results.picture(tools=False, view=(30, 20)).svg() == results.picture().svg(), "in the plane without tools"
+    assert results.picture(domains=True, mesh=False).svg().count("<circle") == 16, "a basis without domains has points"
 
 
 def test_pictures_that_cannot_be_drawn_are_refused(results):
@@ -107,7 +108,6 @@ def test_pictures_that_cannot_be_drawn_are_refused(results):
         (dict(step=9), "has no recorded step 9"),
         (dict(view="w"), "view: expected corner, x, y, z, or azimuth and elevation in degrees as in 30,20, got w"),
         (dict(view=(30, 100)), "as in 30,20, got 30,100"),
-        (dict(domains=True), "domains: the scene has no `Outline` in `output.fields`"),
         (dict(slice="z=0"), "slice: for results in three dimensions"),
         (dict(cut="z"), "cut: expected an axis and a coordinate as in z=0.5, got z"),
         (dict(range=(1.0, 1.0)), "range: expected two numbers that rise"),
