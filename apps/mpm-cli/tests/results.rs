@@ -175,8 +175,8 @@ fn results_are_drawn() {
 
     says(folder.path(), &["plot", file, "-o", "body.svg", "--show", "body", "--field", "cauchy_stress.xy"]);
     let svg = std::fs::read_to_string(inside("body.svg")).unwrap();
-    // A domain per point, the symbols of the base (held upwards and driven along), of the weight, and the edges of the mesh.
-    let symbols = 4 * 5 + 2;
+    // A share per point, the rimmed symbols of the base (held upwards and driven along) and of the weight, and the edges of the mesh.
+    let symbols = 6 * 5 + 2;
     assert_eq!(svg.matches("<polygon").count(), 48 + symbols, "4 by 3 cells of 2² points");
     assert!(svg.matches("#C81E1E").count() >= 24);
     for text in ["A block, load fraction 1", "cauchy_stress.xy [F/L²]"] {

@@ -152,12 +152,13 @@ impl<const D: usize> Search<'_, D> {
         let (width, n) = (made.law.width, nearest.normal);
         let across = corners.iter().map(|it| it.position.dot(&n));
         let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < within * (high - low);
+        let extent = high - low;
+        let is_member_within = |part: f64| corner.area.dot(&n) < 0.0 && nearest.distance < part * extent;
         if self.memory.has_begun {
             let (key, position, distance) = (made.key, corner.position, nearest.distance);
             let recalled = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });
             (made.states, made.left) = (recalled.states, recalled.left);
-        } else if is_member && !self.interface.separates {
+        } else if is_member_within(within) && !self.interface.separates {
             made.states = vec![CornerState::held(&self.start, &corner.position, &nearest)];
         } else {
             let inside = near.iter().filter(|near| near.distance < 0.0);
@@ -172,7 +173,9 @@ impl<const D: usize> Search<'_, D> {
             }
             place
         };
-        is_member.then(|| {
+        // What has touched is let go a little later.
+        let within = if made.states.is_empty() { within } else { WITHIN_OF_STAIRS };
+        is_member_within(within).then(|| {
             let foot = recall(&(corner.position - n * nearest.distance));
             let corners = corners.iter().map(|corner| recall(&corner.position));
             Member::new(foot, &self.start.turn_back(&n), width, corners)
