@@ -95,14 +95,24 @@ impl<const D: usize> Memory<D> {
         points
     }
 
+    /// What the corners of a point remember of a part; only points that have touched are remembered.
+    fn of_point(&self, body: u32, point: u32, part: u32) -> &[Touch<D>] {
+        let place = |touch: &Touch<D>| (touch.key.body, touch.key.point, touch.key.part);
+        let start = self.touches.partition_point(|touch| place(touch) < (body, point, part));
+        let end = start + self.touches[start..].partition_point(|touch| place(touch) == (body, point, part));
+        &self.touches[start..end]
+    }
+
+    /// Whether a point has touched a part of the tool in the last step.
+    pub fn has_touched(&self, body: usize, point: usize, part: usize) -> bool {
+        !self.of_point(body as u32, point as u32, part as u32).is_empty()
+    }
+
     /// What the corner remembers. Where its domain was
     /// shortened, reshaped or split, the nearest corner of before hands on its elastic slip and its multiplier.
     pub fn recall(&self, sought: &Sought<'_, D>) -> Recalled<D> {
         let Key { body, point, part, .. } = sought.key;
-        let of_point = |touch: &Touch<D>| (touch.key.body, touch.key.point, touch.key.part);
-        let start = self.touches.partition_point(|touch| of_point(touch) < (body, point, part));
-        let end = start + self.touches[start..].partition_point(|touch| of_point(touch) == (body, point, part));
-        let touches = &self.touches[start..end];
+        let touches = self.of_point(body, point, part);
         let offset = |touch: &Touch<D>| (touch.position - sought.position).norm();
         let own = touches.iter().filter(|touch| touch.key.corner == sought.key.corner);
         let same = own.clone().find(|touch| offset(touch) <= SAME * sought.width);

@@ -94,6 +94,8 @@ impl<const D: usize> Search<'_, D> {
                 body.corners(step.mesh, point, &mut corners).map_err(|it| it.to_string())?;
             }
             found.reserve_exact(corners.len());
+            // What has touched is let go later: its corners turn away and others come, as it is sheared.
+            let within = if self.memory.has_touched(index, point, part) { WITHIN_OF_STAIRS } else { within };
             for (number, corner) in corners.iter().enumerate() {
                 let key =
                     Key { body: index as u32, point: point as u32, part: part as u32, corner: number as u32 };
@@ -152,13 +154,12 @@ impl<const D: usize> Search<'_, D> {
         let (width, n) = (made.law.width, nearest.normal);
         let across = corners.iter().map(|it| it.position.dot(&n));
         let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let extent = high - low;
-        let is_member_within = |part: f64| corner.area.dot(&n) < 0.0 && nearest.distance < part * extent;
+        let is_member = corner.area.dot(&n) < 0.0 && nearest.distance < within * (high - low);
         if self.memory.has_begun {
             let (key, position, distance) = (made.key, corner.position, nearest.distance);
             let recalled = self.memory.recall(&Sought { key, position, width, distance, pose: &self.start });
             (made.states, made.left) = (recalled.states, recalled.left);
-        } else if is_member_within(within) && !self.interface.separates {
+        } else if is_member && !self.interface.separates {
             made.states = vec![CornerState::held(&self.start, &corner.position, &nearest)];
         } else {
             let inside = near.iter().filter(|near| near.distance < 0.0);
@@ -173,9 +174,7 @@ impl<const D: usize> Search<'_, D> {
             }
             place
         };
-        // What has touched is let go a little later.
-        let within = if made.states.is_empty() { within } else { WITHIN_OF_STAIRS };
-        is_member_within(within).then(|| {
+        is_member.then(|| {
             let foot = recall(&(corner.position - n * nearest.distance));
             let corners = corners.iter().map(|corner| recall(&corner.position));
             Member::new(foot, &self.start.turn_back(&n), width, corners)
