@@ -36,7 +36,8 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         };
         self.check_motion(&end)?;
         self.corners = Vec::new();
-        let member_within = |name| if self.is_cut(name) { WITHIN_OF_STAIRS } else { WITHIN };
+        let never_parts = !self.rigid.interface.separates;
+        let member_within = |name| if never_parts || self.is_cut(name) { WITHIN_OF_STAIRS } else { WITHIN };
         let reaches: Vec<Option<f64>> =
             step.bodies.iter().map(|body| self.meets(body.name).then(|| member_within(body.name))).collect();
         let RigidTool { tool, interface, .. } = &self.rigid;

@@ -18,7 +18,8 @@ const MARGIN: f64 = 2.0;
 /// Corners of domains that follow a curved surface stand off it by a part of this.
 pub(super) const WITHIN: f64 = 0.25;
 
-/// The same of a body that is cut along the tool and ends in stairs: corners of a second row of domains are just out.
+/// The same of a body that is cut along the tool and ends in stairs, of one that never parts from it, and of points that have touched:
+/// corners of a second row of domains are just out.
 pub(super) const WITHIN_OF_STAIRS: f64 = 0.9;
 
 /// What a search for corners knows.
