@@ -105,7 +105,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
         previous::protect(&input.scene, &input.text, &path, &checkpoint)?;
     }
     let keeper = arguments.checkpoints.keeper(checkpoint, head)?;
-    let writer = ResultsWriter::create(&path, options(&input));
+    let writer = ResultsWriter::create(&path, options(&input, arguments.threads));
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Paths { scene: &arguments.scene, results: &path };
     let outcome = carry_out(input, None, writer, keeper, &files, arguments.quiet || arguments.json);
@@ -164,7 +164,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
         keeper.has_kept(state.progress.rows().saturating_sub(1));
     }
     reading::survives(&path, Kind::Results)?;
-    let writer = ResultsWriter::resume(&path, Options { earlier_scene, ..options(&input) });
+    let writer = ResultsWriter::resume(&path, Options { earlier_scene, ..options(&input, arguments.threads) });
     let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
     let files = Paths { scene: file, results: &path };
     carry_out(input, Some(&state), writer, keeper, &files, arguments.quiet)
@@ -277,15 +277,12 @@ pub fn start_threads(threads: Option<u16>) -> Result<(), Complaint> {
         .map_err(|error| Complaint::input(format!("cannot start {threads} threads: {error}")))
 }
 
-/// What the results file is to hold.
-fn options(input: &Input) -> Options {
-    Options {
-        scene: input.text.clone(),
-        program: PROGRAM.into(),
-        fields: input.compiled.fields(input.scene.output()).expect("compiled with them"),
-        every: input.scene.output().every.0 as usize,
-        ..Options::default()
-    }
+/// What the results file is to hold, of a run on so many threads.
+fn options(input: &Input, threads: Option<u16>) -> Options {
+    let output = input.scene.output();
+    let asked = Options::of(output, input.compiled.fields(output).expect("compiled with them"));
+    let beside = asked.beside && threads != Some(1);
+    Options { scene: input.text.clone(), program: PROGRAM.into(), beside, ..asked }
 }
 
 /// Where the files lie that a scene names, if it names any.

@@ -221,11 +221,5 @@ fn options(scene: &Scene, compiled: &Compiled) -> Result<Options, Failure> {
     // A law in Python may lack what that of the scene remembers.
     let fields =
         compiled.fields(output).map_err(|error| Failure::refused(scene.file(), scene.source(), error))?;
-    Ok(Options {
-        scene: scene.source().into(),
-        program: PROGRAM.into(),
-        fields,
-        every: output.every.0 as usize,
-        ..Options::default()
-    })
+    Ok(Options { scene: scene.source().into(), program: PROGRAM.into(), ..Options::of(output, fields) })
 }

@@ -2,6 +2,7 @@
 //!
 //! They are written together, because a call of HDF5 takes as long for many rows as for one.
 
+use std::mem;
 use std::time::{Duration, Instant};
 
 use mpm_solver::observe::{Column, ColumnKind, Entry};
@@ -18,7 +19,7 @@ const MOST_BYTES: usize = 4 << 20;
 const REST: u32 = 20;
 
 /// Rows of the history, one column after the other, and the points that are recorded.
-pub(crate) struct Pending {
+pub(crate) struct Batch {
     /// Numbers of each column, row by row.
     pub(crate) columns: Vec<Values>,
     pub(crate) residuals: Vec<f64>,
@@ -26,11 +27,6 @@ pub(crate) struct Pending {
     pub(crate) ends: Vec<u64>,
     pub(crate) snapshots: Vec<Snapshot>,
     bytes: usize,
-    /// When the rows before these were written, and how long that took.
-    written: Instant,
-    took: Duration,
-    /// When the last row came.
-    last: Instant,
 }
 
 /// Numbers of a column.
@@ -39,23 +35,18 @@ pub(crate) enum Values {
     Real(Vec<f64>),
 }
 
-impl Pending {
-    /// Nothing yet.
-    pub(crate) fn new(columns: &[Column]) -> Self {
+impl Batch {
+    fn new(columns: &[Column]) -> Self {
         let values = columns.iter().map(|column| match column.kind {
             ColumnKind::Count => Values::Count(Vec::new()),
             ColumnKind::Real => Values::Real(Vec::new()),
         });
-        let now = Instant::now();
         Self {
             columns: values.collect(),
             residuals: Vec::new(),
             ends: Vec::new(),
             snapshots: Vec::new(),
             bytes: 0,
-            written: now,
-            took: Duration::ZERO,
-            last: now,
         }
     }
 
@@ -64,10 +55,51 @@ impl Pending {
         self.ends.len()
     }
 
+    /// What it takes up.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
+
+/// What is kept back, and since when.
+pub(crate) struct Pending {
+    columns: Vec<Column>,
+    batch: Batch,
+    /// When the rows before these were written, and how long that took.
+    written: Instant,
+    took: Duration,
+    /// When the last row came.
+    last: Instant,
+}
+
+impl Pending {
+    /// Nothing yet.
+    pub(crate) fn new(columns: &[Column]) -> Self {
+        let now = Instant::now();
+        Self {
+            columns: columns.to_vec(),
+            batch: Batch::new(columns),
+            written: now,
+            took: Duration::ZERO,
+            last: now,
+        }
+    }
+
+    /// Columns of the history.
+    pub(crate) fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.batch.rows()
+    }
+
     /// Keeps the row of a load step.
-    pub(crate) fn push(&mut self, columns: &[Column], row: &[Entry], residuals: &[f64]) {
+    pub(crate) fn push(&mut self, row: &[Entry], residuals: &[f64]) {
+        let Self { columns, batch, .. } = self;
         assert_eq!(row.len(), columns.len(), "a row has one entry per column");
-        for ((kept, column), entry) in self.columns.iter_mut().zip(columns).zip(row) {
+        for ((kept, column), entry) in batch.columns.iter_mut().zip(columns).zip(row) {
             match (kept, entry) {
                 (Values::Count(kept), Entry::Count(values)) if values.len() == column.width => {
                     kept.extend(values)
@@ -77,48 +109,39 @@ impl Pending {
                 }
                 _ => panic!("the entry of column {} is of its kind and width", column.name),
             }
-            self.bytes += 8 * column.width;
+            batch.bytes += 8 * column.width;
         }
-        self.residuals.extend(residuals);
-        self.ends.push(self.residuals.len() as u64);
-        self.bytes += 8 * residuals.len() + 8;
+        batch.residuals.extend(residuals);
+        batch.ends.push(batch.residuals.len() as u64);
+        batch.bytes += 8 * residuals.len() + 8;
     }
 
     /// Keeps the points of the last load step.
     pub(crate) fn record(&mut self, snapshot: Snapshot) {
-        self.bytes += snapshot.bytes();
-        self.snapshots.push(snapshot);
+        self.batch.bytes += snapshot.bytes();
+        self.batch.snapshots.push(snapshot);
     }
 
     /// Whether there is so much that it is written whatever the time.
     pub(crate) fn is_much(&self) -> bool {
-        self.rows() >= MOST_ROWS || self.bytes >= MOST_BYTES
+        self.batch.rows() >= MOST_ROWS || self.batch.bytes >= MOST_BYTES
     }
 
     /// Whether a row that has just come is written at once: the next may come later than `longest` after the last write.
     pub(crate) fn is_due(&mut self, longest: Duration) -> bool {
         let now = Instant::now();
-        let step = now - std::mem::replace(&mut self.last, now);
+        let step = now - mem::replace(&mut self.last, now);
         self.is_much() || now - self.written + step >= longest.min(REST * self.took)
     }
 
-    /// Keeps nothing any more.
-    pub(crate) fn clear(&mut self) {
-        for values in &mut self.columns {
-            match values {
-                Values::Count(values) => values.clear(),
-                Values::Real(values) => values.clear(),
-            }
-        }
-        self.residuals.clear();
-        self.ends.clear();
-        self.snapshots.clear();
-        self.bytes = 0;
+    /// Gives away what is kept.
+    pub(crate) fn take(&mut self) -> Batch {
+        self.written = Instant::now();
+        mem::replace(&mut self.batch, Batch::new(&self.columns))
     }
 
-    /// What was kept is in the file; writing it began then.
-    pub(crate) fn is_written(&mut self, began: Instant) {
-        self.written = Instant::now();
-        self.took = self.written - began;
+    /// What was taken last is in the file, written within `took`.
+    pub(crate) fn is_written(&mut self, took: Duration) {
+        (self.written, self.took) = (Instant::now(), took);
     }
 }

@@ -9,10 +9,11 @@ use mpm_solver::observe::{Column, Space};
 
 use crate::calls::{Call, Closing};
 use crate::error::{ResultsError, reason};
+use crate::in_plane::InPlane;
 use crate::names::{CHECKPOINT, PhaseName, RESULTS, RESULTS_VERSION};
 use crate::source::Source;
 use crate::spaces;
-use crate::vtkhdf::Unit;
+use crate::vtkhdf::{COMPONENTS, ComponentNames, Unit};
 
 /// Numbers in rows of equal width.
 #[derive(Clone, Debug, PartialEq)]
@@ -311,7 +312,7 @@ impl Results {
         Ok(unit.map_or_else(|_| "?".to_owned(), |unit| unit.to_string()))
     }
 
-    /// Values of a field at a recorded step, one row per point.
+    /// Values of a field at a recorded step, one row per point with all its components, also where fewer are stored.
     ///
     /// # Errors
     /// [`ResultsError::Missing`] for an unknown field or a step that was not recorded.
@@ -319,8 +320,29 @@ impl Results {
         if !self.fields()?.iter().any(|field| field == name) {
             return Err(ResultsError::missing(&self.path, format!("field {name:?}")));
         }
-        let offsets = format!("VTKHDF/Steps/PointDataOffsets/{name}");
-        self.at_step(&format!("VTKHDF/PointData/{name}"), &offsets, step)
+        let (item, offsets) =
+            (format!("VTKHDF/PointData/{name}"), format!("VTKHDF/Steps/PointDataOffsets/{name}"));
+        let table = self.at_step(&item, &offsets, step)?;
+        let Some(stored) = self.stored_components(&item)? else { return Ok(table) };
+        if table.width != stored.width() {
+            let reason = format!("has {} numbers per point, not {}", table.width, stored.width());
+            return Err(self.source().malformed(&item, reason));
+        }
+        Ok(Table { width: stored.all(), values: stored.expand(&table.values) })
+    }
+
+    /// Which components of a field are stored, where not all are.
+    fn stored_components(&self, item: &str) -> Result<Option<&'static InPlane>, ResultsError> {
+        let _call = Call::begin();
+        let Ok(attribute) = self.file.dataset(item).and_then(|values| values.attr(COMPONENTS)) else {
+            return Ok(None);
+        };
+        let item = format!("{item}@{COMPONENTS}");
+        let names = attribute.read_scalar::<ComponentNames>();
+        let names = names.map_err(|error| self.source().malformed(&item, reason(&error)))?;
+        let names = String::from_utf8_lossy(names.as_bytes());
+        let stored = InPlane::named(&names);
+        stored.map(Some).ok_or_else(|| self.source().malformed(&item, format!("is {names:?}")))
     }
 
     fn at_step(&self, name: &str, offsets: &str, step: usize) -> Result<Table, ResultsError> {

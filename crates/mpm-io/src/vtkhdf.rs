@@ -4,17 +4,26 @@
 //! `Steps` group. Every recorded step appends positions and fields; cells are stored once per
 //! number of points ("part") and later steps point back to them.
 
+use std::borrow::Cow;
+
 use hdf5::types::{FixedAscii, FixedUnicode};
 use hdf5::{Attribute, Group};
 use mpm_solver::observe::{Field, Space};
 
-use crate::options::Precision;
+use crate::in_plane::InPlane;
+use crate::options::{Components, Options, Precision};
 use crate::rows::Rows;
 use crate::snapshot::Snapshot;
 use crate::spaces;
 
 /// The unit of a field, as an attribute of its values.
 pub(crate) type Unit = FixedUnicode<32>;
+
+/// The names of the components that are stored, where not all are: an attribute of the values of a field.
+pub(crate) type ComponentNames = FixedUnicode<32>;
+
+/// Name of that attribute.
+pub(crate) const COMPONENTS: &str = "components";
 
 /// Most rows per chunk of positions and fields when chunks are compressed as a whole.
 const COMPRESSED_CHUNK: usize = 1 << 17;
@@ -39,7 +48,7 @@ struct Part {
 /// Writer of the group.
 pub(crate) struct PointCloud {
     points: Rows,
-    fields: Vec<(Rows, Rows)>,
+    fields: Vec<StoredField>,
     precision: Precision,
     parts: Vec<Part>,
     connectivity: Rows,
@@ -49,6 +58,13 @@ pub(crate) struct PointCloud {
     values: Rows,
     n_steps: Attribute,
     starts: Starts,
+}
+
+/// A field: which components are stored where not all are, its values, and where those of each step begin.
+struct StoredField {
+    in_plane: Option<&'static InPlane>,
+    values: Rows,
+    starts: Rows,
 }
 
 /// Per recorded step, where it starts in the other datasets.
@@ -64,11 +80,10 @@ impl PointCloud {
     /// Creates the group for about `points` points per step, in a space, which the file is told of.
     pub(crate) fn create(
         file: &Group,
-        fields: &[Field],
         (space, points): (Space, usize),
-        level: u8,
-        precision: Precision,
+        options: &Options,
     ) -> hdf5::Result<Self> {
+        let Options { precision, compression: level, .. } = *options;
         spaces::write(file, space)?;
         let root = file.create_group("VTKHDF")?;
         root.new_attr::<i64>().shape(2).create("Version")?.write(&[2, 0])?;
@@ -83,15 +98,20 @@ impl PointCloud {
         let chunk = points.div_ceil(points.div_ceil(most).max(1));
         let data = root.create_group("PointData")?;
         let data_starts = steps.create_group("PointDataOffsets")?;
-        let fields = fields.iter().map(|field| {
-            let (name, width) = (field.name(), field.components());
+        let fields = options.fields.iter().map(|field| {
+            let in_plane = stored_components(*field, options.components);
+            let (name, width) = (field.name(), in_plane.map_or(field.components(), InPlane::width));
             let values = match precision {
                 Precision::Double => Rows::create::<f64>(&data, name, width, chunk, level)?,
                 Precision::Single => Rows::create::<f32>(&data, name, width, chunk, level)?,
             };
             let unit: Unit = field.unit(space).parse().map_err(|_| format!("unit of {name} is too long"))?;
             data.dataset(name)?.new_attr::<Unit>().create("unit")?.write_scalar(&unit)?;
-            Ok((values, Rows::create_small::<i64>(&data_starts, name, 1)?))
+            if let Some(stored) = in_plane {
+                let names: ComponentNames = stored.names.parse().expect("the names are short");
+                data.dataset(name)?.new_attr::<ComponentNames>().create(COMPONENTS)?.write_scalar(&names)?;
+            }
+            Ok(StoredField { in_plane, values, starts: Rows::create_small::<i64>(&data_starts, name, 1)? })
         });
         let small = |group: &Group, name: &str| Rows::create_small::<i64>(group, name, 1);
         Ok(Self {
@@ -136,17 +156,23 @@ impl PointCloud {
         }
         let positions: Vec<&[f64]> = steps.iter().map(|step| &step.positions[..]).collect();
         let points = self.points.append_each(&positions)?;
-        for (k, (rows, starts)) in self.fields.iter_mut().enumerate() {
-            let values = steps.iter().map(|step| &step.fields[k][..]);
+        for (k, field) in self.fields.iter_mut().enumerate() {
+            let whole = steps.iter().map(|step| &step.fields[k][..]);
+            let values: Vec<Cow<'_, [f64]>> = match field.in_plane {
+                None => whole.map(Cow::Borrowed).collect(),
+                Some(stored) => whole.map(|values| Cow::Owned(stored.pick(values))).collect(),
+            };
             let firsts = match self.precision {
-                Precision::Double => rows.append_each(&values.collect::<Vec<_>>())?,
+                Precision::Double => {
+                    field.values.append_each(&values.iter().map(|it| &it[..]).collect::<Vec<_>>())?
+                }
                 Precision::Single => {
-                    let rounded = |values: &[f64]| values.iter().map(|&v| v as f32).collect();
-                    let values: Vec<Vec<f32>> = values.map(rounded).collect();
-                    rows.append_each(&values.iter().map(|it| &it[..]).collect::<Vec<_>>())?
+                    let rounded = |values: &Cow<'_, [f64]>| values.iter().map(|&v| v as f32).collect();
+                    let values: Vec<Vec<f32>> = values.iter().map(rounded).collect();
+                    field.values.append_each(&values.iter().map(|it| &it[..]).collect::<Vec<_>>())?
                 }
             };
-            starts.append(&numbers(&firsts))?;
+            field.starts.append(&numbers(&firsts))?;
         }
         self.starts.part.append(&parts)?;
         self.starts.parts.append(&vec![1_i64; steps.len()])?;
@@ -176,6 +202,11 @@ impl PointCloud {
         self.parts.push(Part { points: n, first_cell });
         Ok(self.parts.len() - 1)
     }
+}
+
+/// Which components of a field are stored, where not all are.
+pub(crate) fn stored_components(field: Field, components: Components) -> Option<&'static InPlane> {
+    (components == Components::InPlane).then(|| InPlane::of(field)).flatten()
 }
 
 fn numbers(indices: &[usize]) -> Vec<i64> {

@@ -2,32 +2,26 @@
 
 use std::fs;
 use std::mem;
+use std::panic;
 use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use hdf5::plist::file_access::LibraryVersion;
-use hdf5::plist::file_create::FileSpaceStrategy;
-use hdf5::types::VarLenUnicode;
-use hdf5::{Attribute, File, Group};
 use mpm_solver::observe::{
-    Column, ColumnKind, Counted, Entry, Fields, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart,
-    Timing,
+    Counted, Fields, LoadStep, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
 };
 
 use crate::earlier::Earlier;
-use crate::error::{ResultsError, reason};
-use crate::names::{PhaseName, RESULTS, RESULTS_VERSION, phase_name};
+use crate::error::ResultsError;
 use crate::options::Options;
-use crate::pending::{Pending, Values};
+use crate::pending::Pending;
 use crate::reader::Results;
-use crate::replace::{check_replaceable, fill, is_at, keep_from_writing, part_of, put_in_place};
-use crate::rows::Rows;
+use crate::replace::{check_replaceable, part_of};
+use crate::run_file::RunFile;
 use crate::snapshot::Snapshot;
-use crate::vtkhdf::PointCloud;
-use crate::xdmf::Xdmf;
 
-/// Unit in which the file grows [bytes]: the page of the operating system, see [`ResultsWriter`].
-const PAGE: u64 = 4096;
+/// Load steps of fewer bytes are written before the run goes on: starting a thread takes as long.
+const WORTH_A_THREAD: usize = 1 << 18;
 
 /// An [`Observer`] that writes a results file (layout: [crate]).
 ///
@@ -63,30 +57,27 @@ const PAGE: u64 = 4096;
 pub struct ResultsWriter {
     path: PathBuf,
     options: Options,
-    /// `None` once the run has finished and the file is closed.
-    file: Option<File>,
-    /// The same file, to see that there is room for what HDF5 is about to write; it holds the lock.
-    room: fs::File,
+    file: Place,
     run: Option<Run>,
     /// Results of the run so far, until they are taken over; the file is then beside its later place.
     earlier: Option<(Results, PathBuf)>,
 }
 
-/// Everything that grows during a run.
+/// Where the file is.
+enum Place {
+    Here(Box<RunFile>),
+    /// With the thread that writes the last load steps; it hands it back with the time that this took.
+    WithThread(JoinHandle<(Box<RunFile>, Result<Duration, ResultsError>)>),
+    /// Its thread could not be started, or panicked.
+    Nowhere,
+}
+
+/// What is known of a run while it goes.
 struct Run {
     counted: Counted,
-    columns: Vec<Column>,
-    history: Vec<Rows>,
-    /// Attribute of `/history`: the rows that are complete.
-    rows: Attribute,
-    /// Number of the first row.
-    first: usize,
-    offset: Rows,
-    residual: Rows,
-    timings: [Rows; 3],
-    cloud: PointCloud,
-    xdmf: Xdmf,
     pending: Pending,
+    /// Number of the next row.
+    next: usize,
     /// Whether the points of the last load step are not recorded: any step can turn out to be the last.
     lacks_last: bool,
 }
@@ -99,47 +90,11 @@ impl ResultsWriter {
     /// is being written by another run, or ends in `.xdmf`; if a text holds a NUL character.
     pub fn create(path: impl AsRef<Path>, mut options: Options) -> Result<Self, ResultsError> {
         let path = path.as_ref();
-        let fail = |reason: &dyn ToString| ResultsError::create(path, reason.to_string());
-        let text = |text: &str| text.parse::<VarLenUnicode>().map_err(|error| fail(&error));
         options.fields.sort();
         options.fields.dedup();
         options.every = options.every.max(1);
-        if options.compression > 9 {
-            return Err(fail(&format!("compression {} is not in 0 to 9", options.compression)));
-        }
-        let (scene, program) = (text(&options.scene)?, text(&options.program)?);
-        // Held until the lock is a shared one.
-        let replaced = check_replaceable(path).map_err(|reason| fail(&reason))?;
-        let file = (|| {
-            hdf5::silence_errors(true);
-            let file = File::with_options()
-                .with_fapl(|access| access.libver_v18().file_locking(false))
-                .with_fcpl(|create| {
-                    let pages =
-                        FileSpaceStrategy::FreeSpaceManager { paged: true, persist: false, threshold: 1 };
-                    create.obj_track_times(false).file_space_strategy(pages).file_space_page_size(PAGE)
-                })
-                .create(path)?;
-            file.new_attr::<VarLenUnicode>().create("format")?.write_scalar(&plain(RESULTS))?;
-            file.new_attr::<i64>().create("version")?.write_scalar(&RESULTS_VERSION)?;
-            file.new_attr::<VarLenUnicode>().create("scene")?.write_scalar(&scene)?;
-            file.new_attr::<VarLenUnicode>().create("program")?.write_scalar(&program)?;
-            file.new_attr::<VarLenUnicode>().create("status")?.write_scalar(&plain("running"))?;
-            file.close()?;
-            // Opened anew, the file keeps its superblock 2 but new datasets get 1.10's indices.
-            File::with_options()
-                .with_fapl(|access| {
-                    access.libver_bounds(LibraryVersion::V110, LibraryVersion::latest()).file_locking(false)
-                })
-                .open_rw(path)
-        })();
-        let file = file.map_err(|error| fail(&reason(&error)))?;
-        let room = match replaced {
-            Some(room) => room,
-            None => fs::OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?,
-        };
-        keep_from_writing(&room).map_err(|reason| fail(&reason))?;
-        Ok(Self { path: path.into(), options, file: Some(file), room, run: None, earlier: None })
+        let file = Place::Here(Box::new(RunFile::create(path, &options)?));
+        Ok(Self { path: path.into(), options, file, run: None, earlier: None })
     }
 
     /// Goes on with the results of a run that stopped. Observed from [`Observer::resume`] on, the file of
@@ -164,229 +119,155 @@ impl ResultsWriter {
         Ok(writer)
     }
 
-    /// Writes the load steps that were kept back.
+    /// Writes the load steps that were kept back, and waits until they are written.
     ///
     /// # Errors
     /// [`ResultsError::Write`]; the file is given up then.
     pub fn flush(&mut self) -> Result<(), ResultsError> {
-        if self.file.is_none() || self.run.as_ref().is_none_or(|run| run.pending.rows() == 0) {
+        let is_open = self.file()?.is_open();
+        if !is_open || self.run.as_ref().is_none_or(|run| run.pending.rows() == 0) {
             return Ok(());
         }
-        self.commit().map_err(|error| self.give_up("the last load steps", &error))
+        self.commit("the last load steps", None, None)?;
+        self.file().map(drop)
     }
 
     /// Waits until all that was written is on the disk.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn sync(&self) -> Result<(), ResultsError> {
-        self.room.sync_all().map_err(|error| ResultsError::write(&self.path, "to the disk", error))
+    pub fn sync(&mut self) -> Result<(), ResultsError> {
+        self.file()?.sync()
     }
 
     /// Takes over the rows before `end` and puts the file in the place of that of before.
     fn take_over(&mut self, earlier: Results, path: PathBuf, end: usize) -> Result<(), ObserverError> {
-        let run = self.run.as_mut().expect("a run starts before it goes on");
         let fields = self.options.fields.clone();
+        let run = self.run.as_mut().expect("a run starts before it goes on");
         let recorded = |row: usize, fraction: f64| run.counted.is_recorded(self.options.every, row, fraction);
         let may_lack = self.options.earlier_scene.is_some();
-        let earlier = Earlier::of(earlier, (&run.columns, may_lack), &fields, &recorded, end)?;
+        let earlier = Earlier::of(earlier, (run.pending.columns(), may_lack), &fields, &recorded, end)?;
+        run.next = earlier.first();
         let first = earlier.first();
-        self.begin_at(first).map_err(|error| self.give_up("the number of the first row", &error))?;
+        self.file()?.begin_at(first)?;
         for row in earlier.rows() {
-            let item = format!("load step {row}");
             let (entries, residuals) = earlier.row(row)?;
             let snapshot = earlier.snapshot(row, &fields)?;
-            let run = self.run.as_mut().expect("it is there");
-            run.push(row, &entries, &residuals);
+            let run = self.run();
+            run.pending.push(&entries, &residuals);
+            run.next += 1;
             if let Some(snapshot) = snapshot {
                 run.pending.record(snapshot);
             }
             if run.pending.is_much() {
-                run.write_pending().map_err(|error| self.give_up(&item, &error))?;
+                let batch = run.pending.take();
+                self.file()?.append(&batch, &format!("load step {row}"))?;
             }
         }
         drop(earlier);
-        self.commit().map_err(|error| self.give_up("the load steps so far", &error))?;
-        put_in_place(&self.path, &path)
-            .map_err(|reason| ResultsError::write(&path, "the load steps so far", reason))?;
+        let batch = self.run().pending.take();
+        let file = self.file()?;
+        file.write(&batch, None, "the load steps so far", None)?;
+        file.take_place(path.clone())?;
+        file.write_xdmf("the load steps so far", Duration::ZERO)?;
         self.path = path;
-        self.write_xdmf("the load steps so far", Duration::ZERO)?;
         Ok(())
     }
 
-    fn file(&self) -> &File {
-        self.file.as_ref().expect("a run is not observed after its end")
+    fn run(&mut self) -> &mut Run {
+        self.run.as_mut().expect("a run starts before its first load step")
     }
 
-    /// Writes what was kept back, then the counts that make it visible.
-    fn commit(&mut self) -> hdf5::Result<()> {
-        let began = Instant::now();
-        if !is_at(&self.room, &self.path) {
-            return Err("it was deleted or replaced by another program".into());
+    /// The file, as soon as the thread that writes to it is done.
+    fn file(&mut self) -> Result<&mut RunFile, ResultsError> {
+        if let Place::WithThread(_) = self.file {
+            let Place::WithThread(thread) = mem::replace(&mut self.file, Place::Nowhere) else {
+                unreachable!()
+            };
+            let (file, written) = thread.join().unwrap_or_else(|panicked| panic::resume_unwind(panicked));
+            self.file = Place::Here(file);
+            let took = written?;
+            self.run().pending.is_written(took);
         }
-        self.run.as_mut().expect("a run starts before its first load step").write_pending()?;
-        self.flush_file()?;
-        let run = self.run.as_mut().expect("it is there");
-        run.rows.write_scalar(&(run.offset.len() as i64))?;
-        run.cloud.count()?;
-        self.flush_file()?;
-        self.run.as_mut().expect("it is there").pending.is_written(began);
+        match &mut self.file {
+            Place::Here(file) => Ok(file),
+            _ => {
+                Err(ResultsError::write(&self.path, "the last load steps", "the thread that writes has ended"))
+            }
+        }
+    }
+
+    /// Whether a thread is still writing the load steps of before.
+    fn is_being_written(&self) -> bool {
+        matches!(&self.file, Place::WithThread(thread) if !thread.is_finished())
+    }
+
+    /// Writes what was kept back, and the XDMF file if so long has passed since the last time: what is worth it in a
+    /// thread, once the thread before is done.
+    fn commit(
+        &mut self,
+        item: &str,
+        timings: Option<Vec<Timing>>,
+        xdmf_after: Option<Duration>,
+    ) -> Result<(), ResultsError> {
+        self.file()?;
+        let batch = self.run().pending.take();
+        let may_go_on = self.options.beside && !self.options.keep_back.is_zero();
+        let in_thread = may_go_on && batch.bytes() >= WORTH_A_THREAD;
+        let Place::Here(mut file) = mem::replace(&mut self.file, Place::Nowhere) else {
+            unreachable!("it was waited for");
+        };
+        let item = item.to_owned();
+        let write = move || {
+            let began = Instant::now();
+            let written = file.write(&batch, timings.as_deref(), &item, xdmf_after);
+            (file, written.map(|()| began.elapsed()))
+        };
+        if in_thread {
+            let thread = thread::Builder::new().name("results".into()).spawn(write);
+            let failed = |error| ResultsError::write(&self.path, "the last load steps", error);
+            self.file = Place::WithThread(thread.map_err(failed)?);
+            return Ok(());
+        }
+        let (file, written) = write();
+        self.file = Place::Here(file);
+        let took = written?;
+        self.run().pending.is_written(took);
         Ok(())
-    }
-
-    /// Extends the file to the length that its header will promise, then flushes.
-    ///
-    /// If the length is not to be had (a limit on the size of files), HDF5 would find out after
-    /// it has written the header, and readers refuse a file that is shorter than promised.
-    fn flush_file(&self) -> hdf5::Result<()> {
-        let promised = self.file().size();
-        let length = self.room.metadata().map_err(|error| error.to_string())?.len();
-        if length < promised {
-            // Zeros take up space on the disk, which a greater length alone would not.
-            let filled = fill(&self.room, length, promised);
-            filled.map_err(|error| error.to_string())?;
-        }
-        self.file().flush()
     }
 
     /// Keeps a load step and, if it is to be recorded, its points; writes all that is kept where it is time.
-    fn append(&mut self, step: &LoadStep<'_>) -> hdf5::Result<()> {
+    fn append(&mut self, step: &LoadStep<'_>) -> Result<(), ResultsError> {
+        if !self.is_being_written() {
+            self.file()?;
+        }
+        let (every, keep_back) = (self.options.every, self.options.keep_back);
         let run = self.run.as_mut().expect("a run starts before its first load step");
-        run.push(step.index, step.row, step.residuals);
-        run.lacks_last = !run.counted.is_recorded(self.options.every, step.index, step.fraction);
+        assert_eq!(step.index, run.next, "load steps are observed in order");
+        run.next += 1;
+        run.pending.push(step.row, step.residuals);
+        run.lacks_last = !run.counted.is_recorded(every, step.index, step.fraction);
         if !run.lacks_last {
             run.pending.record(Snapshot::of(step.fraction, step.fields, &self.options.fields));
         }
         // The initial state at once, so that the file can be looked at.
-        if run.pending.is_due(self.options.keep_back) || step.index == 0 {
-            run.write_timings(step.timings)?;
-            self.commit()?;
+        let is_due = run.pending.is_due(keep_back) || step.index == 0;
+        let may_wait = !run.pending.is_much() && self.is_being_written();
+        if is_due && !may_wait {
+            self.commit(&format!("load step {}", step.index), Some(step.timings.to_vec()), Some(keep_back))?;
         }
         Ok(())
-    }
-
-    /// Reports an error and gives the file up as it is on disk, as if the run had been killed.
-    ///
-    /// Closing would make HDF5 write the rest of its metadata, on a full disk some of it, and
-    /// could leave a file whose header promises more than was stored.
-    fn give_up(&mut self, item: &str, error: &hdf5::Error) -> ResultsError {
-        mem::forget((self.file.take(), self.run.take()));
-        ResultsError::write(&self.path, item, reason(error))
-    }
-
-    /// Makes `row` the first of the history.
-    fn begin_at(&mut self, row: usize) -> hdf5::Result<()> {
-        let history = self.file().group("history")?;
-        if row > 0 {
-            history.new_attr::<i64>().create("first_row")?.write_scalar(&(row as i64))?;
-        }
-        self.run.as_mut().expect("a run starts before it goes on").first = row;
-        self.flush_file()
-    }
-
-    /// Writes the XDMF file where recorded steps have come, so long after the last time.
-    fn write_xdmf(&mut self, item: &str, after: Duration) -> Result<(), ResultsError> {
-        let xdmf = match &mut self.run {
-            Some(run) if run.xdmf.is_due(after) || (after.is_zero() && run.xdmf.is_behind()) => &mut run.xdmf,
-            _ => return Ok(()),
-        };
-        let written = xdmf.write().map_err(|error| ResultsError::write(xdmf.path(), item, error));
-        if written.is_err() {
-            // Where a small file has no room, the end of the results may have none.
-            mem::forget((self.file.take(), self.run.take()));
-        }
-        written
-    }
-
-    /// Writes how the run ended and closes the file.
-    fn close(&mut self, outcome: &Outcome, timings: &[Timing]) -> hdf5::Result<()> {
-        let status = match outcome {
-            Outcome::Completed => "completed".to_owned(),
-            Outcome::Failed(reason) => format!("failed: {}", reason.replace('\0', " ")),
-        };
-        if let Some(run) = &mut self.run {
-            run.write_timings(timings)?;
-        }
-        self.file().attr("status")?.write_scalar(&plain(&status))?;
-        self.flush_file()?;
-        self.run = None;
-        self.file.take().map_or(Ok(()), File::close)
-    }
-}
-
-impl Run {
-    fn create(file: &Group, start: &RunStart, options: &Options, path: &Path) -> hdf5::Result<Self> {
-        let history = file.create_group("history")?;
-        let rows = history.new_attr::<i64>().create("rows")?;
-        rows.write_scalar(&0_i64)?;
-        let create_column = |column: &Column| match column.kind {
-            ColumnKind::Count => Rows::create_small::<u64>(&history, &column.name, column.width),
-            ColumnKind::Real => Rows::create_small::<f64>(&history, &column.name, column.width),
-        };
-        let newton = file.create_group("newton")?;
-        let timings = file.create_group("timings")?;
-        let Options { fields, compression, precision, .. } = options;
-        Ok(Self {
-            counted: start.counted.clone(),
-            columns: start.columns.clone(),
-            history: start.columns.iter().map(create_column).collect::<hdf5::Result<_>>()?,
-            rows,
-            first: 0,
-            offset: Rows::create_small::<u64>(&newton, "offset", 1)?,
-            residual: Rows::create_small::<f64>(&newton, "residual", 1)?,
-            timings: [
-                Rows::create_small::<PhaseName>(&timings, "phase", 1)?,
-                Rows::create_small::<f64>(&timings, "seconds", 1)?,
-                Rows::create_small::<u64>(&timings, "count", 1)?,
-            ],
-            cloud: PointCloud::create(file, fields, (start.space, start.points), *compression, *precision)?,
-            xdmf: Xdmf::beside(path, fields, *precision),
-            pending: Pending::new(&start.columns),
-            lacks_last: false,
-        })
-    }
-
-    /// Keeps the row of a load step.
-    fn push(&mut self, index: usize, row: &[Entry], residuals: &[f64]) {
-        let next = self.first + self.offset.len() + self.pending.rows();
-        assert_eq!(index, next, "load steps are observed in order");
-        self.pending.push(&self.columns, row, residuals);
-    }
-
-    /// Hands what is kept to HDF5.
-    fn write_pending(&mut self) -> hdf5::Result<()> {
-        let Pending { columns, residuals, ends, snapshots, .. } = &mut self.pending;
-        for (rows, values) in self.history.iter_mut().zip(columns) {
-            match values {
-                Values::Count(values) => rows.append(values)?,
-                Values::Real(values) => rows.append(values)?,
-            };
-        }
-        let before = self.residual.len() as u64;
-        self.residual.append(residuals)?;
-        self.offset.append(&ends.iter().map(|end| before + end).collect::<Vec<_>>())?;
-        for (placed, snapshot) in self.cloud.append(snapshots)?.iter().zip(snapshots) {
-            self.xdmf.add(snapshot.fraction, snapshot.positions.len() / 3, placed);
-        }
-        self.pending.clear();
-        Ok(())
-    }
-
-    fn write_timings(&mut self, timings: &[Timing]) -> hdf5::Result<()> {
-        let [phase, seconds, count] = &mut self.timings;
-        phase.replace(&timings.iter().map(|t| phase_name(t.phase)).collect::<Vec<_>>())?;
-        seconds.replace(&timings.iter().map(|t| t.seconds).collect::<Vec<_>>())?;
-        count.replace(&timings.iter().map(|t| t.count).collect::<Vec<_>>())
     }
 }
 
 impl Observer for ResultsWriter {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         assert!(self.run.is_none(), "a writer observes one run");
-        let path = self.earlier.as_ref().map_or(&self.path, |(_, path)| path);
-        let created = Run::create(self.file(), run, &self.options, path);
-        let created = created.and_then(|created| self.flush_file().map(|()| created));
-        self.run = Some(created.map_err(|error| self.give_up("the layout of the run", &error))?);
+        let path = self.earlier.as_ref().map_or(&self.path, |(_, path)| path).clone();
+        let options = self.options.clone();
+        self.file()?.start(run, &options, &path)?;
+        let pending = Pending::new(&run.columns);
+        self.run = Some(Run { counted: run.counted.clone(), pending, next: 0, lacks_last: false });
         Ok(())
     }
 
@@ -400,19 +281,17 @@ impl Observer for ResultsWriter {
                 })?;
             }
             None => {
-                let begun = self.begin_at(so_far.rows);
-                begun.map_err(|error| self.give_up("the number of the first row", &error))?;
+                self.file()?.begin_at(so_far.rows)?;
+                self.run().next = so_far.rows;
             }
         }
         let lacks_last = !run.counted.is_recorded(self.options.every, so_far.rows - 1, so_far.fraction);
-        self.run.as_mut().expect("it was started").lacks_last = lacks_last;
+        self.run().lacks_last = lacks_last;
         Ok(())
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
-        let item = format!("load step {}", step.index);
-        self.append(step).map_err(|error| self.give_up(&item, &error))?;
-        Ok(self.write_xdmf(&item, self.options.keep_back)?)
+        Ok(self.append(step)?)
     }
 
     fn last(&mut self, fraction: f64, fields: &dyn Fields) -> Result<(), ObserverError> {
@@ -423,14 +302,15 @@ impl Observer for ResultsWriter {
     }
 
     fn finish(&mut self, outcome: &Outcome, timings: &[Timing]) -> Result<(), ObserverError> {
-        if self.file.is_none() {
+        if matches!(self.file, Place::Nowhere) || !self.file()?.is_open() {
             return Ok(()); // given up; the error has been reported
         }
-        if self.run.is_some() {
-            self.commit().map_err(|error| self.give_up("the last load steps", &error))?;
-            self.write_xdmf("the last load steps", Duration::ZERO)?;
+        if self.file()?.has_started() {
+            self.commit("the last load steps", None, Some(Duration::ZERO))?;
         }
-        Ok(self.close(outcome, timings).map_err(|error| self.give_up("the outcome", &error))?)
+        self.file()?.close(outcome, timings)?;
+        self.run = None;
+        Ok(())
     }
 }
 
@@ -443,8 +323,4 @@ impl Drop for ResultsWriter {
             let _ = self.flush();
         }
     }
-}
-
-fn plain(text: &str) -> VarLenUnicode {
-    text.parse().expect("the text has no NUL")
 }

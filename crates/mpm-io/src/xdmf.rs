@@ -7,8 +7,9 @@ use std::{fs, io};
 
 use mpm_solver::observe::Field;
 
-use crate::options::Precision;
-use crate::vtkhdf::Placed;
+use crate::in_plane::InPlane;
+use crate::options::{Components, Options, Precision};
+use crate::vtkhdf::{Placed, stored_components};
 
 /// Time between two writes against the time that the last one took.
 const REST: u32 = 20;
@@ -19,6 +20,7 @@ pub(crate) struct Xdmf {
     results: String,
     fields: Vec<Field>,
     precision: Precision,
+    components: Components,
     grids: String,
     /// Whether the file lacks grids.
     is_behind: bool,
@@ -28,13 +30,14 @@ pub(crate) struct Xdmf {
 
 impl Xdmf {
     /// For the results file at `results`.
-    pub(crate) fn beside(results: &Path, fields: &[Field], precision: Precision) -> Self {
+    pub(crate) fn beside(results: &Path, options: &Options) -> Self {
         let name = results.file_name().unwrap_or_default().to_string_lossy();
         Self {
             path: results.with_extension("xdmf"),
             results: name.replace('&', "&amp;").replace('<', "&lt;"),
-            fields: fields.to_vec(),
-            precision,
+            fields: options.fields.clone(),
+            precision: options.precision,
+            components: options.components,
             grids: String::new(),
             is_behind: false,
             written: None,
@@ -58,14 +61,16 @@ impl Xdmf {
         for field in &self.fields {
             let name = field.name();
             let bytes = if self.precision == Precision::Single { 4 } else { 8 };
-            let kind = match field.components() {
+            let stored = stored_components(*field, self.components);
+            let width = stored.map_or(field.components(), InPlane::width);
+            let kind = match width {
                 1 => "Scalar",
                 3 => "Vector",
                 9 => "Tensor",
                 _ => "Matrix",
             };
             let path = format!("/VTKHDF/PointData/{name}");
-            let values = self.slab(&path, "Float", bytes, placed.point, n, field.components());
+            let values = self.slab(&path, "Float", bytes, placed.point, n, width);
             writeln!(
                 grid,
                 "<Attribute Name=\"{name}\" AttributeType=\"{kind}\" Center=\"Node\">{values}</Attribute>"

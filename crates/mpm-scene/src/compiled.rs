@@ -1,7 +1,7 @@
 //! A model of either space.
 
 use crate::error::SceneError;
-use crate::language::{FieldInput, OutputInput};
+use crate::language::{ComponentsInput, FieldInput, OutputInput};
 use mpm_grid::LoadFraction;
 use mpm_solver::observe::{Field, Fields, Observer};
 use mpm_solver::{
@@ -116,6 +116,11 @@ fn known_fields<const D: usize>(model: &Model<D>) -> Vec<Field> {
 
 /// The fields of points that are recorded; none of them twice.
 pub(crate) fn fields<const D: usize>(model: &Model<D>, output: &OutputInput) -> Result<Vec<Field>, SceneError> {
+    let is_plane_strain = D == 2 && !model.space().is_axisymmetric();
+    if output.components == ComponentsInput::InPlane && !is_plane_strain {
+        let reason = "only bodies in plane strain have no other components, expected `All`";
+        return Err(SceneError::new("output.components", reason));
+    }
     let field = |(k, input): (usize, &FieldInput)| {
         if output.fields[..k].contains(input) {
             return Err(SceneError::new(format!("output.fields[{k}]"), "the field is named twice"));

@@ -44,7 +44,10 @@ pub use position::{Position, position_of};
 pub use quantity::{LayerInput, PointField, Quantity};
 pub use ramp::{Knots, RampInput};
 pub use read::ReadError;
-pub use run::{CheckpointInput, FieldInput, OutputInput, SolverInput, ToleranceInput, UnheldMotionInput};
+pub use run::{
+    CheckpointInput, ComponentsInput, FieldInput, OutputInput, PrecisionInput, SolverInput, ToleranceInput,
+    UnheldMotionInput,
+};
 pub use scene::{Scene, SceneIn};
 pub use stage::{
     ActiveInput, PathMeasureInput, PredictorInput, ReleaseInput, ScheduleInput, StageInput, StepControlInput,

@@ -206,6 +206,11 @@ pub struct OutputInput {
     /// Points are recorded every so many load steps, and always at the start and the end. Of halved steps, and of those
     /// that end at knots of ramps, only the ends of the equal steps count, through all stages.
     pub every: Count,
+    /// Numbers of the fields: `Double` (default), or `Single`, seven digits at half the room. Positions are always double.
+    pub precision: PrecisionInput,
+    /// Components of the fields: `All` (default), as VTK has them, or `InPlane`, of plane strain only: x and y of the
+    /// displacement; xx, xy, yy, zz of stress and elastic strain; these and yx of the deformation gradient.
+    pub components: ComponentsInput,
     /// Whether the health of the points' domains is worked out after every load step, as columns
     /// `/history/domain_…`.
     pub domain_history: bool,
@@ -220,6 +225,26 @@ pub struct OutputInput {
     pub condition: bool,
     /// Checkpoints, from which an interrupted run goes on by `mpm resume`; none if left out.
     pub checkpoint: Option<CheckpointInput>,
+}
+
+/// How the numbers of the points' fields are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum PrecisionInput {
+    /// 8 bytes: what was computed.
+    #[default]
+    Double,
+    /// 4 bytes: enough to look at.
+    Single,
+}
+
+/// Which components of the points' fields are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ComponentsInput {
+    /// Three of vectors, nine of tensors.
+    #[default]
+    All,
+    /// Those that plane strain leaves.
+    InPlane,
 }
 
 /// When the state of the run is kept in a file beside the results; at least one of the two is given.
@@ -239,6 +264,8 @@ impl Default for OutputInput {
         Self {
             fields: vec![FieldInput::CauchyStress, FieldInput::Displacement],
             every: Count(1),
+            precision: PrecisionInput::Double,
+            components: ComponentsInput::All,
             domain_history: false,
             energies: false,
             condition: false,
