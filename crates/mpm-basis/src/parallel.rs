@@ -28,6 +28,26 @@ pub fn each<R: Send>(n: usize, work: &(dyn Fn(usize) -> R + Sync)) -> Vec<R> {
     (0..n).into_par_iter().map(work).collect()
 }
 
+/// Cuts a list into consecutive parts of these lengths.
+pub fn parts<T>(
+    mut list: &mut [T],
+    lengths: impl IntoIterator<Item = usize>,
+) -> impl Iterator<Item = &mut [T]> {
+    lengths.into_iter().map(move |length| {
+        let (part, rest) = std::mem::take(&mut list).split_at_mut(length);
+        list = rest;
+        part
+    })
+}
+
+/// Lets `work` fill each of the parts, of which it is given the number.
+pub fn fill<T: Send>(parts: Vec<&mut [T]>, work: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    if parts.len() < 2 {
+        return parts.into_iter().enumerate().for_each(|(k, part)| work(k, part));
+    }
+    parts.into_par_iter().enumerate().for_each(|(k, part)| work(k, part));
+}
+
 /// The same of points, each of which is little work: a few of them are not worth waking a thread.
 pub fn each_point<R: Send>(n: usize, work: &(dyn Fn(usize) -> R + Sync)) -> Vec<R> {
     if n < FEW_POINTS {

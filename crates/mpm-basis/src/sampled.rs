@@ -74,27 +74,98 @@ pub(crate) fn influences<const D: usize>(
     if mesh.functions() != NodeKind::Vertices {
         return spline_influences(mesh, samples, stencil);
     }
-    // Corners in a cell met before add to the entries that are there: mostly all share one cell.
+    let mut places = [Place { cell: [0; D], local: Vector::zeros() }; CORNERS];
+    let places = &mut places[..samples.len()];
+    mesh.locate_each(samples.iter().map(|it| &it.position), BEYOND, places)?;
+    if !sum_over_neighbours(mesh, places, samples, stencil) {
+        sum_by_cells(mesh, places, samples, stencil);
+    }
+    Ok(())
+}
+
+/// Numbers of cells along a direction in which the corners of most domains lie.
+const ACROSS: u32 = 2;
+
+/// Places in the table of nodes of 2 x 2 (x 2) cells: of its first cell's corners, and of the steps to the others.
+const CORNER_IN_TABLE: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
+const STEP_IN_TABLE: [usize; 3] = [1, 3, 9];
+
+/// Adds the influences of a domain whose corners lie in neighbouring cells, by node; whether they do.
+#[inline]
+fn sum_over_neighbours<const D: usize>(
+    mesh: &Mesh<D>,
+    places: &[Place<D>],
+    samples: &[Sample<D>],
+    stencil: &mut Stencil<D>,
+) -> bool {
+    let (mut low, mut high) = (places[0].cell, places[0].cell);
+    for place in &places[1..] {
+        for d in 0..D {
+            low[d] = low[d].min(place.cell[d]);
+            high[d] = high[d].max(place.cell[d]);
+        }
+    }
+    // Not across the seam of a ring, where nodes do not ascend.
+    let nodes = mesh.lattice().nodes();
+    if (0..D).any(|d| high[d] - low[d] >= ACROSS || high[d] + 1 >= nodes[d]) {
+        return false;
+    }
+    let mut table = [(0.0, Vector::<D>::zeros()); 27];
+    for (place, sample) in places.iter().zip(samples) {
+        let first: usize = (0..D).map(|d| (place.cell[d] - low[d]) as usize * STEP_IN_TABLE[d]).sum();
+        let mut corner = 0;
+        mesh.values(place, |_, n| {
+            let (value, gradient) = &mut table[first + CORNER_IN_TABLE[corner]];
+            *value += sample.weight * n;
+            *gradient += sample.gradient * n;
+            corner += 1;
+        });
+    }
+    let steps: [usize; D] = from_fn(|d| nodes[..d].iter().map(|&n| n as usize).product());
+    let first = mesh.lattice().node(low).index();
+    let width = |d: usize| if d < D { (high[d] - low[d]) as usize + 2 } else { 1 };
+    let step = |d: usize| if d < D { steps[d] } else { 0 };
+    for k in 0..width(2) {
+        for j in 0..width(1) {
+            for i in 0..width(0) {
+                let (value, gradient) = table[9 * k + 3 * j + i];
+                // Nodes opposite to the grid line that a corner lies on have none.
+                if value != 0.0 || gradient != Vector::<D>::zeros() {
+                    let node = NodeId::from_index(first + i * step(0) + j * step(1) + k * step(2));
+                    stencil.add(node.expect("a node of the lattice"), value, gradient);
+                }
+            }
+        }
+    }
+    true
+}
+
+/// Adds the influences of a domain cell by cell.
+#[inline(never)]
+fn sum_by_cells<const D: usize>(
+    mesh: &Mesh<D>,
+    places: &[Place<D>],
+    samples: &[Sample<D>],
+    stencil: &mut Stencil<D>,
+) {
+    // Corners in a cell met before add to the entries that are there.
     let mut cells = [[0; D]; CORNERS];
     let mut n_cells = 0;
-    let mut before = None;
-    for sample in samples {
-        let place = locate(mesh, &sample.position, &mut before)?;
+    for (place, sample) in places.iter().zip(samples) {
         let (w, g) = (sample.weight, sample.gradient);
         if let Some(met) = cells[..n_cells].iter().position(|cell| *cell == place.cell) {
             let mut at = met << D;
-            mesh.values(&place, |_, n| {
+            mesh.values(place, |_, n| {
                 stencil.add_to(at, w * n, g * n);
                 at += 1;
             });
         } else {
             cells[n_cells] = place.cell;
             n_cells += 1;
-            mesh.values(&place, |node, n| stencil.add(node, w * n, g * n));
+            mesh.values(place, |node, n| stencil.add(node, w * n, g * n));
         }
     }
     stencil.drop_zeros();
-    Ok(())
 }
 
 /// Nodes of splines that the corners of a domain may span, so that their influences are summed in a table.

@@ -181,20 +181,37 @@ impl Axis {
     /// coordinate is ±1. Beyond an end of the axis the end cell is continued: |local| > 1.
     #[inline]
     pub fn locate(&self, x: f64) -> (u32, f64) {
-        let (cell, local) = match &self.spacing {
+        let mut found = (0, 0.0);
+        self.locate_each(std::iter::once(x), |_, cell, local| found = (cell, local));
+        found
+    }
+
+    /// As [`Self::locate`] for several coordinates in turn; `put` takes their number, cell, and local coordinate.
+    #[inline]
+    pub(crate) fn locate_each(&self, x: impl Iterator<Item = f64>, mut put: impl FnMut(usize, u32, f64)) {
+        // A coordinate on a node belongs to the lower cell.
+        let lower = |cell: u32, local: f64| {
+            let local = snap(local);
+            if local == -1.0 && cell > 0 { (cell - 1, 1.0) } else { (cell, local) }
+        };
+        match &self.spacing {
             &Spacing::Uniform { from, cells, per_length, .. } => {
-                let t = (x - from) * per_length;
-                let cell = whole(t, cells);
-                (cell, 2.0 * (t - f64::from(cell)) - 1.0)
+                for (k, x) in x.enumerate() {
+                    let t = (x - from) * per_length;
+                    let cell = whole(t, cells);
+                    let (cell, local) = lower(cell, 2.0 * (t - f64::from(cell)) - 1.0);
+                    put(k, cell, local);
+                }
             }
             Spacing::Graded { nodes, cells } => {
-                let cell = lower_cell(nodes, *cells, x);
-                let (a, b) = (nodes[to_usize(cell)], nodes[to_usize(cell) + 1]);
-                (cell, 2.0 * ((x - a) / (b - a)) - 1.0)
+                for (k, x) in x.enumerate() {
+                    let cell = lower_cell(nodes, *cells, x);
+                    let (a, b) = (nodes[to_usize(cell)], nodes[to_usize(cell) + 1]);
+                    let (cell, local) = lower(cell, 2.0 * ((x - a) / (b - a)) - 1.0);
+                    put(k, cell, local);
+                }
             }
-        };
-        let local = snap(local);
-        if local == -1.0 && cell > 0 { (cell - 1, 1.0) } else { (cell, local) }
+        }
     }
 
     /// Number of the node at coordinate `x` `[L]`, up to 1e-9 of a cell or what rounding leaves of coordinates so

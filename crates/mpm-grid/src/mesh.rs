@@ -271,6 +271,36 @@ impl<const D: usize> Mesh<D> {
         self.locate(x, beyond)
     }
 
+    /// As [`Self::locate`] for positions near one another, such as the corners of a domain; fills `places` in their order.
+    ///
+    /// # Errors
+    /// The first position farther than `beyond` cells outside the mesh.
+    #[inline]
+    pub fn locate_each<'a>(
+        &self,
+        positions: impl Iterator<Item = &'a Vector<D>> + Clone,
+        beyond: f64,
+        places: &mut [Place<D>],
+    ) -> Result<(), OutsideMesh<D>> {
+        if let Shape::Rectilinear(axes) = &self.shape {
+            for (d, axis) in axes.iter().enumerate() {
+                axis.locate_each(positions.clone().map(|x| x[d]), |k, cell, local| {
+                    (places[k].cell[d], places[k].local[d]) = (cell, local);
+                });
+            }
+            return places.iter().zip(positions).try_for_each(|(place, x)| within(x, *place, beyond).map(drop));
+        }
+        let mut before = None;
+        for (place, x) in places.iter_mut().zip(positions) {
+            *place = match &before {
+                Some(near) => self.locate_near(x, beyond, near)?,
+                None => self.locate(x, beyond)?,
+            };
+            before = Some(*place);
+        }
+        Ok(())
+    }
+
     /// Calls `each` with node and N_v for the functions of the cell (of its 2^D corners, or splines), lexicographic (so
     /// ascending in node, but for the seam of a ring), also where N_v is zero.
     #[inline]

@@ -11,8 +11,12 @@ use mpm_basis::parallel::both;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// A strip is cut as soon as it holds this many points and may be.
-const POINTS: usize = 2048;
+/// A strip is cut as soon as it holds this part of the body's points and may be.
+const PART: usize = 64;
+
+/// Points of a strip: fewer are not worth a task, and more leave threads idle.
+const LEAST_POINTS: usize = 256;
+const MOST_POINTS: usize = 2048;
 
 /// The strips of one body.
 #[derive(Clone, Debug)]
@@ -43,6 +47,9 @@ impl Strips {
         }
         let mut result = Self { order, phases: [Vec::new(), Vec::new()] };
 
+        // A function of the body, never of the number of threads.
+        let all: usize = (0..body.n_sets()).map(|set| body.n_points(set)).sum();
+        let enough = (all / PART).clamp(LEAST_POINTS, MOST_POINTS);
         let mut open: Option<Strip> = None;
         let (mut points, mut count) = (0, 0);
         // Ends of the nodes of the strip before the open one, and of the open one.
@@ -53,7 +60,7 @@ impl Strips {
             let (Some(&low), Some(&high)) = (nodes.first(), nodes.last()) else { continue };
             let (low, end) = (low as usize, high as usize + 1);
             let mut strip = match open.take() {
-                Some(strip) if points < POINTS || low < reach_before => strip,
+                Some(strip) if points < enough || low < reach_before => strip,
                 full => {
                     reach_before = reach;
                     points = 0;

@@ -2,6 +2,7 @@
 
 mod constraints;
 mod couplings;
+mod incidence;
 mod numbering;
 mod pattern;
 

@@ -4,11 +4,13 @@
 //! of another. The pattern depends on connectivity alone: prescribed
 //! components stay in the matrix, as rows and columns with nothing but their diagonal.
 
+use super::incidence::Incidence;
 use super::numbering::node_equation;
 use super::{Constraints, Couplings, UnknownId, Unknowns};
-use mpm_basis::parallel::each;
+use mpm_basis::parallel::{each, fill, parts};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
+use std::ops::Range;
 
 /// Nodes per parallel task; fixed, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
@@ -261,11 +263,24 @@ impl<const D: usize> SparsityPattern<D> {
     /// For each pair (column node, row node) of each set in turn, column by column: position of the row among the
     /// column's neighbours. The pairs are those with the column before the row where the tangent is symmetric, else all.
     pub(crate) fn slots(&self, couplings: &dyn Couplings) -> Vec<u32> {
+        let n = couplings.n_sets();
+        let first = |chunk: usize| (chunk * CHUNK).min(n);
+        let sets = |chunk| first(chunk)..first(chunk + 1);
+        let length = |chunk| sets(chunk).map(|set| self.n_slots(couplings.set(set).len())).sum();
+        let n_chunks = n.div_ceil(CHUNK);
+        let lengths: Vec<usize> = (0..n_chunks).map(length).collect();
+        let mut slots = vec![0; lengths.iter().sum()];
+        fill(parts(&mut slots, lengths).collect(), &|chunk, slots| {
+            self.write_slots(sets(chunk).map(|set| couplings.set(set)), slots);
+        });
+        slots
+    }
+
+    /// Writes the [slots](Self::slots) of some sets.
+    fn write_slots<'a>(&self, sets: impl Iterator<Item = &'a [u32]>, slots: &mut [u32]) {
         let is_symmetric = self.symmetry == Symmetry::Symmetric;
-        let n_slots = (0..couplings.n_sets()).map(|set| self.n_slots(couplings.set(set).len()));
-        let mut slots = Vec::with_capacity(n_slots.sum());
-        for set in 0..couplings.n_sets() {
-            let nodes = couplings.set(set);
+        let mut slots = slots.iter_mut();
+        for nodes in sets {
             for (k, &node) in nodes.iter().enumerate() {
                 let neighbours = self.neighbours(node as usize);
                 let mut at = 0;
@@ -273,11 +288,11 @@ impl<const D: usize> SparsityPattern<D> {
                     while neighbours[at] != other {
                         at += 1;
                     }
-                    slots.push(u32::try_from(at).expect("fewer than 2^32 neighbours"));
+                    let slot = slots.next().expect("one for each pair");
+                    *slot = u32::try_from(at).expect("fewer than 2^32 neighbours");
                 }
             }
         }
-        slots
     }
 
     /// Adds `stiffness`, times a factor for each component, for each pair of nodes (columns in turn from the diagonal down,
@@ -376,40 +391,6 @@ impl FoundBy {
     }
 }
 
-/// Which sets each node belongs to, and at which position.
-struct Incidence {
-    start: Vec<usize>,
-    entry: Vec<(u32, u32)>,
-}
-
-impl Incidence {
-    fn of(n_active: usize, couplings: &dyn Couplings) -> Self {
-        let mut start = vec![0; n_active + 1];
-        for set in 0..couplings.n_sets() {
-            for &node in couplings.set(set) {
-                start[node as usize + 1] += 1;
-            }
-        }
-        for node in 0..n_active {
-            start[node + 1] += start[node];
-        }
-        let mut next = start.clone();
-        let mut entry = vec![(0, 0); start[n_active]];
-        for set in 0..couplings.n_sets() {
-            for (position, &node) in couplings.set(set).iter().enumerate() {
-                let slot = &mut next[node as usize];
-                entry[*slot] = (set as u32, position as u32);
-                *slot += 1;
-            }
-        }
-        Self { start, entry }
-    }
-
-    fn at(&self, node: usize) -> &[(u32, u32)] {
-        &self.entry[self.start[node]..self.start[node + 1]]
-    }
-}
-
 /// Columns of the equations from neighbours of the places.
 fn scalar_columns<const D: usize>(
     symmetry: Symmetry,
@@ -419,23 +400,38 @@ fn scalar_columns<const D: usize>(
     column_start: &mut Vec<usize>,
     row: &mut Vec<usize>,
 ) {
+    let is_symmetric = symmetry == Symmetry::Symmetric;
+    let neighbours = |place: usize| &neighbour[neighbour_start[place]..neighbour_start[place + 1]];
     column_start.clear();
     column_start.reserve(unknowns.n_equations() + 1);
     column_start.push(0);
-    row.clear();
-    let is_symmetric = symmetry == Symmetry::Symmetric;
-    let diagonals = if is_symmetric { unknowns.n_nodes() * D * (D + 1) / 2 } else { 0 };
-    row.reserve(neighbour.len() * D * D + diagonals);
-    for place in 0..unknowns.n_places() {
-        let own = unknowns.equations(place);
-        for equation in own.clone() {
-            if is_symmetric {
-                row.extend(equation..own.end);
+    let n = unknowns.n_places();
+    let mut lengths = Vec::with_capacity(n.div_ceil(CHUNK));
+    let mut entries = 0;
+    for first in (0..n).step_by(CHUNK) {
+        let before = entries;
+        for place in first..(first + CHUNK).min(n) {
+            let others = neighbours(place).iter().map(|&other| unknowns.equations(other as usize).len());
+            let (own, others) = (unknowns.equations(place).len(), others.sum::<usize>());
+            for k in 0..own {
+                entries += others + if is_symmetric { own - k } else { 0 };
+                column_start.push(entries);
             }
-            for &other in &neighbour[neighbour_start[place]..neighbour_start[place + 1]] {
-                row.extend(unknowns.equations(other as usize));
-            }
-            column_start.push(row.len());
         }
+        lengths.push(entries - before);
     }
+    row.resize(entries, 0);
+    fill(parts(row, lengths).collect(), &|chunk, row: &mut [usize]| {
+        let mut row = row.iter_mut();
+        let mut push = |equations: Range<usize>| equations.zip(&mut row).for_each(|(of, row)| *row = of);
+        for place in chunk * CHUNK..((chunk + 1) * CHUNK).min(n) {
+            let own = unknowns.equations(place);
+            for equation in own.clone() {
+                if is_symmetric {
+                    push(equation..own.end);
+                }
+                neighbours(place).iter().for_each(|&other| push(unknowns.equations(other as usize)));
+            }
+        }
+    });
 }
