@@ -10,10 +10,13 @@ pub mod kernels;
 pub mod laws;
 pub mod machine;
 pub mod phases;
+pub mod program;
 pub mod report;
 pub mod skewed;
+pub mod small;
 pub mod solver;
 pub mod space;
+pub mod threads;
 pub mod throughput;
 pub mod time_against_error;
 

@@ -3,7 +3,9 @@
 use clap::{Parser, Subcommand};
 use mpm_benchmarks::counts::{self, Act};
 use mpm_benchmarks::report::{Settings, print_table};
-use mpm_benchmarks::{Failure, growth, laws, phases, solver, space, throughput, time_against_error};
+use mpm_benchmarks::{
+    Failure, growth, laws, phases, small, solver, space, threads, throughput, time_against_error,
+};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -39,6 +41,18 @@ enum Set {
     Space,
     /// The pass over the points under every law, in pairs with von Mises.
     Laws,
+    /// Whole processes of `mpm` on small scenes: what start, reading and output cost.
+    Small {
+        /// The program; that built beside this one if left out.
+        #[arg(long)]
+        program: Option<PathBuf>,
+    },
+    /// Whole processes of `mpm` on one thread and on two.
+    Threads {
+        /// The program; that built beside this one if left out.
+        #[arg(long)]
+        program: Option<PathBuf>,
+    },
     /// Instructions of a fixed set of kernels by callgrind, against the file of the repository.
     Counts {
         /// Fails where a kernel needs more instructions than the file allows.
@@ -89,13 +103,15 @@ fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
     match set {
         None => {
             println!(
-                "sets: error, throughput, growth, solver, space, laws, counts, phases (`--help` says more)"
+                "sets: error, throughput, growth, solver, space, laws, small, threads, counts, phases (`--help` says more)"
             );
             let settings = Settings { quick: true, ..settings };
             time_against_error::run(&settings)?.publish(&settings)?;
             throughput::run(&settings)?.publish(&settings)
         }
         Some(Set::Throughput) => throughput::run(&settings)?.publish(&settings),
+        Some(Set::Small { program }) => small::run(&settings, program)?.publish(&settings),
+        Some(Set::Threads { program }) => threads::run(&settings, program)?.publish(&settings),
         Some(Set::Growth) => growth::run(&settings)?.publish(&settings),
         Some(Set::Solver { most_equations }) => solver::run(&settings, most_equations)?.publish(&settings),
         Some(Set::Counts { check, update, part }) => {

@@ -113,6 +113,26 @@ fn laws_are_paired_with_von_mises() {
 }
 
 #[test]
+fn whole_processes() {
+    // The program is built with the workspace's tests; alone this crate has none.
+    let program = Path::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).with_file_name("mpm");
+    let folder = tempfile::tempdir().expect("a folder for results");
+    if !program.exists() {
+        let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["small", "--quick"]).output();
+        let output = output.expect("the program starts");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("build it by"), "{output:?}");
+        return;
+    }
+    let small = quick("small", folder.path());
+    assert!(small["start"].as_f64() >= Some(0.0) && rows(&small["rows"]).len() == 2, "{small}");
+    let threads = quick("threads", folder.path());
+    assert_eq!(rows(&threads).len(), 4);
+    for row in rows(&threads) {
+        assert!(row["one"].as_f64() > Some(0.0) && row["gain"].as_f64() > Some(0.0), "{row}");
+    }
+}
+
+#[test]
 fn a_kernel_that_does_not_exist_is_named() {
     let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["kernel", "no such"]).output();
     let output = output.expect("the program starts");

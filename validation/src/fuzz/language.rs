@@ -11,7 +11,7 @@ pub(super) const SMALL: &[&str] = &[
     supports: [(name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y])],
     loads: [BodyForce(acceleration: (0, -1)), PointForce(body: "block", near: (1, 1), points: 2, force: (0.1, 0), ramp: [(0, 0), (0.5, 1)])],
     schedule: (steps: 3, cuts: 4), tolerance: (residual: 1e-8, iterations: 12),
-    output: (fields: [CauchyStress, Displacement, Plastic, DomainMeasure], every: 2, domain_history: true, checkpoint: (every: 2, seconds: 60)),
+    output: (fields: [CauchyStress, Displacement, Plastic, DomainMeasure], every: 2, precision: Single, components: InPlane, domain_history: true, checkpoint: (every: 2, seconds: 60)),
 )"#,
     r#"PlaneStrain(
     mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 2), Uniform(from: 0, to: 2, cells: 2)]),
