@@ -17,6 +17,7 @@
 //! that is derived from what contributions couple.
 
 mod body;
+mod compiled;
 pub mod contact;
 mod contribution;
 mod differences;

@@ -10,6 +10,7 @@
 mod cancellation;
 mod check;
 mod clock;
+mod compiled;
 mod connection;
 mod domain_control;
 mod equilibrium;
@@ -35,8 +36,9 @@ mod steps;
 mod timing;
 
 pub use check::ModelError;
+pub use compiled::{estimate, resume, run};
 pub use error::{Error, PathFailure, Remedy, StepFailure};
-pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, doubts, estimate};
+pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, doubts};
 pub use extension::{Kept, extended};
 pub use history_notes::HistoryNotes;
 pub use model::{
@@ -50,5 +52,4 @@ pub use nodes::NodeMismatch;
 pub use progress::{Progress, StepsProgress};
 pub use record::fields::look_at_points;
 pub use record::summary::Summary;
-pub use run::{resume, run};
 pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};

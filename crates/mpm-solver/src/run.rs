@@ -18,16 +18,8 @@ use crate::timing::Timings;
 use mpm_basis::ActiveNodes;
 use mpm_grid::LoadFraction;
 
-/// Runs a model through its load steps.
-///
-/// A step that cannot be solved is halved. At the shortest step length it is tried again with relaxation: the
-/// unbalanced forces are released in parts. Domains that have grown too long for their cells are shortened or split
-/// after a step, where the model asks for it.
-///
-/// # Errors
-/// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
-/// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
-pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+/// See [`crate::run()`].
+pub(crate) fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
     model.check()?;
     let record = Record::new(model);
     observer.start(&record.start()).map_err(Error::Observer)?;
@@ -36,12 +28,8 @@ pub fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) ->
     state.finish(model, observer)
 }
 
-/// As [`run`], from a state of an earlier run of the same model on. What follows is bit for bit what would
-/// have followed there.
-///
-/// # Errors
-/// [`Error::State`] where the state is none of the model; else as [`run`].
-pub fn resume<const D: usize>(
+/// See [`crate::resume()`].
+pub(crate) fn resume<const D: usize>(
     model: &mut Model<D>,
     state: &State,
     observer: &mut dyn Observer,

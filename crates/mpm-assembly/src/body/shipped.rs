@@ -33,6 +33,11 @@ macro_rules! shipped_laws {
                     (Space::Axisymmetric, Self::$law(law)) => LawOfBody::axisymmetric(law),)*
                 }
             }
+
+            #[inline(never)]
+            fn regularised(self, regularisation: Regularisation) -> Result<Option<LawOfBody<2>>, ParameterError> {
+                regularised(self, regularisation)
+            }
         }
 
         impl InSpace<3> for ShippedLaw {
@@ -40,6 +45,11 @@ macro_rules! shipped_laws {
             fn in_space(self, space: Space) -> LawOfBody<3> {
                 assert_eq!(space, Space::Cartesian, "a body of revolution has two coordinates");
                 match self { $(Self::$law(law) => LawOfBody::new(law)),* }
+            }
+
+            #[inline(never)]
+            fn regularised(self, regularisation: Regularisation) -> Result<Option<LawOfBody<3>>, ParameterError> {
+                regularised(self, regularisation)
             }
         }
     };
@@ -50,38 +60,6 @@ shipped_laws! {
     DruckerPrager(DruckerPrager), CamClay(CamClay), PerPoint(PerPoint),
 }
 
-impl ShippedLaw {
-    /// The law of bodies in the plane or in space under a nodal field that its driver names; none where a law has no plastic
-    /// strain that could drive it.
-    ///
-    /// # Errors
-    /// As of [`LawOfBody::regularised`].
-    #[inline(never)]
-    pub fn regularised<const D: usize>(
-        self,
-        regularisation: Regularisation,
-    ) -> Result<Option<LawOfBody<D>>, ParameterError> {
-        let law = match (regularisation.driver(), self) {
-            (FieldDriver::PlasticStrain, Self::VonMises(law)) => LawOfBody::regularised(law, regularisation)?,
-            (FieldDriver::PlasticStrain, Self::Tresca(law)) => LawOfBody::regularised(law, regularisation)?,
-            (FieldDriver::PlasticStrain, _) => return Ok(None),
-            (FieldDriver::Strain, Self::Hencky(law)) => LawOfBody::regularised_by_strain(law, regularisation),
-            (FieldDriver::Strain, Self::NeoHooke(law)) => LawOfBody::regularised_by_strain(law, regularisation),
-            (FieldDriver::Strain, Self::VonMises(law)) => LawOfBody::regularised_by_strain(law, regularisation),
-            (FieldDriver::Strain, Self::Tresca(law)) => LawOfBody::regularised_by_strain(law, regularisation),
-            (FieldDriver::Strain, Self::MohrCoulomb(law)) => {
-                LawOfBody::regularised_by_strain(law, regularisation)
-            }
-            (FieldDriver::Strain, Self::DruckerPrager(law)) => {
-                LawOfBody::regularised_by_strain(law, regularisation)
-            }
-            (FieldDriver::Strain, Self::CamClay(law)) => LawOfBody::regularised_by_strain(law, regularisation),
-            (FieldDriver::Strain, Self::PerPoint(law)) => LawOfBody::regularised_by_strain(law, regularisation),
-        };
-        Ok(Some(law))
-    }
-}
-
 /// A law that becomes one of bodies in D dimensions.
 pub trait InSpace<const D: usize> {
     /// The law of bodies in a space.
@@ -89,6 +67,46 @@ pub trait InSpace<const D: usize> {
     /// # Panics
     /// The space has another number of dimensions.
     fn in_space(self, space: Space) -> LawOfBody<D>;
+
+    /// The law of bodies in the plane or in space under a nodal field that its driver names; none where a law has no plastic
+    /// strain that could drive it.
+    ///
+    /// # Errors
+    /// As of [`LawOfBody::regularised`].
+    fn regularised(self, regularisation: Regularisation) -> Result<Option<LawOfBody<D>>, ParameterError>;
+}
+
+/// See [`InSpace::regularised`].
+fn regularised<const D: usize>(
+    law: ShippedLaw,
+    regularisation: Regularisation,
+) -> Result<Option<LawOfBody<D>>, ParameterError> {
+    let law = match (regularisation.driver(), law) {
+        (FieldDriver::PlasticStrain, ShippedLaw::VonMises(law)) => LawOfBody::regularised(law, regularisation)?,
+        (FieldDriver::PlasticStrain, ShippedLaw::Tresca(law)) => LawOfBody::regularised(law, regularisation)?,
+        (FieldDriver::PlasticStrain, _) => return Ok(None),
+        (FieldDriver::Strain, ShippedLaw::Hencky(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+        (FieldDriver::Strain, ShippedLaw::NeoHooke(law)) => {
+            LawOfBody::regularised_by_strain(law, regularisation)
+        }
+        (FieldDriver::Strain, ShippedLaw::VonMises(law)) => {
+            LawOfBody::regularised_by_strain(law, regularisation)
+        }
+        (FieldDriver::Strain, ShippedLaw::Tresca(law)) => LawOfBody::regularised_by_strain(law, regularisation),
+        (FieldDriver::Strain, ShippedLaw::MohrCoulomb(law)) => {
+            LawOfBody::regularised_by_strain(law, regularisation)
+        }
+        (FieldDriver::Strain, ShippedLaw::DruckerPrager(law)) => {
+            LawOfBody::regularised_by_strain(law, regularisation)
+        }
+        (FieldDriver::Strain, ShippedLaw::CamClay(law)) => {
+            LawOfBody::regularised_by_strain(law, regularisation)
+        }
+        (FieldDriver::Strain, ShippedLaw::PerPoint(law)) => {
+            LawOfBody::regularised_by_strain(law, regularisation)
+        }
+    };
+    Ok(Some(law))
 }
 
 /// A basis that this crate has compiled.

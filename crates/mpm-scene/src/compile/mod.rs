@@ -133,16 +133,16 @@ impl<const D: usize> Made<D> {
     /// The model with its contributions, checked.
     fn whole(mut self, output: &OutputInput) -> Result<Model<D>, SceneError> {
         if let Some(factor) = self.ghost {
-            self.model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
+            self.model.add_contribution("ghost", GhostStabilisation::new(factor).into());
         }
         for contact in std::mem::take(&mut self.tools) {
-            self.model.add_contribution(format!("tool {}", contact.name()), Box::new(contact));
+            self.model.add_contribution(format!("tool {}", contact.name()), contact.into());
         }
         for contact in std::mem::take(&mut self.walls) {
-            self.model.add_contribution(format!("wall {}", contact.name()), Box::new(contact));
+            self.model.add_contribution(format!("wall {}", contact.name()), contact.into());
         }
         for (k, load) in std::mem::take(&mut self.side_loads) {
-            self.model.add_contribution(format!("load {k}"), Box::new(load));
+            self.model.add_contribution(format!("load {k}"), load.into());
         }
         fields(&self.model, output)?;
         self.check()?;

@@ -45,12 +45,12 @@ pub(super) fn turning(of: OfSection, scene: &SceneIn<2, PlaneBasis>) -> Result<M
     model.stages = section.stages;
     check_supports(&model)?;
     if let Some(factor) = ghost {
-        model.add_contribution("ghost", Box::new(GhostStabilisation::new(factor)));
+        model.add_contribution("ghost", GhostStabilisation::new(factor).into());
     }
     for (k, (contact, input)) in tools.into_iter().zip(&scene.tools).enumerate() {
         let (name, rigid) = contact.into_rigid();
         let rigid = turned_tool(rigid, input, stages, &format!("tools[{k}].motion"))?;
-        model.add_contribution(format!("tool {name}"), Box::new(ToolContact::new(name, rigid)));
+        model.add_contribution(format!("tool {name}"), ToolContact::new(name, rigid).into());
     }
     (model.domain_history, model.energies) = (section.domain_history, section.energies);
     (model.condition_history, model.needs_grip) = (section.condition_history, section.needs_grip);

@@ -131,12 +131,8 @@ impl Memory {
     }
 }
 
-/// Connects the points of a model at the start and counts.
-///
-/// # Errors
-/// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
-/// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
-pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
+/// See [`crate::estimate()`].
+pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
     model.check()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
