@@ -22,6 +22,17 @@ pub(super) struct Multifrontal {
     factor: Factor,
     /// The solution at the steps of elimination.
     x: Vec<f64>,
+    /// Where all fronts are one task: what it works with, so that nothing is allocated for each system.
+    small: Option<Small>,
+}
+
+/// Memory of a system whose fronts are one task.
+#[derive(Default)]
+struct Small {
+    factorise: Option<(Kind, Serial)>,
+    /// Of solutions: values that are handed on, and those of a front.
+    kept: Vec<f64>,
+    values: Vec<f64>,
 }
 
 /// A factor by fronts.
@@ -73,7 +84,8 @@ impl Multifrontal {
         numbers.resize(entries, 0.0);
         let (exchange, inverse, off_diagonal) = (vec![0; n], vec![0; n], vec![0.0; n]);
         let factor = Factor { numbers, exchange, inverse, off_diagonal };
-        Ok(Self { fronts, factor, x: vec![0.0; n] })
+        let small = fronts.is_one_task().then(Small::default);
+        Ok(Self { fronts, factor, x: vec![0.0; n], small })
     }
 
     /// The memory of the factor, for another pattern.
@@ -107,7 +119,16 @@ impl Multifrontal {
             failed: AtomicUsize::new(usize::MAX),
         };
         let part = FactorPart { numbers, exchange, inverse, off_diagonal };
-        let done = self.fronts.upward(&pass, part);
+        let done = match &mut self.small {
+            None => self.fronts.upward(&pass, part),
+            Some(small) => {
+                let all = 0..self.fronts.fronts.len();
+                if small.factorise.as_ref().is_none_or(|(before, _)| *before != kind) {
+                    small.factorise = Serial::new(kind, &self.fronts, all.clone()).map(|serial| (kind, serial));
+                }
+                small.factorise.as_mut().and_then(|(_, serial)| pass.visit(all, part, serial))
+            }
+        };
         match (done, pass.failed.into_inner()) {
             (Some(()), _) => Ok(pass.is_odd.into_inner()),
             (None, usize::MAX) => Err(Failed::Memory),
@@ -128,10 +149,21 @@ impl Multifrontal {
 
     /// Replaces b by x.
     pub(super) fn solve(&mut self, kind: Kind, b: &mut [f64]) {
-        let Self { fronts, factor, x } = self;
+        let Self { fronts, factor, x, small } = self;
         fronts.order.iter().zip(&mut *x).for_each(|(&equation, x)| *x = b[equation]);
-        fronts.upward(&Forward { fronts, factor, kind }, &mut x[..]);
-        fronts.downward(&Backward { fronts, factor, kind }, &mut x[..]);
+        let (forward, backward) = (Forward { fronts, factor, kind }, Backward { fronts, factor, kind });
+        match small {
+            None => {
+                fronts.upward(&forward, &mut x[..]);
+                fronts.downward(&backward, &mut x[..]);
+            }
+            Some(Small { kept, values, .. }) => {
+                let all = 0..fronts.fronts.len();
+                forward.visit(all.clone(), x, (kept, values));
+                kept.clear();
+                backward.visit(all, x, (kept, values));
+            }
+        }
         fronts.order.iter().zip(&*x).for_each(|(&equation, x)| b[equation] = *x);
     }
 }
@@ -173,35 +205,11 @@ struct Factorise<'a> {
 impl<'a> Upward for Factorise<'a> {
     type Part = FactorPart<'a>;
 
-    fn subtrees(&self, range: Range<usize>, mut part: FactorPart<'a>) -> Option<Vec<f64>> {
-        let fronts = &self.fronts.fronts[range.clone()];
-        let widest = fronts.iter().map(Front::n_eliminated).max()?;
-        let mut work = Work::new(self.kind, widest)?;
-        // Remainders that no parent has taken yet, of even and of odd levels: fronts whose remainders are added to
-        // one another stand on different stacks.
-        let levels = Levels::of(self.fronts, range.clone());
-        let mut kept = [with_room(levels.most_kept[0])?, with_room(levels.most_kept[1])?];
-        let mut level = 0;
-        for k in range.clone() {
-            let front = &self.fronts.fronts[k];
-            let (own, rest) = part.split(front.numbers().len(), front.n_eliminated());
-            part = rest;
-            level = levels.level[k - range.start];
-            let [even, odd] = &mut kept;
-            let (kept, of_children) = if level == 0 { (even, odd) } else { (odd, even) };
-            let begin = kept.len();
-            kept.resize(begin + front.n_remainder(), 0.0);
-            let mut numbers = self.begin(front, own, &mut kept[begin..]);
-            for &child in self.fronts.children(k).iter().rev() {
-                let places = self.fronts.places(child);
-                let from = of_children.len() - places.len().pow(2);
-                numbers.add(places, &of_children[from..], self.fronts.is_symmetric);
-                of_children.truncate(from);
-            }
-            self.eliminate(front, numbers, &mut work, false)?;
-        }
-        let [even, odd] = kept;
-        Some(if level == 0 { even } else { odd })
+    fn subtrees(&self, range: Range<usize>, part: FactorPart<'a>) -> Option<Vec<f64>> {
+        let mut serial = Serial::new(self.kind, self.fronts, range.clone())?;
+        let level = self.visit(range, part, &mut serial).map(|()| serial.levels.level.last().copied())?;
+        let [even, odd] = serial.kept;
+        Some(if level == Some(1) { odd } else { even })
     }
 
     fn front(&self, k: usize, part: FactorPart<'a>, children: Vec<Vec<f64>>) -> Option<Vec<f64>> {
@@ -218,7 +226,51 @@ impl<'a> Upward for Factorise<'a> {
     }
 }
 
+/// What fronts that are visited one after the other work with.
+struct Serial {
+    work: Work,
+    levels: Levels,
+    /// Remainders that no parent has taken yet, of even and of odd levels: fronts whose remainders are added to
+    /// one another stand on different stacks.
+    kept: [Vec<f64>; 2],
+}
+
+impl Serial {
+    /// For a few subtrees; None if memory does not suffice.
+    fn new(kind: Kind, fronts: &Fronts, range: Range<usize>) -> Option<Self> {
+        let widest = fronts.fronts[range.clone()].iter().map(Front::n_eliminated).max().unwrap_or(0);
+        let levels = Levels::of(fronts, range);
+        let kept = [with_room(levels.most_kept[0])?, with_room(levels.most_kept[1])?];
+        Some(Self { work: Work::new(kind, widest)?, levels, kept })
+    }
+}
+
 impl Factorise<'_> {
+    /// Visits the fronts of a few subtrees; the remainder of the last stays on the stack of its level.
+    fn visit(&self, range: Range<usize>, mut part: FactorPart<'_>, serial: &mut Serial) -> Option<()> {
+        let Serial { work, levels, kept } = serial;
+        kept.iter_mut().for_each(Vec::clear);
+        for k in range.clone() {
+            let front = &self.fronts.fronts[k];
+            let (own, rest) = part.split(front.numbers().len(), front.n_eliminated());
+            part = rest;
+            let [even, odd] = &mut *kept;
+            let (kept, of_children) =
+                if levels.level[k - range.start] == 0 { (even, odd) } else { (odd, even) };
+            let begin = kept.len();
+            kept.resize(begin + front.n_remainder(), 0.0);
+            let mut numbers = self.begin(front, own, &mut kept[begin..]);
+            for &child in self.fronts.children(k).iter().rev() {
+                let places = self.fronts.places(child);
+                let from = of_children.len() - places.len().pow(2);
+                numbers.add(places, &of_children[from..], self.fronts.is_symmetric);
+                of_children.truncate(from);
+            }
+            self.eliminate(front, numbers, work, false)?;
+        }
+        Some(())
+    }
+
     /// A front with its entries of the matrix.
     fn begin<'a>(&self, front: &Front, own: FactorPart<'a>, remainder: &'a mut [f64]) -> Numbers<'a> {
         let FactorPart { numbers, exchange, inverse, off_diagonal } = own;

@@ -29,23 +29,9 @@ pub(super) struct Backward<'a> {
 impl<'a> Upward for Forward<'a> {
     type Part = &'a mut [f64];
 
-    fn subtrees(&self, range: Range<usize>, mut x: &'a mut [f64]) -> Option<Vec<f64>> {
-        // What fronts have handed on and no parent has taken yet.
-        let (mut kept, mut values) = (Vec::new(), Vec::new());
-        for k in range {
-            let front = &self.fronts.fronts[k];
-            let (own, rest) = x.split_at_mut(front.n_eliminated());
-            x = rest;
-            begin(front, own, &mut values);
-            for &child in self.fronts.children(k).iter().rev() {
-                let places = self.fronts.places(child);
-                let from = kept.len() - places.len();
-                add(&mut values, places, &kept[from..]);
-                kept.truncate(from);
-            }
-            self.eliminate(front, own, &mut values);
-            kept.extend_from_slice(&values[front.n_eliminated()..]);
-        }
+    fn subtrees(&self, range: Range<usize>, x: &'a mut [f64]) -> Option<Vec<f64>> {
+        let mut kept = Vec::new();
+        self.visit(range, x, (&mut kept, &mut Vec::new()));
         Some(kept)
     }
 
@@ -73,6 +59,31 @@ fn add(values: &mut [f64], places: &[usize], of_child: &[f64]) {
 }
 
 impl Forward<'_> {
+    /// Visits the fronts of a few subtrees. `kept` holds what fronts have handed on and no parent has taken yet, in the end
+    /// that of the last; `values` are of one front.
+    pub(super) fn visit(
+        &self,
+        range: Range<usize>,
+        mut x: &mut [f64],
+        (kept, values): (&mut Vec<f64>, &mut Vec<f64>),
+    ) {
+        kept.clear();
+        for k in range {
+            let front = &self.fronts.fronts[k];
+            let (own, rest) = x.split_at_mut(front.n_eliminated());
+            x = rest;
+            begin(front, own, values);
+            for &child in self.fronts.children(k).iter().rev() {
+                let places = self.fronts.places(child);
+                let from = kept.len() - places.len();
+                add(values, places, &kept[from..]);
+                kept.truncate(from);
+            }
+            self.eliminate(front, own, values);
+            kept.extend_from_slice(&values[front.n_eliminated()..]);
+        }
+    }
+
     /// Solves with the square of L, and subtracts from the rest.
     fn eliminate(&self, front: &Front, own: &mut [f64], values: &mut [f64]) {
         let n = front.n_eliminated();
@@ -97,20 +108,8 @@ impl Forward<'_> {
 impl<'a> Downward for Backward<'a> {
     type Part = &'a mut [f64];
 
-    fn subtrees(&self, range: Range<usize>, mut x: &'a mut [f64], given: Vec<f64>) {
-        // Values of the rest of fronts that have not been visited yet; the next one's stand last.
-        let (mut kept, mut values) = (given, Vec::new());
-        for k in range.rev() {
-            let front = &self.fronts.fronts[k];
-            let (rest, own) = x.split_at_mut(x.len() - front.n_eliminated());
-            x = rest;
-            let from = kept.len() - front.n_rest();
-            self.eliminate(front, own, &kept[from..], &mut values);
-            kept.truncate(from);
-            for &child in self.fronts.children(k) {
-                kept.extend(self.fronts.places(child).iter().map(|&place| values[place]));
-            }
-        }
+    fn subtrees(&self, range: Range<usize>, x: &'a mut [f64], mut given: Vec<f64>) {
+        self.visit(range, x, (&mut given, &mut Vec::new()));
     }
 
     fn front(&self, k: usize, own: &'a mut [f64], given: Vec<f64>) -> Vec<Vec<f64>> {
@@ -122,6 +121,27 @@ impl<'a> Downward for Backward<'a> {
 }
 
 impl Backward<'_> {
+    /// Visits the fronts of a few subtrees. `kept` holds the values of the rest of fronts that have not been visited yet,
+    /// those of the next last; `values` are of one front.
+    pub(super) fn visit(
+        &self,
+        range: Range<usize>,
+        mut x: &mut [f64],
+        (kept, values): (&mut Vec<f64>, &mut Vec<f64>),
+    ) {
+        for k in range.rev() {
+            let front = &self.fronts.fronts[k];
+            let (rest, own) = x.split_at_mut(x.len() - front.n_eliminated());
+            x = rest;
+            let from = kept.len() - front.n_rest();
+            self.eliminate(front, own, &kept[from..], values);
+            kept.truncate(from);
+            for &child in self.fronts.children(k) {
+                kept.extend(self.fronts.places(child).iter().map(|&place| values[place]));
+            }
+        }
+    }
+
     /// Solves for the equations of a front; leaves them in `values`, followed by those of its rest.
     fn eliminate(&self, front: &Front, own: &mut [f64], rest: &[f64], values: &mut Vec<f64>) {
         let n = front.n_eliminated();

@@ -62,6 +62,12 @@ impl Fronts {
         LEAST_WORK.max(LEAST_SHARE * total)
     }
 
+    /// Whether all fronts are one task.
+    pub(super) fn is_one_task(&self) -> bool {
+        let total: f64 = self.roots().iter().map(|&root| self.fronts[root].work).sum();
+        total <= self.cut()
+    }
+
     /// Fronts without a parent.
     fn roots(&self) -> Vec<usize> {
         let mut roots = Vec::new();
