@@ -327,7 +327,7 @@ impl System {
     fn analyse(&mut self) {
         // The direct solver does not ask where the lines stand.
         let lines = Default::default();
-        let places = LatticePlaces { index: &self.lattice, lines: &lines, periods: [None; 3] };
+        let places = LatticePlaces { index: &self.lattice, lines: &lines, periods: [None; 3], degree: [1; 3] };
         // A solver that has seen the pattern before would keep its analysis.
         self.factorization = Factorization::new();
         let _ = black_box(self.factorization.analyse(self.pattern.for_solver(), &Hints::on_lattice(places)));

@@ -5,6 +5,7 @@
 
 pub mod blocks;
 pub mod counts;
+pub mod first_to;
 pub mod growth;
 pub mod kernels;
 pub mod laws;

@@ -209,7 +209,7 @@ impl Tangent {
     }
 
     fn places(&self) -> LatticePlaces<'_> {
-        LatticePlaces { index: &self.lattice, lines: &self.lines, periods: self.periodic }
+        LatticePlaces { index: &self.lattice, lines: &self.lines, periods: self.periodic, degree: [1; 3] }
     }
 
     /// Which of our solvers a run takes.

@@ -1,5 +1,6 @@
 //! Time against error: what accuracy costs, for every basis, on problems whose answer is known.
 
+use crate::first_to::{self, ELEMENTS, Reached};
 use crate::report::{Report, Settings, decades};
 use crate::{Failure, machine};
 use mpm_scene::compile;
@@ -8,11 +9,11 @@ use mpm_validation::history::History;
 use mpm_validation::picture::{Curve, Curves, Legend, Panel, Stroke};
 use mpm_validation::problems::column::{Load, column, stress_error};
 use mpm_validation::problems::doughnut::{EXACT_AT_20, ring, torque};
-use mpm_validation::problems::vortex::{errors, exact, vortex};
+use mpm_validation::problems::vortex::{between_walls, errors, exact, vortex};
 use mpm_validation::scenes::load;
 use mpm_validation::variants::{
-    ALL, CPDI1_ON_CUBIC_SPLINES, CPDI1_ON_SPLINES, CPDI2Q_ON_SPLINES, GENERAL, Method, PlaneScene, plane,
-    refined,
+    ALL, BACKSLASH, CPDI1_ON_CUBIC_SPLINES, CPDI1_ON_SPLINES, CPDI2Q_ON_CUBIC_SPLINES, CPDI2Q_ON_SPLINES,
+    GENERAL, GIMP, Method, PlaneScene, SLASH, plane, refined,
 };
 use mpm_validation::{Broken, Picture, Table};
 use serde::Serialize;
@@ -35,8 +36,12 @@ struct Problem {
     error: fn(&PlaneScene, &History) -> Result<f64, Broken>,
 }
 
-/// Bases on splines, where supports lie on faces of the mesh.
-const SPLINES: [Method; 3] = [CPDI1_ON_SPLINES, CPDI2Q_ON_SPLINES, CPDI1_ON_CUBIC_SPLINES];
+/// Bases on splines.
+const SPLINES: [Method; 4] =
+    [CPDI1_ON_SPLINES, CPDI2Q_ON_SPLINES, CPDI1_ON_CUBIC_SPLINES, CPDI2Q_ON_CUBIC_SPLINES];
+
+/// What `foreign/quadratic_elements.py` is told to write, in the folder of the results.
+const ELEMENTS_FILE: &str = "quadratic_elements.json";
 
 const PROBLEMS: [Problem; 5] = [
     Problem {
@@ -44,7 +49,7 @@ const PROBLEMS: [Problem; 5] = [
         measure: "mean error of the vertical stress over the weight",
         methods: &ALL,
         on_splines: &SPLINES,
-        meshes: &[8, 16, 32, 64, 128, 256, 512],
+        meshes: &[8, 16, 24, 32, 64, 128, 256, 512],
         quick: 2,
         cells: |n| format!("{n}"),
         scene: |method, cells| of_column(Load::Hard, method, cells),
@@ -55,7 +60,7 @@ const PROBLEMS: [Problem; 5] = [
         measure: "mean error of the vertical stress over the weight",
         methods: &ALL,
         on_splines: &SPLINES,
-        meshes: &[8, 16, 32, 64, 128, 256, 512],
+        meshes: &[8, 16, 24, 32, 64, 128, 256, 512],
         quick: 2,
         cells: |n| format!("{n}"),
         scene: |method, cells| of_column(Load::Mild, method, cells),
@@ -93,12 +98,14 @@ const PROBLEMS: [Problem; 5] = [
         name: "generalised vortex",
         measure: "error of the displacement in the mean square",
         methods: &ALL,
-        // The edges of its ring cross the cells of its mesh.
-        on_splines: &[],
+        on_splines: &SPLINES,
         meshes: &[1, 2, 3, 4, 6, 8],
         quick: 1,
         cells: |factor| format!("{}²", 24 * factor),
-        scene: vortex,
+        // Its edges cross the cells of its mesh.
+        scene: |method, factor| {
+            if method.degree > 1 { between_walls(method, factor) } else { vortex(method, factor) }
+        },
         error: |scene, history| Ok(errors(history, &exact(scene)?)?.displacement),
     },
 ];
@@ -191,12 +198,20 @@ pub struct Row {
     pub reason: Option<String>,
 }
 
+impl Row {
+    /// What it has reached, if it came to its end.
+    fn reached(&self) -> Option<Reached> {
+        let (problem, name, cells) = (self.problem.to_owned(), self.basis.to_owned(), self.cells.clone());
+        Some(Reached { problem, name, cells, seconds: self.seconds, error: self.error? })
+    }
+}
+
 /// Short runs are repeated for so long `[s]`, at most so often.
 const REPEAT_FOR: f64 = 0.4;
 const REPEAT: usize = 5;
 
 /// A basis is not taken to finer meshes once a run has taken so long `[s]`.
-const LONG: f64 = 40.0;
+const LONG: f64 = 20.0;
 
 /// Runs the set; what is finished is written after each problem.
 ///
@@ -204,6 +219,7 @@ const LONG: f64 = 40.0;
 /// A scene cannot be made, or a file not be written. A run that ends early is a result.
 pub fn run(settings: &Settings) -> Result<Report<Vec<Row>>, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let elements = first_to::elements(&settings.output.join(ELEMENTS_FILE))?;
     let mut rows: Vec<Row> = Vec::new();
     for (k, problem) in PROBLEMS.iter().enumerate() {
         let meshes = &problem.meshes[..settings.pick(problem.quick, problem.meshes.len())];
@@ -219,21 +235,35 @@ pub fn run(settings: &Settings) -> Result<Report<Vec<Row>>, Failure> {
             }
         }
         if k + 1 < PROBLEMS.len() {
-            report(&rows).save(settings)?;
+            report(&rows, &elements).save(settings)?;
         }
     }
-    Ok(report(&rows))
+    Ok(report(&rows, &elements))
 }
 
-/// Tables and pictures of these runs.
-fn report(rows: &[Row]) -> Report<Vec<Row>> {
+/// Tables and pictures of these runs, and of finite elements.
+fn report(rows: &[Row], elements: &[Reached]) -> Report<Vec<Row>> {
     let of = |problem: &Problem| -> Vec<Row> {
         rows.iter().filter(|row| row.problem == problem.name).cloned().collect()
     };
     let done = || PROBLEMS.iter().map(|problem| (problem, of(problem))).filter(|(_, rows)| !rows.is_empty());
     let mut tables: Vec<Table> = done().map(|(problem, rows)| table(problem, &rows)).collect();
     tables.push(failures(rows));
-    let panels = done().map(|(problem, rows)| panel(problem, &rows)).collect();
+    let mut all: Vec<Reached> = Vec::new();
+    for (problem, rows) in done() {
+        all.extend(rows.iter().filter_map(Row::reached));
+        all.extend(elements.iter().filter(|it| it.problem == problem.name).cloned());
+    }
+    let of_degree = |degree: u32| SPLINES.iter().filter(|it| it.degree == degree).map(|it| it.name).collect();
+    let groups = [
+        ("GIMP", vec![GIMP.name]),
+        ("other bases on linear functions", GENERAL.map(|it| it.name).into()),
+        ("degree 2", of_degree(2)),
+        ("degree 3", of_degree(3)),
+        (ELEMENTS, vec![ELEMENTS]),
+    ];
+    tables.push(first_to::table(&all, &groups));
+    let panels = done().map(|(problem, rows)| panel(problem, &rows, elements)).collect();
     Report { set: "time_against_error", tables, pictures: pictures(panels), results: rows.to_vec() }
 }
 
@@ -311,22 +341,23 @@ fn failures(rows: &[Row]) -> Table {
     table
 }
 
-fn panel(problem: &Problem, rows: &[Row]) -> Panel {
-    let done: Vec<&Row> = rows.iter().filter(|row| row.error.is_some()).collect();
-    let curves = problem.methods().map(|method| Curve {
-        name: method.name.into(),
-        colour: ALL.iter().chain(&SPLINES).position(|it| it == method).unwrap_or_default(),
+/// The curves of a problem: of the triangles those that are cut both ways, which are the best of them.
+fn panel(problem: &Problem, rows: &[Row], elements: &[Reached]) -> Panel {
+    let drawn: Vec<&str> =
+        ALL.iter().filter(|it| **it != SLASH && **it != BACKSLASH).chain(&SPLINES).map(|it| it.name).collect();
+    let mut done: Vec<Reached> = rows.iter().filter_map(Row::reached).collect();
+    done.retain(|it| drawn.contains(&&it.name[..]));
+    done.extend(elements.iter().filter(|it| it.problem == problem.name).cloned());
+    let curves = drawn.iter().chain([&ELEMENTS]).enumerate().map(|(colour, &name)| Curve {
+        name: name.into(),
+        colour,
         stroke: Stroke::MarkedLine,
-        points: done
-            .iter()
-            .filter(|row| row.basis == method.name)
-            .filter_map(|row| Some((row.seconds, row.error?)))
-            .collect(),
+        points: done.iter().filter(|it| it.name == name).map(|it| (it.seconds, it.error)).collect(),
     });
     Panel::Curves(Curves {
         title: problem.name.into(),
         axes: ["processor seconds, one thread", problem.measure].map(String::from),
-        range: [decades(done.iter().map(|row| row.seconds)), decades(done.iter().filter_map(|row| row.error))],
+        range: [decades(done.iter().map(|it| it.seconds)), decades(done.iter().map(|it| it.error))],
         logarithmic: [true; 2],
         legend: Legend::None,
         curves: curves.filter(|curve| !curve.points.is_empty()).collect(),

@@ -54,6 +54,8 @@ pub const CPDI1_ON_SPLINES: Method = on_splines("CPDI1, splines", PlaneBasis::Cp
 pub const CPDI2Q_ON_SPLINES: Method = on_splines("CPDI2q, splines", PlaneBasis::Cpdi2q, 2);
 /// Parallelograms on splines of degree 3.
 pub const CPDI1_ON_CUBIC_SPLINES: Method = on_splines("CPDI1, cubic splines", PlaneBasis::Cpdi1, 3);
+/// Quadrilaterals on splines of degree 3.
+pub const CPDI2Q_ON_CUBIC_SPLINES: Method = on_splines("CPDI2q, cubic splines", PlaneBasis::Cpdi2q, 3);
 
 /// All of the plane, on linear functions.
 pub const ALL: [Method; 7] = [SMPM, GIMP, CPDI1, CPDI2Q, SLASH, BACKSLASH, CROSS];

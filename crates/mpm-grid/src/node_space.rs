@@ -84,6 +84,12 @@ impl<const D: usize> NodeSpace<D> {
         self.kind
     }
 
+    /// Degree of the splines along each direction; 1 of vertices. Round a ring splines are trigonometric, of degree 2.
+    pub fn degrees(&self) -> [u32; D] {
+        let is_trigonometric = |is_periodic| is_periodic && self.kind != NodeKind::Vertices;
+        self.lattice.periodic().map(|it| if is_trigonometric(it) { 2 } else { self.degree() })
+    }
+
     /// The arrangement of the nodes: their indices, numbers and neighbours. Its cells lie between
     /// neighbouring nodes; they are cells of the mesh only where the nodes are vertices.
     #[inline]

@@ -179,7 +179,8 @@ impl Automatic {
         }
         let behind = matrix.pattern.block * matrix.pattern.blocks;
         let node_of = |equation: usize| further.get(equation - behind).copied();
-        let places = LatticePlaces { index, lines, periods: *periods };
+        // The direct solver asks for no degree.
+        let places = LatticePlaces { index, lines, periods: *periods, degree: [1; 3] };
         let hints = Hints { further: Some(&node_of), ..Hints::on_lattice(places) };
         self.direct.prepare(matrix.pattern, &hints).map_err(|_| refused)?;
         let factored = self.direct.factorise(matrix)?;
@@ -213,7 +214,7 @@ impl LinearSolver for Automatic {
         let Some(multigrid) = hierarchy(pattern, &further, places) else {
             return self.direct.analyse(pattern, hints);
         };
-        let LatticePlaces { index, lines, periods } = places;
+        let LatticePlaces { index, lines, periods, .. } = places;
         let (index, lines, block) = (index.to_vec(), lines.clone(), pattern.block);
         let method = method(pattern);
         self.iterative = Some(Iterative {

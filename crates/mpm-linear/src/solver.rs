@@ -105,6 +105,8 @@ pub struct LatticePlaces<'a> {
     pub lines: &'a [Vec<f64>; 3],
     /// Number of lines of each direction that closes on itself.
     pub periods: [Option<u32>; 3],
+    /// Degree of the splines along each direction whose coefficients belong to the nodes: 1 where these are values at the nodes.
+    pub degree: [u32; 3],
 }
 
 /// What a linear solver keeps for a run that is resumed. Only the solver that saved it can read it.

@@ -2,6 +2,8 @@
 
 #[path = "multigrid/further_field.rs"]
 mod further_field;
+#[path = "multigrid/splines.rs"]
+mod splines;
 #[path = "multigrid/unsymmetric.rs"]
 mod unsymmetric;
 
@@ -171,7 +173,8 @@ impl System {
     }
 
     fn multigrid(&self) -> Multigrid<3> {
-        let places = LatticePlaces { index: &self.index, lines: &self.lines, periods: self.periodic };
+        let places =
+            LatticePlaces { index: &self.index, lines: &self.lines, periods: self.periodic, degree: [1; 3] };
         Multigrid::analyse(self.matrix().pattern, places).expect("symmetric")
     }
 
@@ -338,7 +341,7 @@ fn what_is_held_does_not_weigh_on_coarse_lattices() {
 fn equations_without_a_node_and_parts_of_blocks_are_declined() {
     let index = [[0, 0, 0], [1, 0, 0]];
     let lines = [vec![0.0, 1.0], vec![0.0], vec![0.0]];
-    let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3] };
+    let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3], degree: [1; 3] };
     let (column_start, row) = ([0, 2, 4, 5], [0, 2, 1, 2, 2]);
     let bordered = Pattern { blocks: 2, ..Pattern::symmetric(&column_start, &row, 1) };
     assert!(Multigrid::<1>::analyse(bordered, places).is_none());

@@ -3,7 +3,7 @@
 use plotters::style::RGBColor;
 
 /// Colours of curves, by number (Okabe & Ito, distinct for all kinds of eyes).
-pub(crate) const CURVES: [RGBColor; 9] = [
+pub(crate) const CURVES: [RGBColor; 10] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -13,6 +13,7 @@ pub(crate) const CURVES: [RGBColor; 9] = [
     RGBColor(86, 180, 233),
     RGBColor(130, 130, 130),
     RGBColor(230, 159, 0),
+    RGBColor(110, 60, 20),
 ];
 
 /// From pale blue over yellow to red: for shapes that matter more than their values.

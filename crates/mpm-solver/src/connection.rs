@@ -10,7 +10,7 @@ use mpm_assembly::{
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
-use mpm_linear::Symmetry;
+use mpm_linear::{LatticePlaces, Symmetry};
 use std::cell::Cell;
 use std::ops::Range;
 use std::sync::Arc;
@@ -354,10 +354,20 @@ pub(crate) fn lines<const D: usize>(model: &Model<D>) -> [Vec<f64>; 3] {
     lines
 }
 
-/// Lines of nodes of the directions that close on themselves.
-pub(crate) fn periods<const D: usize>(model: &Model<D>) -> [Option<u32>; 3] {
+/// Where nodes with these indices stand on the lattice of a model's nodes with these lines.
+pub(crate) fn places<'a, const D: usize>(
+    model: &Model<D>,
+    index: &'a [[u32; 3]],
+    lines: &'a [Vec<f64>; 3],
+) -> LatticePlaces<'a> {
     let (periodic, nodes) = (model.nodes.lattice().periodic(), model.nodes.lattice().nodes());
-    std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d]))
+    let degree = model.nodes.degrees();
+    LatticePlaces {
+        index,
+        lines,
+        periods: std::array::from_fn(|d| (d < D && periodic[d]).then(|| nodes[d])),
+        degree: std::array::from_fn(|d| if d < D { degree[d] } else { 1 }),
+    }
 }
 
 /// Where a node stands `[L]`, 0 in directions that do not exist.

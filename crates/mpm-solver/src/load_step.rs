@@ -8,7 +8,7 @@
 //!
 //! `run.rs` calls [`load_step`] in a loop and commits what it prepared; a step that fails leaves the points as they were.
 
-use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, periods, position};
+use crate::connection::{Connected, Former, Interval, connect_step, contributions, lines, places, position};
 use crate::equilibrium::problem::{Equilibrium, Problem, refuse};
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
@@ -24,7 +24,7 @@ use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Converged, Trial};
 use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{Hints, LatticePlaces};
+use mpm_linear::Hints;
 
 /// What load steps hand on to each other.
 pub(crate) struct Tools<const D: usize> {
@@ -99,7 +99,7 @@ fn balance<const D: usize>(
     let lines = lines(model);
     let index = connected.active.lattice_indices();
     let hints = Hints {
-        lattice: Some(LatticePlaces { index: &index, lines: &lines, periods: periods(model) }),
+        lattice: Some(places(model, &index, &lines)),
         position: Some(&|node| position(model, mesh, connected.active.nodes()[node])),
         further: Some(&|equation| connected.field_node(equation)),
         is_held: Some(&|equation| constraints.is_held(connected.unknowns(), equation)),

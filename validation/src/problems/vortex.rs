@@ -6,7 +6,10 @@ use crate::scenes::load;
 use crate::variants::{Method, PlaneScene, plane, refined};
 use mpm_grid::{LoadFraction, Ramp, Vector};
 use mpm_scene::Vortex;
-use mpm_scene::language::{LoadInput, MaterialInput, Poisson, Positive, Quantity, SceneIn};
+use mpm_scene::language::{
+    Coordinates, HoldInput, LoadInput, MaterialInput, Poisson, Positive, Quantity, SceneIn, StabilisationInput,
+    TilingInput, ToolMotionInput, WallInput,
+};
 use mpm_solver::observe::Field;
 
 /// The vortex on `24·factor` × `24·factor` cells.
@@ -15,6 +18,34 @@ use mpm_solver::observe::Field;
 /// The scene cannot be read.
 pub fn vortex(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
     Ok(refined(method.of(plane(load("vortex")?)?), factor))
+}
+
+/// The same of polar tiles between walls that hold the edges of the ring, which cut the cells, with ghost faces.
+///
+/// # Errors
+/// The scene cannot be read.
+pub fn between_walls(method: &Method, factor: u32) -> Result<PlaneScene, Broken> {
+    let mut scene = vortex(method, factor)?;
+    scene.supports.clear();
+    scene.bodies.iter_mut().for_each(|body| body.tiling = TilingInput::Shape);
+    scene.stabilisation = Some(StabilisationInput::Ghost { factor: None });
+    scene.walls = ["inner", "outer"].map(held).into();
+    Ok(scene)
+}
+
+/// A wall that holds all of a side of the ring where it is.
+fn held(side: &str) -> WallInput<2> {
+    WallInput {
+        name: side.to_owned(),
+        body: "ring".to_owned(),
+        side: side.to_owned(),
+        hold: HoldInput::All,
+        surface: None,
+        motion: ToolMotionInput::default(),
+        stiffness: Positive(100.0),
+        exact: false,
+        moment_about: Coordinates::default(),
+    }
 }
 
 /// Relative error of displacement and of stress, in the mean square over the volume.

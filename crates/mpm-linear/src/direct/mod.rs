@@ -21,7 +21,7 @@
 //! let matrix = Matrix { pattern, values: &[2.0, -1.0, 2.0, -1.0, 2.0] };
 //! let index = [[0, 0, 0], [1, 0, 0], [2, 0, 0]];
 //! let lines = [vec![0.0, 1.0, 2.0], vec![0.0], vec![0.0]];
-//! let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3] };
+//! let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3], degree: [1; 3] };
 //!
 //! let mut factorization = Factorization::new();
 //! factorization.analyse(pattern, &Hints::on_lattice(places))?;

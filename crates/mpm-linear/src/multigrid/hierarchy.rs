@@ -7,6 +7,7 @@ use super::coarsest::CoarsestFactor;
 use super::galerkin;
 use super::krylov::Krylov;
 use super::outcome::{Converged, Failure, Stop};
+use super::roughness::Roughness;
 use super::source::{Column, Source, TRANSPOSED};
 use crate::matrix::{Matrix, Pattern, Symmetry};
 use crate::solver::LatticePlaces;
@@ -30,6 +31,8 @@ pub struct Multigrid<const D: usize> {
     /// Bit i is set where component i of a node of the finest level couples with nothing.
     held: Vec<u8>,
     coarsest: Option<CoarsestFactor>,
+    /// What is added to the correction of the finest level, of splines.
+    roughness: Option<Roughness<D>>,
     symmetry: Symmetry,
     /// Of every level.
     scratch: Vec<Scratch<D>>,
@@ -62,12 +65,23 @@ struct Scratch<const D: usize> {
     b: Vec<Vector<D>>,
     x: Vec<Vector<D>>,
     r: Vec<Vector<D>>,
+    /// For [`Roughness`]; empty where there is none.
+    rough: [Vec<Vector<D>>; 2],
 }
 
 impl<const D: usize> Scratch<D> {
     fn zeros(n: usize) -> Self {
         let zeros = vec![Vector::zeros(); n];
-        Self { b: zeros.clone(), x: zeros.clone(), r: zeros }
+        Self { b: zeros.clone(), x: zeros.clone(), r: zeros, rough: Default::default() }
+    }
+
+    /// Of all levels, of the finest also for [`Roughness`] where there is one.
+    fn of(levels: &[Level<D>], is_rough: bool) -> Vec<Self> {
+        let mut scratch: Vec<Self> = levels.iter().map(|level| Self::zeros(level.matrix.n_rows())).collect();
+        if is_rough {
+            scratch[0].rough = [scratch[0].b.clone(), scratch[0].b.clone()];
+        }
+        scratch
     }
 }
 
@@ -141,9 +155,19 @@ impl<const D: usize> Multigrid<D> {
             levels[last].interpolation = Some(interpolation);
             levels.push(Level { lattice, matrix, interpolation: None });
         }
-        let scratch = levels.iter().map(|level| Scratch::zeros(level.matrix.n_rows())).collect();
-        let symmetry = pattern.symmetry;
-        Some(Self { levels, order, source, held: vec![0; n], coarsest: None, symmetry, scratch, krylov: None })
+        let roughness = Roughness::of(&levels[0].lattice, nodes.degree);
+        let scratch = Scratch::of(&levels, roughness.is_some());
+        Some(Self {
+            levels,
+            order,
+            source,
+            held: vec![0; n],
+            coarsest: None,
+            roughness,
+            symmetry: pattern.symmetry,
+            scratch,
+            krylov: None,
+        })
     }
 
     /// Takes the values of the matrix, whose pattern is the one analysed, and forms the coarse matrices.
@@ -160,6 +184,9 @@ impl<const D: usize> Multigrid<D> {
         assert_eq!(matrix.values.len(), matrix.pattern.n_entries(), "one value per entry of the pattern");
         self.coarsest = None;
         self.take(matrix)?;
+        if let Some(roughness) = &mut self.roughness {
+            roughness.prepare(&self.levels[0].matrix, &self.held);
+        }
         for level in 0..self.levels.len() {
             if let Err(row) = self.levels[level].matrix.invert_diagonal(self.symmetry) {
                 return Err(self.unusable(level, row));
@@ -238,7 +265,10 @@ impl<const D: usize> Multigrid<D> {
         Size {
             nodes: self.levels.iter().map(|level| level.matrix.n_rows()).collect(),
             blocks: self.levels.iter().map(|level| level.matrix.column.len()).collect(),
-            bytes: own + vectors + self.levels.iter().map(per_level).sum::<usize>(),
+            bytes: own
+                + vectors
+                + self.roughness.as_ref().map_or(0, Roughness::bytes)
+                + self.levels.iter().map(per_level).sum::<usize>(),
         }
     }
 
@@ -298,7 +328,7 @@ impl<const D: usize> Multigrid<D> {
     fn cycle(&self, level: usize, scratch: &mut [Scratch<D>]) {
         let Level { lattice, matrix, interpolation } = &self.levels[level];
         let (here, coarser) = scratch.split_at_mut(1);
-        let Scratch { b, x, r } = &mut here[0];
+        let Scratch { b, x, r, rough: [rough, lines] } = &mut here[0];
         let Some(Interpolation { parents, children }) = interpolation else {
             let factor = self.coarsest.as_ref().expect("prepared before");
             return factor.solve(b, x);
@@ -311,6 +341,10 @@ impl<const D: usize> Multigrid<D> {
                 .iter()
                 .fold(Vector::zeros(), |sum, &(child, weight)| sum + r[child as usize] * weight);
         });
+        let roughness = self.roughness.as_ref().filter(|_| level == 0);
+        if let Some(roughness) = roughness {
+            roughness.correct(r, rough, lines);
+        }
         self.cycle(level + 1, coarser);
         let correction = &coarser[0].x;
         r.par_iter_mut().with_min_len(1024).enumerate().for_each(|(node, r)| {
@@ -320,6 +354,9 @@ impl<const D: usize> Multigrid<D> {
                 .fold(Vector::zeros(), |sum, &(parent, weight)| sum + correction[parent as usize] * weight);
         });
         add(x, 1.0, r);
+        if roughness.is_some() {
+            add(x, 1.0, rough);
+        }
         matrix.sweep_back(&lattice.strips, b, x);
     }
 }

@@ -25,6 +25,7 @@ mod hierarchy;
 mod interleaved;
 mod krylov;
 mod outcome;
+mod roughness;
 mod source;
 mod strips;
 

@@ -78,7 +78,8 @@ impl Coupled {
 
     /// Solves for a force on the top and a source of the field.
     fn solve(&self, choice: Choice, tolerance: f64) -> (Vec<f64>, Method, u32) {
-        let places = LatticePlaces { index: &self.index, lines: &self.lines, periods: [None; 3] };
+        let places =
+            LatticePlaces { index: &self.index, lines: &self.lines, periods: [None; 3], degree: [1; 3] };
         let behind = 3 * self.index.len();
         let further = |equation: usize| self.field.get(equation - behind).copied();
         let hints = Hints { further: Some(&further), ..Hints::on_lattice(places) };
@@ -152,7 +153,8 @@ fn iterations_do_not_grow_with_the_mesh() {
 #[test]
 fn equations_of_no_node_are_factorised() {
     let system = Coupled::cube(3);
-    let places = LatticePlaces { index: &system.index, lines: &system.lines, periods: [None; 3] };
+    let places =
+        LatticePlaces { index: &system.index, lines: &system.lines, periods: [None; 3], degree: [1; 3] };
     let further = |equation: usize| Some(system.field[equation - 3 * system.index.len()]).filter(|v| *v > 0);
     let hints = Hints { further: Some(&further), ..Hints::on_lattice(places) };
     assert!(!Automatic::can_iterate(system.matrix().pattern, &hints));

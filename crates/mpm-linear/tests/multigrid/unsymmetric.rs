@@ -49,7 +49,12 @@ impl Unsymmetric {
     }
 
     fn places(&self) -> LatticePlaces<'_> {
-        LatticePlaces { index: &self.of.index, lines: &self.of.lines, periods: self.of.periodic }
+        LatticePlaces {
+            index: &self.of.index,
+            lines: &self.of.lines,
+            periods: self.of.periodic,
+            degree: [1; 3],
+        }
     }
 
     fn solve(&self, tolerance: f64) -> (Vec<f64>, u32) {
@@ -184,7 +189,7 @@ fn large_systems_in_space_are_iterated_on_and_those_in_the_plane_are_not() {
             .flat_map(|z| (0..range(1)).flat_map(move |y| (0..range(0)).map(move |x| [x, y, z])))
             .collect();
         let lines: [Vec<f64>; 3] = std::array::from_fn(|d| (0..range(d)).map(f64::from).collect());
-        let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3] };
+        let places = LatticePlaces { index: &index, lines: &lines, periods: [None; 3], degree: [1; 3] };
         // Only the number of entries counts.
         let equations = index.len() * dimensions;
         let entries = index.len() * dimensions * dimensions * 3_usize.pow(dimensions as u32);

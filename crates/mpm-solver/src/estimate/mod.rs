@@ -6,7 +6,7 @@ mod rehearsal;
 mod remarks;
 
 use crate::clock::processor_seconds;
-use crate::connection::{Connected, Interval, connect, lines, periods};
+use crate::connection::{Connected, Interval, connect, lines, places};
 use crate::error::{Error, StepFailure};
 use crate::model::{Active, Model, NamedBody, UnheldMotion};
 use crate::remedy::advice;
@@ -15,7 +15,7 @@ use crate::steps::stations;
 use mpm_assembly::{Constraints, Contribution, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
-use mpm_linear::{LatticePlaces, Prediction, predict};
+use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
 use rehearsal::{Rehearsal, factor_size, is_iterative, rehearse};
 pub use remarks::doubts;
@@ -141,7 +141,7 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
 
     let constraints = supported(model, active, 0);
     let (lattice, lines) = (active.lattice_indices(), lines(model));
-    let places = LatticePlaces { index: &lattice, lines: &lines, periods: periods(model) };
+    let places = places(model, &lattice, &lines);
     let prediction = predict(pattern.for_solver(), places);
     let stage = Rehearsal {
         model,

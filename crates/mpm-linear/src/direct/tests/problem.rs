@@ -54,7 +54,7 @@ impl Problem {
     }
 
     pub(super) fn places(&self) -> LatticePlaces<'_> {
-        LatticePlaces { index: &self.lattice, lines: &self.lines, periods: self.periodic }
+        LatticePlaces { index: &self.lattice, lines: &self.lines, periods: self.periodic, degree: [1; 3] }
     }
 
     pub(super) fn hints(&self) -> Hints<'_> {

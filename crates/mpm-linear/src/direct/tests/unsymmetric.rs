@@ -75,7 +75,7 @@ impl System {
 
     fn analysed(&self, solver: &mut dyn LinearSolver) -> Analysis {
         let lines = std::array::from_fn(|_| (0..80).map(f64::from).collect());
-        let places = LatticePlaces { index: &self.index, lines: &lines, periods: [None; 3] };
+        let places = LatticePlaces { index: &self.index, lines: &lines, periods: [None; 3], degree: [1; 3] };
         solver.analyse(self.pattern(), &Hints::on_lattice(places)).unwrap()
     }
 
