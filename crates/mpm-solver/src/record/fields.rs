@@ -4,9 +4,13 @@ use crate::model::{Model, NamedBody, NamedContribution};
 use crate::observe::{Field, Fields};
 use mpm_assembly::{Body, Joined, PointView, views};
 use mpm_basis::DomainReport;
+use mpm_basis::parallel::{fill, parts};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_material::{SymmetricTensor, log_strain};
 use nalgebra::Matrix3;
+
+/// Points of a parallel task.
+const BLOCK: usize = 512;
 
 /// The material points of all bodies, one after the other.
 pub(crate) struct BodyFields<'a, const D: usize> {
@@ -32,16 +36,20 @@ pub(crate) fn mesh_after<const D: usize>(model: &Model<D>, at: LoadFraction, pre
 }
 
 impl<const D: usize> BodyFields<'_, D> {
-    fn collect(
-        &self,
-        components: usize,
-        mut each: impl FnMut(usize, &PointView<D>, &mut Vec<f64>),
-    ) -> Vec<f64> {
-        let mut values = Vec::with_capacity(self.n_points() * components);
+    /// Numbers of every point, which `each` writes by the number of its body and its view.
+    fn collect(&self, components: usize, each: impl Fn(usize, &PointView<D>, &mut [f64]) + Sync) -> Vec<f64> {
+        let mut values = vec![0.0; self.n_points() * components];
+        let mut rest = &mut values[..];
         for (index, named) in self.bodies.iter().enumerate() {
-            for view in views(&*named.body) {
-                each(index, &view, &mut values);
-            }
+            let n = named.body.n_points();
+            let (own, after) = rest.split_at_mut(n * components);
+            rest = after;
+            let lengths = (0..n).step_by(BLOCK).map(|first| (n - first).min(BLOCK) * components);
+            fill(parts(own, lengths).collect(), &|block, values| {
+                for (k, of_point) in values.chunks_exact_mut(components).enumerate() {
+                    each(index, &named.body.point(block * BLOCK + k), of_point);
+                }
+            });
         }
         values
     }
@@ -112,7 +120,7 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
     }
 
     fn positions(&self) -> Vec<f64> {
-        self.collect(3, |_, view, out| out.extend(spatial(&view.position)))
+        self.collect(3, |_, view, out| out.copy_from_slice(&spatial(&view.position)))
     }
 
     fn field(&self, field: Field) -> Vec<f64> {
@@ -139,12 +147,12 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
     }
 }
 
-/// Appends a field of the point's state.
-fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, out: &mut Vec<f64>) {
+/// Writes a field of the point's state.
+fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, out: &mut [f64]) {
     match field {
         Field::DISPLACEMENT => {
             let rest = view.reference_position.unwrap_or(view.position);
-            out.extend(spatial(&(view.position - rest)));
+            out.copy_from_slice(&spatial(&(view.position - rest)));
         }
         Field::DEFORMATION_GRADIENT => {
             let mut f = Matrix3::identity();
@@ -154,16 +162,16 @@ fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, o
                 }
             }
             f[(2, 2)] = view.hoop_stretch.unwrap_or(f[(2, 2)]);
-            out.extend(f.transpose().iter());
+            out.copy_from_slice(f.transpose().as_slice());
         }
-        Field::CAUCHY_STRESS => extend(out, &view.kirchhoff, 1.0 / view.volume_ratio),
-        Field::ELASTIC_STRAIN => extend(out, &log_strain(&view.elastic_excess), 1.0),
-        Field::VOLUME => out.push(view.volume_ratio * view.reference_volume),
-        Field::VOLUME_RATIO => out.push(view.volume_ratio),
-        Field::RHO => out.push(rho(&view.kirchhoff)),
-        Field::PLASTIC => out.push(f64::from(u8::from(view.plastic))),
-        Field::BODY => out.push(body as f64),
-        Field::ANGLE => out.push(view.angle.unwrap_or(0.0)),
+        Field::CAUCHY_STRESS => write(out, &view.kirchhoff, 1.0 / view.volume_ratio),
+        Field::ELASTIC_STRAIN => write(out, &log_strain(&view.elastic_excess), 1.0),
+        Field::VOLUME => out[0] = view.volume_ratio * view.reference_volume,
+        Field::VOLUME_RATIO => out[0] = view.volume_ratio,
+        Field::RHO => out[0] = rho(&view.kirchhoff),
+        Field::PLASTIC => out[0] = f64::from(u8::from(view.plastic)),
+        Field::BODY => out[0] = body as f64,
+        Field::ANGLE => out[0] = view.angle.unwrap_or(0.0),
         _ => unreachable!("worked out from the domains, or remembered by laws"),
     }
 }
@@ -173,8 +181,8 @@ fn spatial<const D: usize>(x: &Vector<D>) -> [f64; 3] {
     std::array::from_fn(|i| if i < D { x[i] } else { 0.0 })
 }
 
-fn extend(out: &mut Vec<f64>, t: &SymmetricTensor, scale: f64) {
-    out.extend([t.xx, t.xy, t.zx, t.xy, t.yy, t.yz, t.zx, t.yz, t.zz].map(|x| x * scale));
+fn write(out: &mut [f64], t: &SymmetricTensor, scale: f64) {
+    out.copy_from_slice(&[t.xx, t.xy, t.zx, t.xy, t.yy, t.yz, t.zx, t.yz, t.zz].map(|x| x * scale));
 }
 
 /// `|dev τ|`.
