@@ -9,7 +9,7 @@ mod report;
 mod solver;
 
 pub use automatic::{Automatic, Choice};
-pub use direct::{Factorization, dense_operation, predict_factor_entries};
+pub use direct::{FactorSize, Factorization, dense_operation, predict_factor};
 pub use matrix::{Matrix, Pattern, Symmetry};
 pub use prediction::{Prediction, predict};
 pub use report::{Analysis, Cause, Factored, Inertia, Method, OutOfMemory, Pivot, Sign, Singular, Solved};

@@ -3,7 +3,8 @@
 use super::cholesky::{self, Cholesky};
 use super::condition;
 use super::dissection::elimination_order;
-use super::front_lu::FrontLu;
+use super::fronts::Fronts;
+use super::multifrontal::Stopped;
 use super::order::StoredOrder;
 use super::residual::{Residual, image_of_known};
 use super::symmetric_lu::SymmetricLu;
@@ -45,8 +46,8 @@ pub struct Factorization {
 
 /// Structure and memory of a factor.
 enum Structure {
-    Symmetric(Cholesky),
-    Unsymmetric(Unsymmetric),
+    Symmetric(Box<Cholesky>),
+    Unsymmetric(Box<Unsymmetric>),
 }
 
 impl Structure {
@@ -76,7 +77,8 @@ impl Factorization {
         self.symmetric_lu = None;
         let memory = match self.structure.take() {
             Some(Structure::Symmetric(cholesky)) => cholesky.into_memory(),
-            _ => cholesky::Memory::default(),
+            Some(Structure::Unsymmetric(lu)) => lu.into_memory(),
+            None => Vec::new(),
         };
         let given = self.given.take().filter(|given| given.suits(pattern));
         let analysis = if given.is_some() { Analysis::Reused } else { Analysis::New };
@@ -87,10 +89,11 @@ impl Factorization {
         };
         self.structure = Some(match pattern.symmetry {
             Symmetry::Symmetric => {
-                let symbolic = cholesky::analyse(pattern, &self.order)?;
-                Structure::Symmetric(Cholesky::allocate(symbolic, memory)?)
+                Structure::Symmetric(Box::new(Cholesky::allocate(pattern, &self.order, memory)?))
             }
-            Symmetry::Unsymmetric => Structure::Unsymmetric(Unsymmetric::allocate(pattern, &self.order)?),
+            Symmetry::Unsymmetric => {
+                Structure::Unsymmetric(Box::new(Unsymmetric::allocate(pattern, &self.order, memory)?))
+            }
         });
         self.column_start.clear();
         self.column_start.extend_from_slice(pattern.column_start);
@@ -130,11 +133,14 @@ impl Factorization {
         let Some(Structure::Symmetric(cholesky)) = &mut self.structure else {
             unreachable!("of symmetric patterns")
         };
+        let no_memory = Cause::NoMemory { entries: cholesky.factor_entries() as f64 };
+        let no_memory = Singular { equation: 0, pivot: None, cause: no_memory };
         let mut not_positive = None;
         if start == Method::Llt {
             match cholesky.llt(matrix) {
                 Ok(factored) => return Ok(factored),
-                Err(pivot) => not_positive = Some(pivot),
+                Err(Stopped::Pivot(pivot)) => not_positive = Some(pivot),
+                Err(Stopped::Memory) => return Err(no_memory),
             }
         }
         if let Some(equation) = matrix.first_empty_row() {
@@ -144,7 +150,8 @@ impl Factorization {
         if start != Method::Lu {
             match cholesky.lblt(matrix) {
                 Ok(factored) => return Ok(Factored { not_positive, ..factored }),
-                Err(pivot) => weakest = Some(pivot),
+                Err(Stopped::Pivot(pivot)) => weakest = Some(pivot),
+                Err(Stopped::Memory) => return Err(no_memory),
             }
         }
         if let Err(equation) = self.factorise_lu(matrix) {
@@ -326,17 +333,24 @@ impl LinearSolver for Factorization {
     }
 }
 
-/// Entries that the factor of a pattern will have (as [`Factorization::factor_entries`]), found from its
-/// structure alone, without memory for the factor.
+/// Size of a factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FactorSize {
+    /// Entries that are stored, as [`Factorization::factor_entries`].
+    pub entries: usize,
+    /// Bytes of these, of the structure, and of what fronts have handed on while it is computed, on any number of
+    /// threads: at most.
+    pub bytes: usize,
+}
+
+/// Size of the factor of a pattern, found from its structure alone, without memory for the factor.
 ///
 /// # Errors
 /// If not even the structure of the factor fits into memory.
-pub fn predict_factor_entries(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<usize, OutOfMemory> {
-    let order = order(pattern, hints)?;
-    match pattern.symmetry {
-        Symmetry::Symmetric => Ok(cholesky::analyse(pattern, &order)?.len_val()),
-        Symmetry::Unsymmetric => FrontLu::predict_entries(pattern, &order),
-    }
+pub fn predict_factor(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<FactorSize, OutOfMemory> {
+    let fronts = Fronts::new(pattern, &order(pattern, hints)?)?;
+    let bytes = size_of::<f64>() * (fronts.n_numbers + fronts.most_remainders()) + fronts.bytes();
+    Ok(FactorSize { entries: fronts.n_numbers, bytes })
 }
 
 /// Elimination order of the equations, after checks of the pattern.

@@ -2,12 +2,14 @@
 //! (I. S. Duff and J. K. Reid, ACM Trans. Math. Softw. 9, 1983).
 //!
 //! A front is a small dense matrix. Its first equations are eliminated in it; what is left of the others, its
-//! *remainder*, is added to the front of its parent. Fronts are visited children first.
+//! *remainder*, is added to the front of its parent. Fronts stand children first, so that those below any front, its
+//! *subtree*, come right before it, and so do the steps of elimination that happen there.
 
 use super::cholesky;
-use crate::matrix::Pattern;
+use crate::matrix::{Pattern, Symmetry};
 use crate::report::OutOfMemory;
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
+use std::ops::Range;
 
 /// An entry of the matrix and its place.
 #[derive(Clone, Copy)]
@@ -22,19 +24,21 @@ pub(super) struct Entry {
 #[derive(Default)]
 pub(super) struct Front {
     /// Steps of elimination that happen here, the first and the one after the last.
-    pub(super) steps: std::ops::Range<usize>,
-    /// Later steps whose equations its columns reach, ascending.
-    pub(super) rest: Vec<usize>,
-    /// Row or column of the parent's front at which each of the rest stands there.
-    pub(super) place_in_parent: Vec<usize>,
-    /// Fronts whose remainders are added to this one: those of their level that were finished last.
-    pub(super) children: Vec<usize>,
-    /// Number of fronts between it and a root, modulo 2. The remainders of a level are stacked.
-    pub(super) level: usize,
+    pub(super) steps: Range<usize>,
+    /// Equations that are left, a range of [`Fronts::place_in_parent`].
+    pub(super) rest: Range<usize>,
+    /// Fronts whose remainders are added to this one, a range of [`Fronts::children`].
+    pub(super) children: Range<usize>,
+    /// The first front of its subtree.
+    pub(super) first: usize,
     /// Where its numbers begin among those of all fronts.
     pub(super) start: usize,
+    /// Numbers of the rows of U to the right of its columns; none of a symmetric matrix.
+    pub(super) n_right: usize,
     /// Entries of the matrix that it takes, a range of [`Fronts::entries`].
-    pub(super) entries: std::ops::Range<usize>,
+    pub(super) entries: Range<usize>,
+    /// Multiplications of its subtree.
+    pub(super) work: f64,
 }
 
 impl Front {
@@ -48,43 +52,216 @@ impl Front {
         self.rest.len()
     }
 
-    /// Numbers of the columns of L and U that are eliminated here, rows of the rest included.
-    pub(super) fn n_columns(&self) -> usize {
-        (self.n_eliminated() + self.n_rest()) * self.n_eliminated()
+    /// Numbers of its remainder.
+    pub(super) fn n_remainder(&self) -> usize {
+        self.n_rest() * self.n_rest()
     }
 
-    /// Numbers of the rows of U to the right of them.
-    pub(super) fn n_right(&self) -> usize {
-        self.n_eliminated() * self.n_rest()
+    /// Rows of its columns.
+    pub(super) fn height(&self) -> usize {
+        self.n_eliminated() + self.n_rest()
+    }
+
+    /// Numbers of the columns of L and U that are eliminated here, rows of the rest included.
+    pub(super) fn n_columns(&self) -> usize {
+        self.height() * self.n_eliminated()
+    }
+
+    /// Its place among the numbers of all fronts.
+    pub(super) fn numbers(&self) -> Range<usize> {
+        self.start..self.start + self.n_columns() + self.n_right
+    }
+
+    /// Multiplications of its own elimination by LLᵀ.
+    pub(super) fn own_work(&self) -> f64 {
+        let (eliminated, rest) = (self.n_eliminated() as f64, self.n_rest() as f64);
+        eliminated * (eliminated * eliminated / 3.0 + eliminated * rest + rest * rest)
     }
 }
 
 /// The fronts of a pattern in an order of elimination, children before parents.
 pub(super) struct Fronts {
     pub(super) fronts: Vec<Front>,
+    /// Equation at each step of elimination.
+    pub(super) order: Vec<usize>,
     pub(super) entries: Vec<Entry>,
-    /// Numbers of all fronts: L and U.
+    /// Row or column of the parent's front at which each of the rest of a front stands there, ascending.
+    pub(super) place_in_parent: Vec<usize>,
+    pub(super) children: Vec<usize>,
+    /// Numbers of all fronts: L, and U of an unsymmetric matrix.
     pub(super) n_numbers: usize,
-    /// Numbers of the remainders that are kept at one time, of even and of odd levels.
-    pub(super) most_kept: [usize; 2],
+    /// Whether the matrix is symmetric: fronts then hold lower triangles.
+    pub(super) is_symmetric: bool,
 }
 
 impl Fronts {
-    /// Finds the fronts of a pattern with both triangles, eliminated in this order (new to old). An entry whose
+    /// Finds the fronts of a pattern, eliminated in this order (new to old). An entry of an unsymmetric pattern whose
     /// mirror image is not stored counts as stored.
     pub(super) fn new(pattern: Pattern<'_>, order: &[usize]) -> Result<Self, OutOfMemory> {
-        let (column_start, row) = lower_union(pattern);
-        let symbolic = cholesky::analyse(Pattern::symmetric(&column_start, &row, 1), order)?;
-        let mut fronts = of_supernodes(&symbolic);
-        link(&mut fronts);
-        let mut n_numbers = 0;
-        for front in &mut fronts {
-            front.start = n_numbers;
-            n_numbers += front.n_columns() + front.n_right();
+        let symbolic = match pattern.symmetry {
+            Symmetry::Symmetric => cholesky::analyse(pattern, order)?,
+            Symmetry::Unsymmetric => {
+                let (column_start, row) = lower_union(pattern);
+                cholesky::analyse(Pattern::symmetric(&column_start, &row, 1), order)?
+            }
+        };
+        let (mut found, rest) = Self::of_supernodes(&symbolic, order, pattern.is_symmetric());
+        found.link(&rest);
+        found.take_entries(pattern, &rest);
+        Ok(found)
+    }
+
+    /// Row or column of the parent's front at which each of the rest of a front stands there.
+    pub(super) fn places(&self, k: usize) -> &[usize] {
+        &self.place_in_parent[self.fronts[k].rest.clone()]
+    }
+
+    /// Fronts whose remainders are added to this one.
+    pub(super) fn children(&self, k: usize) -> &[usize] {
+        &self.children[self.fronts[k].children.clone()]
+    }
+
+    /// Bytes of the structure.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.fronts[..])
+            + size_of_val(&self.order[..])
+            + size_of_val(&self.entries[..])
+            + size_of_val(&self.place_in_parent[..])
+            + size_of_val(&self.children[..])
+    }
+
+    /// A front for each supernode, children before parents, and those of a front right before it, each after its own;
+    /// and the steps at which what is left of each front is eliminated.
+    fn of_supernodes(
+        symbolic: &SymbolicCholesky<usize>,
+        order: &[usize],
+        is_symmetric: bool,
+    ) -> (Self, Vec<usize>) {
+        let mut all = Self {
+            fronts: Vec::new(),
+            order: Vec::with_capacity(order.len()),
+            entries: Vec::new(),
+            place_in_parent: Vec::new(),
+            children: Vec::new(),
+            n_numbers: 0,
+            is_symmetric,
+        };
+        let SymbolicCholeskyRaw::Supernodal(supernodes) = symbolic.raw() else {
+            assert_eq!(symbolic.nrows(), 0, "supernodes were asked for");
+            return (all, Vec::new());
+        };
+        let n = supernodes.n_supernodes();
+        let (begin, end) = (supernodes.supernode_begin(), supernodes.supernode_end());
+        let mut of_step = vec![0; symbolic.nrows()];
+        (0..n).for_each(|s| of_step[begin[s]..end[s]].fill(s));
+        let parent = |s: usize| supernodes.supernode(s).pattern().first().map(|&step| of_step[step]);
+        let (start, children) = by_first(n + 1, || (0..n).map(|s| (parent(s).unwrap_or(n), s)));
+        let children = |s: usize| &children[start[s]..start[s + 1]];
+
+        // Supernode and, once it is reached for the first time, the first front of its subtree.
+        let mut stack: Vec<(usize, Option<usize>)> = children(n).iter().rev().map(|&s| (s, None)).collect();
+        let mut index = vec![0; n];
+        let mut new_step = vec![0; symbolic.nrows()];
+        let mut rest = Vec::new();
+        while let Some((s, reached)) = stack.pop() {
+            let Some(first) = reached else {
+                stack.push((s, Some(all.fronts.len())));
+                stack.extend(children(s).iter().rev().map(|&child| (child, None)));
+                continue;
+            };
+            index[s] = all.fronts.len();
+            let first_step = all.order.len();
+            for step in begin[s]..end[s] {
+                new_step[step] = all.order.len();
+                all.order.push(order[step]);
+            }
+            let (first_rest, first_child) = (rest.len(), all.children.len());
+            rest.extend_from_slice(supernodes.supernode(s).pattern());
+            all.children.extend(children(s).iter().map(|&child| index[child]));
+            let mut front = Front {
+                steps: first_step..all.order.len(),
+                rest: first_rest..rest.len(),
+                children: first_child..all.children.len(),
+                first,
+                start: all.n_numbers,
+                ..Front::default()
+            };
+            front.n_right = if is_symmetric { 0 } else { front.n_eliminated() * front.n_rest() };
+            front.work = front.own_work()
+                + all.children[first_child..].iter().map(|&child| all.fronts[child].work).sum::<f64>();
+            all.n_numbers = front.numbers().end;
+            all.fronts.push(front);
         }
-        let entries = take_entries(&mut fronts, pattern, order);
-        let most_kept = most_kept(&fronts);
-        Ok(Self { fronts, entries, n_numbers, most_kept })
+        // Steps of the rest of a front are those of its ancestors, whose sequence is what it was.
+        rest.iter_mut().for_each(|step| *step = new_step[*step]);
+        (all, rest)
+    }
+
+    /// Finds where the rest of each front, given as steps, stands in its parent.
+    fn link(&mut self, rest: &[usize]) {
+        self.place_in_parent = vec![0; rest.len()];
+        for front in &self.fronts {
+            let steps = &front.steps;
+            for child in self.children[front.children.clone()].iter().map(|&child| &self.fronts[child]) {
+                let (mut at, beyond) = (0, &rest[front.rest.clone()]);
+                let places = &mut self.place_in_parent[child.rest.clone()];
+                for (place, &step) in places.iter_mut().zip(&rest[child.rest.clone()]) {
+                    *place = if step < steps.end {
+                        step - steps.start
+                    } else {
+                        let ahead = beyond[at..].iter().position(|&other| other == step);
+                        at += ahead.expect("a parent has its child's rest");
+                        steps.len() + at
+                    };
+                }
+            }
+        }
+    }
+
+    /// Gives each entry of the matrix to the front that eliminates its row or its column first.
+    fn take_entries(&mut self, pattern: Pattern<'_>, rest: &[usize]) {
+        let Self { fronts, order, entries, is_symmetric, .. } = self;
+        let n = order.len();
+        let mut position = vec![0; n];
+        order.iter().enumerate().for_each(|(step, &equation)| position[equation] = step);
+        let position = &position;
+        // Entries to the right of the diagonal, by rows.
+        let each = || {
+            (0..n).flat_map(|j| {
+                let sources = pattern.column_start[j]..pattern.column_start[j + 1];
+                let of_row = move |source: usize| (position[pattern.row[source]], (position[j], source));
+                sources.map(of_row).filter(move |&(row, _)| row < position[j])
+            })
+        };
+        let (start, right) = by_first(n, each);
+        entries.reserve_exact(pattern.n_entries());
+        // Row of the front at which each of its steps stands.
+        let mut place = vec![0; n];
+        for front in fronts {
+            let (first, n_eliminated) = (front.steps.start, front.n_eliminated());
+            let (height, n_columns) = (front.height(), front.n_columns());
+            front.steps.clone().for_each(|step| place[step] = step - first);
+            rest[front.rest.clone()].iter().enumerate().for_each(|(k, &step)| place[step] = n_eliminated + k);
+            let begin = entries.len();
+            for step in front.steps.clone() {
+                let (column, equation) = (step - first, order[step]);
+                for source in pattern.column_start[equation]..pattern.column_start[equation + 1] {
+                    let below = position[pattern.row[source]];
+                    if below >= step {
+                        entries.push(Entry { place: column * height + place[below], source });
+                    }
+                }
+                for &(other, source) in &right[start[step]..start[step + 1]] {
+                    let at = match place[other] {
+                        mirrored if *is_symmetric => column * height + mirrored,
+                        within if within < n_eliminated => within * height + column,
+                        beyond => n_columns + (beyond - n_eliminated) * n_eliminated + column,
+                    };
+                    entries.push(Entry { place: at, source });
+                }
+            }
+            front.entries = begin..entries.len();
+        }
     }
 }
 
@@ -128,118 +305,4 @@ fn by_first<T: Copy + Default, I: Iterator<Item = (usize, T)>>(
         next[first] += 1;
     }
     (start, grouped)
-}
-
-/// A front for each supernode, children before parents, and those of a front right before it, each after its own.
-fn of_supernodes(symbolic: &SymbolicCholesky<usize>) -> Vec<Front> {
-    let SymbolicCholeskyRaw::Supernodal(supernodes) = symbolic.raw() else {
-        assert_eq!(symbolic.nrows(), 0, "supernodes were asked for");
-        return Vec::new();
-    };
-    let n = supernodes.n_supernodes();
-    let begin = supernodes.supernode_begin();
-    let end = |s: usize| begin.get(s + 1).copied().unwrap_or(symbolic.nrows());
-    let mut of_step = vec![0; symbolic.nrows()];
-    (0..n).for_each(|s| of_step[begin[s]..end(s)].fill(s));
-    let parent = |s: usize| supernodes.supernode(s).pattern().first().map(|&step| of_step[step]);
-    let (start, children) = by_first(n + 1, || (0..n).map(|s| (parent(s).unwrap_or(n), s)));
-    let children = |s: usize| &children[start[s]..start[s + 1]];
-
-    let mut fronts: Vec<Front> = Vec::with_capacity(n);
-    let mut index = vec![0; n];
-    let mut stack: Vec<(usize, bool)> = children(n).iter().rev().map(|&root| (root, false)).collect();
-    while let Some((s, is_ready)) = stack.pop() {
-        if is_ready {
-            index[s] = fronts.len();
-            fronts.push(Front {
-                steps: begin[s]..end(s),
-                rest: supernodes.supernode(s).pattern().to_vec(),
-                children: children(s).iter().map(|&child| index[child]).collect(),
-                ..Front::default()
-            });
-        } else {
-            stack.push((s, true));
-            stack.extend(children(s).iter().rev().map(|&child| (child, false)));
-        }
-    }
-    fronts
-}
-
-/// Finds levels, and where the rest of each front stands in its parent.
-fn link(fronts: &mut [Front]) {
-    for parent in (0..fronts.len()).rev() {
-        for child in fronts[parent].children.clone() {
-            let Front { steps, rest, level, .. } = &fronts[parent];
-            let mut at = 0;
-            let places = fronts[child].rest.iter().map(|&step| {
-                if step < steps.end {
-                    return step - steps.start;
-                }
-                at +=
-                    rest[at..].iter().position(|&other| other == step).expect("a parent has its child's rest");
-                steps.len() + at
-            });
-            let places = places.collect();
-            let level = 1 - level;
-            fronts[child].place_in_parent = places;
-            fronts[child].level = level;
-        }
-    }
-}
-
-/// Gives each entry of the matrix to the front that eliminates its row or its column first.
-fn take_entries(fronts: &mut [Front], pattern: Pattern<'_>, order: &[usize]) -> Vec<Entry> {
-    let n = order.len();
-    let mut position = vec![0; n];
-    order.iter().enumerate().for_each(|(step, &equation)| position[equation] = step);
-    let position = &position;
-    // Entries to the right of the diagonal, by rows.
-    let each = || {
-        (0..n).flat_map(|j| {
-            let sources = pattern.column_start[j]..pattern.column_start[j + 1];
-            let of_row = move |source: usize| (position[pattern.row[source]], (position[j], source));
-            sources.map(of_row).filter(move |&(row, _)| row < position[j])
-        })
-    };
-    let (start, right) = by_first(n, each);
-    let mut entries = Vec::with_capacity(pattern.n_entries());
-    // Row of the front at which each of its steps stands.
-    let mut place = vec![0; n];
-    for front in fronts {
-        let (first, n_eliminated) = (front.steps.start, front.n_eliminated());
-        let (height, n_columns) = (n_eliminated + front.n_rest(), front.n_columns());
-        front.steps.clone().for_each(|step| place[step] = step - first);
-        front.rest.iter().enumerate().for_each(|(k, &step)| place[step] = n_eliminated + k);
-        let begin = entries.len();
-        for step in front.steps.clone() {
-            let (column, equation) = (step - first, order[step]);
-            for source in pattern.column_start[equation]..pattern.column_start[equation + 1] {
-                let below = position[pattern.row[source]];
-                if below >= step {
-                    entries.push(Entry { place: column * height + place[below], source });
-                }
-            }
-            for &(other, source) in &right[start[step]..start[step + 1]] {
-                let at = match place[other] {
-                    within if within < n_eliminated => within * height + column,
-                    beyond => n_columns + (beyond - n_eliminated) * n_eliminated + column,
-                };
-                entries.push(Entry { place: at, source });
-            }
-        }
-        front.entries = begin..entries.len();
-    }
-    entries
-}
-
-/// Numbers of remainders that stand at one time on the stacks of even and of odd levels.
-fn most_kept(fronts: &[Front]) -> [usize; 2] {
-    let (mut kept, mut most) = ([0; 2], [0; 2]);
-    for front in fronts {
-        kept[front.level] += front.n_rest() * front.n_rest();
-        most[front.level] = kept[front.level].max(most[front.level]);
-        let of_children: usize = front.children.iter().map(|&child| fronts[child].n_rest().pow(2)).sum();
-        kept[1 - front.level] -= of_children;
-    }
-    most
 }

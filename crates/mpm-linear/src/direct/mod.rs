@@ -10,7 +10,8 @@
 //! the last resort, and slow in three dimensions. Unsymmetric matrices have a multifrontal LU from the start,
 //! and LU with free pivots as the last resort; both tell the sign of their determinant.
 //!
-//! Here everything is sequential, so the bits of a solution never depend on the number of threads.
+//! All three factorisations are multifrontal. Subtrees of fronts are factorised in parallel, and so are tiles of large
+//! fronts; where they are cut depends on the matrix only, so the bits of a solution never depend on the number of threads.
 //!
 //! ```
 //! use mpm_linear::{Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Method, Pattern};
@@ -38,18 +39,22 @@ mod cholesky;
 mod column_lu;
 mod condition;
 mod dissection;
+mod elimination;
 mod factorization;
 mod front_lu;
 mod fronts;
 mod graph;
+mod multifrontal;
 mod order;
 mod pivots;
 mod residual;
+mod substitution;
 mod symmetric_lu;
+mod tree;
 mod unsymmetric;
 
 pub use cholesky::dense_operation;
-pub use factorization::{Factorization, predict_factor_entries};
+pub use factorization::{FactorSize, Factorization, predict_factor};
 pub(crate) use order::fingerprint;
 
 #[cfg(test)]

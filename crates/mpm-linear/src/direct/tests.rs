@@ -1,6 +1,7 @@
 //! Elasticity on boxes, random matrices, and matrices that must fail.
 
 mod problem;
+mod threads;
 mod unsymmetric;
 
 use super::cholesky;
@@ -300,7 +301,8 @@ fn a_reused_factorization_gives_the_bits_of_a_fresh_one() {
 #[test]
 fn predicted_entries_are_those_of_the_factor() {
     let problem = elasticity([11, 9], false);
-    let predicted = predict_factor_entries(problem.pattern(), &problem.hints()).unwrap();
+    let FactorSize { entries: predicted, bytes } = predict_factor(problem.pattern(), &problem.hints()).unwrap();
+    assert!(bytes > 8 * predicted && bytes < 40 * predicted, "{bytes} bytes for {predicted} entries");
     assert_eq!(predicted, problem.analysed().factor_entries());
     let n = problem.n();
     assert!(predicted > problem.row.len() && predicted < n * n / 2, "{predicted} entries for {n} equations");
@@ -360,7 +362,7 @@ fn costs_are_predicted_from_the_box_of_the_nodes() {
         let problem = elasticity(cells, false);
         let (pattern, places) = (problem.pattern(), problem.places());
         let prediction = predict(pattern, places);
-        let entries = predict_factor_entries(pattern, &problem.hints()).unwrap() as f64;
+        let entries = predict_factor(pattern, &problem.hints()).unwrap().entries as f64;
         let ratio = prediction.factor_entries / entries;
         assert!((0.5..1.5).contains(&ratio), "{cells:?}: {ratio} of the entries");
         let bytes = Multigrid::<3>::analyse(pattern, places).unwrap().size().bytes as f64;

@@ -2,6 +2,7 @@
 
 use super::column_lu::ColumnLu;
 use super::front_lu::FrontLu;
+use super::multifrontal::Stopped;
 use crate::matrix::{Matrix, Pattern};
 use crate::report::{Cause, Factored, OutOfMemory, Singular};
 
@@ -15,10 +16,20 @@ pub(super) struct Unsymmetric {
 }
 
 impl Unsymmetric {
-    /// Finds the structure for an order of elimination (new to old) and makes room for the factors.
-    pub(super) fn allocate(pattern: Pattern<'_>, order: &[usize]) -> Result<Self, OutOfMemory> {
-        let fronts = FrontLu::allocate(pattern, order)?;
+    /// Finds the structure for an order of elimination (new to old) and makes room for the factors, in memory that is
+    /// no longer needed.
+    pub(super) fn allocate(
+        pattern: Pattern<'_>,
+        order: &[usize],
+        memory: Vec<f64>,
+    ) -> Result<Self, OutOfMemory> {
+        let fronts = FrontLu::allocate(pattern, order, memory)?;
         Ok(Self { fronts, order: order.to_vec(), columns: None, by_columns: false })
+    }
+
+    /// The memory, for the next analysis.
+    pub(super) fn into_memory(self) -> Vec<f64> {
+        self.fronts.into_memory()
     }
 
     /// Numbers of both factors that every matrix of the pattern needs.
@@ -31,7 +42,8 @@ impl Unsymmetric {
         self.by_columns = false;
         match self.fronts.factorise(matrix) {
             Ok(factored) => Ok(factored),
-            Err(_) => self.factorise_by_columns(matrix),
+            Err(Stopped::Pivot(_)) => self.factorise_by_columns(matrix),
+            Err(Stopped::Memory) => Err(self.no_memory()),
         }
     }
 
@@ -39,13 +51,15 @@ impl Unsymmetric {
     pub(super) fn factorise_by_columns(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
         let columns = match self.columns.take() {
             Some(columns) => columns,
-            None => ColumnLu::allocate(&self.order).map_err(|_| {
-                let entries = self.fronts.factor_entries() as f64;
-                Singular { equation: 0, pivot: None, cause: Cause::NoMemory { entries } }
-            })?,
+            None => ColumnLu::allocate(&self.order).map_err(|_| self.no_memory())?,
         };
         self.by_columns = true;
         self.columns.insert(columns).factorise(matrix)
+    }
+
+    fn no_memory(&self) -> Singular {
+        let entries = self.fronts.factor_entries() as f64;
+        Singular { equation: 0, pivot: None, cause: Cause::NoMemory { entries } }
     }
 
     /// Whether pivots of the factors at hand are free.

@@ -17,7 +17,7 @@ use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
-use rehearsal::{Rehearsal, factor_entries, is_iterative, rehearse};
+use rehearsal::{Rehearsal, factor_size, is_iterative, rehearse};
 pub use remarks::doubts;
 
 /// Size of a model at the start of its first load step.
@@ -159,8 +159,12 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
     let seconds = rehearse(&stage)?;
     // Of a solver of one's own nothing is known; it is taken to factorise.
     let is_iterative = is_iterative(&stage);
-    let factor_entries =
-        if is_iterative { prediction.factor_entries as usize } else { factor_entries(&stage)? };
+    let (factor_entries, of_solver) = if is_iterative {
+        (prediction.factor_entries as usize, prediction.iterative_bytes as usize)
+    } else {
+        let size = factor_size(&stage)?;
+        (size.entries, size.bytes)
+    };
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
@@ -199,12 +203,7 @@ pub fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error>
             } else {
                 entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>()
             },
-            solver: if is_iterative {
-                prediction.iterative_bytes as usize
-            } else {
-                // Entries are permuted into the order of elimination before they are eliminated.
-                factor_entries * real + entries * (real + size_of::<usize>())
-            },
+            solver: of_solver,
             contributions: model.contributions.iter().map(|named| named.contribution.bytes()).sum(),
             work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, nominal),
             program: PROGRAM,

@@ -10,7 +10,7 @@ use mpm_assembly::{
 };
 use mpm_grid::{Block, LoadFraction, Mesh};
 use mpm_linear::{
-    Automatic, Hints, LatticePlaces, Matrix, Prediction, dense_operation, predict_factor_entries,
+    Automatic, FactorSize, Hints, LatticePlaces, Matrix, Prediction, dense_operation, predict_factor,
 };
 use std::hint::black_box;
 
@@ -231,15 +231,15 @@ fn try_solution<const D: usize>(stage: &Rehearsal<'_, D>, values: &[f64]) -> Opt
     Some((analyse, solve))
 }
 
-/// Entries of the factor.
+/// Size of the factor.
 ///
 /// # Errors
 /// Not even its structure fits into memory.
-pub(super) fn factor_entries<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<usize, Error> {
+pub(super) fn factor_size<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<FactorSize, Error> {
     let further = |equation| stage.connected.field_node(equation);
     let hints = Hints { further: Some(&further), ..Hints::on_lattice(stage.places) };
-    let entries = predict_factor_entries(stage.connected.pattern.for_solver(), &hints);
-    entries.map_err(|it| Error::TooLarge(it.to_string()))
+    let size = predict_factor(stage.connected.pattern.for_solver(), &hints);
+    size.map_err(|it| Error::TooLarge(it.to_string()))
 }
 
 /// Whether the linear systems are solved by iteration.

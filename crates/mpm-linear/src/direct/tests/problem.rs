@@ -83,6 +83,20 @@ impl Problem {
         (report, solved, r)
     }
 
+    /// Both triangles, with the entry `of(i, j, k)` in row i and column j where the symmetric matrix has k.
+    pub(super) fn unsymmetric(&self, of: impl Fn(usize, usize, f64) -> f64) -> Self {
+        let mut entries = BTreeMap::new();
+        for j in 0..self.n() {
+            for e in self.column_start[j]..self.column_start[j + 1] {
+                let (i, k) = (self.row[e], self.values[e]);
+                entries.insert((j, i), of(i, j, k));
+                entries.insert((i, j), of(j, i, k));
+            }
+        }
+        let both = Self::new(self.lattice.clone(), self.components, &entries);
+        Self { symmetry: Symmetry::Unsymmetric, periodic: self.periodic, ..both }
+    }
+
     /// Sets row and column of an equation to zero, the diagonal to `diagonal`.
     pub(super) fn detach(&mut self, equation: usize, diagonal: f64) {
         for j in 0..self.n() {

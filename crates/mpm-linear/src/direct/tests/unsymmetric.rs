@@ -2,7 +2,7 @@
 
 use super::problem::random;
 use crate::automatic::{Automatic, Choice};
-use crate::direct::{Factorization, predict_factor_entries};
+use crate::direct::{Factorization, predict_factor};
 use crate::matrix::{Matrix, Pattern};
 use crate::report::{Analysis, Cause, Method, Sign, Singular};
 use crate::solver::{Hints, LatticePlaces, LinearSolver};
@@ -168,9 +168,9 @@ fn entries_of_both_factors_are_predicted() {
     let system = System::random([14, 13, 1], 1, 2, |_, sum| 1.1 * sum + 0.1);
     let lower = random([14, 13, 1], 1, 2, |_, sum| 1.1 * sum + 0.1);
     let hints = lower.hints();
-    let predicted = predict_factor_entries(system.pattern(), &hints).unwrap();
+    let predicted = predict_factor(system.pattern(), &hints).unwrap().entries;
     // The blocks on the diagonal hold both triangles.
-    let of_triangle = predict_factor_entries(lower.pattern(), &hints).unwrap();
+    let of_triangle = predict_factor(lower.pattern(), &hints).unwrap().entries;
     assert!(of_triangle < predicted && predicted < 2 * of_triangle, "{predicted} {of_triangle}");
     let mut solver = Factorization::new();
     system.analysed(&mut solver);
