@@ -366,9 +366,9 @@ fn panel(problem: &Problem, rows: &[Row], elements: &[Reached]) -> Panel {
 
 /// The four problems of the README, and the mild column.
 fn pictures(mut panels: Vec<Panel>) -> Vec<(Picture, usize)> {
-    // The cantilever's panel has room for a legend.
-    if let Some(Panel::Curves(cantilever)) = panels.get_mut(2) {
-        cantilever.legend = Legend::LowerLeft;
+    // The panel of the vortex, the last one, has room for a legend: nothing is both quick and good there.
+    if let Some(Panel::Curves(vortex)) = panels.last_mut() {
+        vortex.legend = Legend::LowerLeft;
     }
     let mild = (panels.len() > 1).then(|| panels.remove(1));
     let picture = |file, panels| Picture { file, caption: String::new(), panels };

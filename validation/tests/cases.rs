@@ -438,6 +438,11 @@ fn plate_with_a_hole() {
 }
 
 #[test]
+fn boundaries_in_space() {
+    passes("boundaries in space");
+}
+
+#[test]
 fn rolled_cantilever() {
     passes("rolled cantilever");
 }

@@ -16,6 +16,9 @@ const LEAST_BUDGET: u32 = 30;
 /// Entries of a factor for which an iterative run still takes the direct solver's help: 8 GB.
 const MOST_ENTRIES_AS_HELP: f64 = 1e9;
 
+/// Coarse matrices are renewed when a solution took more than this times the iterations of the first with them.
+const SLOWER: f64 = 1.3;
+
 /// Which solver is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Choice {
@@ -80,17 +83,85 @@ struct Iterative {
     block: usize,
     /// Nodes of the equations of a further field, in order.
     further: Vec<usize>,
+    coarse: Coarse,
+}
+
+/// What the coarse matrices at hand are of. They are kept through a load step as long as they serve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Coarse {
+    /// Of no matrix, or one that they no longer suit.
+    Old,
+    /// Of the matrix at hand, or of an earlier one; iterations for each factor of e that the first solution with them
+    /// has taken off its residual.
+    Kept { is_of_this: bool, first: Option<f64> },
+}
+
+impl Coarse {
+    /// What becomes of them after a solution: a small number of iterations may have one more.
+    fn after(self, solved: &Converged) -> Self {
+        let Self::Kept { is_of_this, first } = self else { return self };
+        let taken_off = -solved.residual.ln();
+        if !(taken_off > 0.0 && taken_off.is_finite()) {
+            return self;
+        }
+        let iterations = f64::from(solved.iterations);
+        match first {
+            Some(first) if iterations > (SLOWER * first * taken_off).max(first * taken_off + 1.0) => Self::Old,
+            Some(_) => self,
+            None => Self::Kept { is_of_this, first: Some(iterations / taken_off) },
+        }
+    }
+}
+
+impl Iterative {
+    /// Takes a matrix, with coarse matrices of its own or those that are kept.
+    fn take(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        if let Coarse::Kept { first, .. } = self.coarse {
+            self.coarse = Coarse::Kept { is_of_this: false, first };
+            return self.multigrid.update(matrix);
+        }
+        self.multigrid.prepare(matrix)?;
+        self.coarse = Coarse::Kept { is_of_this: true, first: None };
+        Ok(())
+    }
+
+    /// Solves; where kept coarse matrices do not serve, with new ones. Leaves x as it was where that fails.
+    fn solve(
+        &mut self,
+        matrix: Matrix<'_>,
+        x: &mut [f64],
+        (tolerance, most): (f64, u32),
+    ) -> Result<Converged, Failure> {
+        let b = x.to_vec();
+        let mut outcome = self.multigrid.solve(x, tolerance, most);
+        let is_kept = matches!(self.coarse, Coarse::Kept { is_of_this: false, .. });
+        if is_kept && matches!(outcome, Err(Failure::NotConverged { .. } | Failure::Indefinite { .. })) {
+            x.copy_from_slice(&b);
+            self.coarse = Coarse::Old;
+            outcome = self.take(matrix).and_then(|()| self.multigrid.solve(x, tolerance, most));
+        }
+        match &outcome {
+            Ok(solved) => self.coarse = self.coarse.after(solved),
+            Err(_) => x.copy_from_slice(&b),
+        }
+        outcome
+    }
 }
 
 /// An iteration with multigrid for any number of equations a node.
 trait Iteration: Send {
     fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure>;
+    fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure>;
     fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure>;
 }
 
 impl<const D: usize> Iteration for Multigrid<D> {
     fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
         Multigrid::prepare(self, matrix)
+    }
+
+    fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        Multigrid::update(self, matrix)
     }
 
     fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
@@ -101,6 +172,10 @@ impl<const D: usize> Iteration for Multigrid<D> {
 impl<const N: usize> Iteration for Interleaved<N> {
     fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
         Interleaved::prepare(self, matrix)
+    }
+
+    fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        Interleaved::update(self, matrix)
     }
 
     fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
@@ -227,6 +302,7 @@ impl LinearSolver for Automatic {
             prediction,
             block,
             further,
+            coarse: Coarse::Old,
         });
         Ok(analysis)
     }
@@ -235,11 +311,13 @@ impl LinearSolver for Automatic {
     /// If the matrix is singular or not finite, or cannot be iterated on and is too large for a factorisation.
     fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
         self.helped = false;
-        let Some(iterative) = &mut self.iterative else { return self.direct.factorise(matrix) };
+        let Some(iterative) = &mut self.iterative else {
+            return self.direct.factorise(matrix);
+        };
         if self.has_given_up {
             return self.help(matrix);
         }
-        match iterative.multigrid.prepare(matrix) {
+        match iterative.take(matrix) {
             Ok(()) => Ok(Factored::by(iterative.method)),
             Err(Failure::NotFinite { node }) => {
                 let equation = node * iterative.block;
@@ -254,9 +332,8 @@ impl LinearSolver for Automatic {
             Some(iterative) if !self.helped => iterative,
             _ => return self.direct.solve(matrix, rhs, tolerance),
         };
-        let b = rhs.to_vec();
         let most = self.choice.most_iterations(&iterative.prediction);
-        let iterations = match iterative.multigrid.solve(rhs, tolerance, most) {
+        let iterations = match iterative.solve(matrix, rhs, (tolerance, most)) {
             Ok(Converged { iterations, residual }) => {
                 return Ok(Solved {
                     method: iterative.method,
@@ -268,14 +345,12 @@ impl LinearSolver for Automatic {
                 });
             }
             Err(Failure::NotFinite { node }) => {
-                rhs.copy_from_slice(&b);
                 let equation = node * iterative.block;
                 return Err(Singular { equation, pivot: None, cause: Cause::RightHandSideNotFinite });
             }
             Err(Failure::NotConverged { iterations, .. }) => iterations,
-            Err(Failure::Indefinite { .. } | Failure::Singular { .. }) => 0,
+            Err(Failure::Indefinite { .. } | Failure::Singular { .. } | Failure::OutOfRange { .. }) => 0,
         };
-        rhs.copy_from_slice(&b);
         let factored = self.help(matrix)?;
         let solved = self.direct.solve(matrix, rhs, tolerance)?;
         Ok(Solved { iterations, taken_over: solved.taken_over.or(Some(factored)), ..solved })
@@ -287,6 +362,9 @@ impl LinearSolver for Automatic {
 
     fn restart(&mut self) {
         self.has_given_up = false;
+        if let Some(iterative) = &mut self.iterative {
+            iterative.coarse = Coarse::Old;
+        }
         self.direct.restart();
     }
 

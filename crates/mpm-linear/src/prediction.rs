@@ -87,7 +87,8 @@ impl Iteration {
         // For each vector of the Krylov space, half of them on average, five vectors are read or written.
         let traffic = 5.0 * 0.5 * number.min(most) * vector;
         let operations_per_byte = UNSYMMETRIC_OPERATIONS_PER_BYTE[is_space];
-        Self { number, traffic, held: most * vector, operations_per_byte }
+        // Each in double precision, and preconditioned in single.
+        Self { number, traffic, held: 1.5 * most * vector, operations_per_byte }
     }
 }
 
@@ -122,6 +123,8 @@ pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
     let side = if pattern.has_blocks_only() { dimensions } else { dimensions + 1 };
     let iteration = Iteration::of(pattern, (n * side * size_of::<f64>()) as f64, is_space);
     let block = (side * side * size_of::<f64>() + 4) as f64;
+    // In single precision each column of a block fills a register.
+    let single = (side * side.next_power_of_two() * size_of::<f32>()) as f64;
     let levels = 1.0 + 1.0 / ((1 << dimensions) as f64 - 1.0);
     // Of each block also where it comes from; of each node vectors, interpolation, a diagonal block.
     let per_node = (14 * side * size_of::<f64>() + 2 * side * side * size_of::<f64>() + 100) as f64;
@@ -133,7 +136,7 @@ pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
     Prediction {
         factor_entries,
         factor_operations: dissection.operations * factors,
-        iterative_bytes: blocks * (levels * block + 8.0)
+        iterative_bytes: blocks * (levels * (block + single) + 8.0)
             + n as f64 * levels * per_node
             + iteration.held
             + interleaved,

@@ -2,6 +2,8 @@
 
 #[path = "multigrid/further_field.rs"]
 mod further_field;
+#[path = "multigrid/precision.rs"]
+mod precision;
 #[path = "multigrid/splines.rs"]
 mod splines;
 #[path = "multigrid/unsymmetric.rs"]
@@ -236,7 +238,9 @@ fn cells_cut_to_a_millionth_are_solved_as_well() {
     let whole = System::cube(n, 0.3).solve(1e-8).1;
     for cut in [0.5, 1e-2, 1e-4, 1e-6] {
         // The cells of three faces, and those of a ball's rim.
-        let weight = |[x, y, z]: [u32; 3]| if x == n - 1 || y == n - 1 || z == n - 1 { cut } else { 1.0 };
+        let weight = |[x, y, z]: [u32; 3]| {
+            if x == n - 1 || y == n - 1 || z == n - 1 { cut } else { 1.0 }
+        };
         let system = System::new(lines([n; 3]), [None; 3], 0.3, weight, |[_, _, z], _| z == 0);
         let faces = system.solve(1e-8).1;
         let ball = |[x, y, z]: [u32; 3]| {

@@ -3,16 +3,16 @@
 use super::{fixed, sweep};
 use crate::picture::{Curve, Curves, Legend, Panel, Picture, Stroke};
 use crate::scenes::{load, run};
-use crate::variants::{CPDI1, CPDI2Q, GIMP, Method, SMPM, plane};
+use crate::variants::{CPDI1, CPDI1_ON_SPLINES, CPDI2Q, GIMP, Method, SMPM, plane};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
-use mpm_scene::language::{AxisInput, Finite, FunctionsInput, MeanDilatationInput, MeshInput, Scene};
+use mpm_scene::language::{AxisInput, Finite, MeanDilatationInput, MeshInput, Scene};
 use std::f64::consts::{PI, SQRT_2};
 
 pub(super) const CASE: Case = Case {
     name: "rigid footing",
     goal: "With mean dilatation the pressure under a footing levels off and converges to the limit load; without it, it locks.",
-    setup: "Half of a smooth strip footing of half width 0.5 on ground of 5 × 5, E = 10¹⁰, ν = 0.48, ρ_y = 10⁶ √(3/2), settlement 0.002 in 40 load steps; 8², 16² and 32² cells, a quarter of each row under the footing, 2² points a cell; standard MPM, GIMP, CPDI1 and CPDI2q.",
-    reference: "Prandtl's limit pressure (2 + π) ρ_y/√2, met from above with the cells: the footing's last node carries half a cell more than its width.",
+    setup: "Half of a smooth strip footing of half width 0.5 on ground of 5 × 5, E = 10¹⁰, ν = 0.48, ρ_y = 10⁶ √(3/2), settlement 0.002 in 40 load steps; 8², 16² and 32² cells, a quarter of each row under the footing, 2² points a cell; standard MPM, GIMP, CPDI1 and CPDI2q. CPDI1 on splines of degree 2, without mean dilatation.",
+    reference: "Prandtl's limit pressure (2 + π) ρ_y/√2, met from above with the cells: the footing's last node carries half a cell more than its width. On splines the footing ends half-way between the last control point that is held and the first that is free.",
     run: footing,
 };
 
@@ -56,10 +56,9 @@ fn settle(method: &Method, mean: Option<MeanDilatationInput>, cells: u32) -> Res
     let across: Vec<f64> = nodes(cells);
     let up = across.iter().rev().map(|x| Finite(5.0 - x)).collect();
     let across = across.into_iter().map(Finite).collect();
-    scene.mesh = MeshInput::Box {
-        axes: vec![AxisInput::Nodes(across), AxisInput::Nodes(up)],
-        functions: FunctionsInput::Linear,
-    };
+    if let MeshInput::Box { axes, .. } = &mut scene.mesh {
+        *axes = vec![AxisInput::Nodes(across), AxisInput::Nodes(up)];
+    }
     for body in &mut scene.bodies {
         body.mean_dilatation = mean;
     }
@@ -124,6 +123,7 @@ fn footing(extent: Extent) -> Result<Findings, Broken> {
         }
     }
     findings.tables.push(table);
+    findings.checks.extend(on_splines(meshes)?);
     if extent == Extent::Full {
         let of = |job: &&(&Method, Option<MeanDilatationInput>, u32)| *job.0 == GIMP && job.1 != Some(Cell);
         let shown = jobs.iter().zip(&runs).filter(|(job, _)| of(job)).enumerate();
@@ -147,4 +147,26 @@ fn footing(extent: Extent) -> Result<Findings, Broken> {
         });
     }
     Ok(findings)
+}
+
+/// Splines of degree 2 need no mean dilatation: the pressure levels off near the limit.
+fn on_splines(meshes: &[u32]) -> Result<Vec<Check>, Broken> {
+    let runs = sweep(meshes, |&cells| settle(&CPDI1_ON_SPLINES, None, cells))?;
+    let mut checks = Vec::new();
+    for (cells, run) in meshes.iter().zip(runs) {
+        let pressure = run.end() * 0.5 / width_on_splines(&nodes(*cells));
+        let name = format!("{}, no mean dilatation, {} cells", CPDI1_ON_SPLINES.name, 4 * cells);
+        let what = format!("{name}: pressure against the limit");
+        checks.push(Check::new(what, (pressure - 1.0).abs(), 0.05).remark(fixed(pressure, 3)));
+        checks.push(Check::new(format!("{name}: growth in the last tenth"), run.growth(), 0.02));
+    }
+    Ok(checks)
+}
+
+/// Half the width of a footing whose control points of degree 2 are held up to 0.5: up to half-way to the first that is free.
+fn width_on_splines(nodes: &[f64]) -> f64 {
+    // All but the first and the last control point stand amid cells.
+    let middles: Vec<f64> = nodes.windows(2).map(|cell| 0.5 * (cell[0] + cell[1])).collect();
+    let free = middles.partition_point(|x| *x <= 0.5);
+    0.5 * (middles[free - 1] + middles[free])
 }

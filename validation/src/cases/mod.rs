@@ -66,6 +66,7 @@ pub const CASES: &[Case] = &[
     boundaries::COLUMN,
     boundaries::CYLINDER,
     boundaries::PLATE,
+    boundaries::SPACE,
     boundaries::STRIP,
     regularised::STRAIN,
     regularised::SOFTENING,

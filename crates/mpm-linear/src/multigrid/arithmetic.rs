@@ -1,10 +1,20 @@
-//! Vectors of nodal values: sums in fixed chunks, so that their order does not depend on threads.
+//! Vectors of nodal values: sums in fixed chunks, so that their order does not depend on threads. What is short is done
+//! by one thread, because waking others takes longer.
 
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 pub(crate) type Vector<const D: usize> = SVector<f64, D>;
 pub(crate) type Block<const D: usize> = SMatrix<f64, D, D>;
+
+/// Nodes of a vector above which it is worked on in parallel.
+const LARGE: usize = 4096;
+
+/// The same of the rows of a matrix.
+pub(crate) const LARGE_LEVEL: usize = 2000;
+
+/// Rows of a matrix per task.
+const ROWS: usize = 256;
 
 /// `sum − block · x`.
 #[inline(always)]
@@ -20,41 +30,64 @@ pub(crate) fn without<const D: usize>(sum: Vector<D>, block: &Block<D>, x: &Vect
 }
 
 /// Nodes per partial sum and per task.
-pub(crate) const CHUNK: usize = 2048;
+pub(crate) const CHUNK: usize = 1024;
 
 /// `Σ_v x_v · y_v`.
 pub(crate) fn dot<const D: usize>(x: &[Vector<D>], y: &[Vector<D>]) -> f64 {
-    let parts = x.par_chunks(CHUNK).zip(y.par_chunks(CHUNK));
-    let parts: Vec<f64> = parts.map(|(x, y)| x.iter().zip(y).map(|(x, y)| x.dot(y)).sum()).collect();
+    let part = |(x, y): (&[Vector<D>], &[Vector<D>])| x.iter().zip(y).map(|(x, y)| x.dot(y)).sum::<f64>();
+    if x.len() <= LARGE {
+        return x.chunks(CHUNK).zip(y.chunks(CHUNK)).map(part).sum();
+    }
+    let parts: Vec<f64> = x.par_chunks(CHUNK).zip(y.par_chunks(CHUNK)).map(part).collect();
     parts.into_iter().sum()
 }
 
 /// `y ← y + a x`.
 pub(crate) fn add<const D: usize>(y: &mut [Vector<D>], a: f64, x: &[Vector<D>]) {
-    y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| {
-        for (y, x) in y.iter_mut().zip(x) {
-            *y += x * a;
-        }
-    });
+    for_each_node(y, |node, y| *y += x[node] * a);
 }
 
 /// `y ← x + a y`.
 pub(crate) fn add_to_multiple<const D: usize>(y: &mut [Vector<D>], a: f64, x: &[Vector<D>]) {
-    y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| {
-        for (y, x) in y.iter_mut().zip(x) {
-            *y = x + *y * a;
-        }
+    for_each_node(y, |node, y| *y = x[node] + *y * a);
+}
+
+/// Calls `work` with each node's number and what is stored for it.
+pub(crate) fn for_each_node<T: Send>(data: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
+    for_each(LARGE, CHUNK, data, work);
+}
+
+/// The same for work on the rows of a matrix.
+pub(crate) fn for_each_row<T: Send>(data: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
+    for_each(LARGE_LEVEL, ROWS, data, work);
+}
+
+fn for_each<T: Send>(large: usize, chunk: usize, data: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
+    if data.len() <= large {
+        return data.iter_mut().enumerate().for_each(|(node, it)| work(node, it));
+    }
+    data.par_chunks_mut(chunk).enumerate().for_each(|(place, data)| {
+        data.iter_mut().enumerate().for_each(|(node, it)| work(place * chunk + node, it));
     });
 }
 
 /// Calls `work` with each part of `data` between two of the `bounds` (the first of them is where `data`
-/// begins), in parallel.
+/// begins), in parallel where asked.
 pub(crate) fn for_each_part<T: Send>(
+    in_parallel: bool,
     bounds: &[usize],
     data: &mut [T],
     work: &(impl Fn(usize, &mut [T]) + Sync),
 ) {
-    for_each_part_from(0, bounds, data, work);
+    if in_parallel {
+        return for_each_part_from(0, bounds, data, work);
+    }
+    let mut data = data;
+    for (part, bounds) in bounds.windows(2).enumerate() {
+        let (here, rest) = data.split_at_mut(bounds[1] - bounds[0]);
+        work(part, here);
+        data = rest;
+    }
 }
 
 fn for_each_part_from<T: Send>(

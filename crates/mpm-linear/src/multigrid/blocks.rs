@@ -1,7 +1,6 @@
-//! The matrix of one level by block rows, and its products and sweeps.
+//! The matrix of one level by block rows.
 
-use super::arithmetic::{Block, CHUNK, Vector, for_each_part, without};
-use super::strips::Strips;
+use super::arithmetic::{Block, LARGE_LEVEL, Vector, for_each_row, without};
 use crate::matrix::Symmetry;
 use rayon::prelude::*;
 
@@ -51,22 +50,27 @@ impl<const D: usize> BlockMatrix<D> {
     /// The first row whose block is not finite or, of a symmetric matrix, not positive definite.
     pub(crate) fn invert_diagonal(&mut self, symmetry: Symmetry) -> Result<(), usize> {
         let Self { block, diagonal, inverse, .. } = self;
-        let failed =
-            inverse.par_iter_mut().zip(&*diagonal).enumerate().filter_map(|(row, (inverse, &place))| {
-                match pseudo_inverse(block[place], symmetry) {
-                    Some(found) => {
-                        *inverse = found;
-                        None
-                    }
-                    None => Some(row),
-                }
-            });
-        failed.min().map_or(Ok(()), Err)
+        let invert = |(row, (inverse, &place)): (usize, (&mut Block<D>, &usize))| match pseudo_inverse(
+            block[place],
+            symmetry,
+        ) {
+            Some(found) => {
+                *inverse = found;
+                None
+            }
+            None => Some(row),
+        };
+        let failed = if diagonal.len() <= LARGE_LEVEL {
+            inverse.iter_mut().zip(&*diagonal).enumerate().filter_map(invert).min()
+        } else {
+            inverse.par_iter_mut().zip(&*diagonal).enumerate().filter_map(invert).min()
+        };
+        failed.map_or(Ok(()), Err)
     }
 
     /// `y = A x`.
     pub(crate) fn multiply(&self, x: &[Vector<D>], y: &mut [Vector<D>]) {
-        y.par_iter_mut().with_min_len(CHUNK / 4).enumerate().for_each(|(row, y)| {
+        for_each_row(y, |row, y| {
             let mut sum = Vector::zeros();
             for (column, block) in self.row(row) {
                 sum = without(sum, block, &x[column]);
@@ -75,77 +79,13 @@ impl<const D: usize> BlockMatrix<D> {
         });
     }
 
-    /// One forward Gauss–Seidel sweep from x = 0.
-    pub(crate) fn sweep_from_zero(&self, strips: &Strips, b: &[Vector<D>], x: &mut [Vector<D>]) {
-        let (even, odd) = x.split_at_mut(strips.n_even());
-        for_each_part(&strips.even, even, &|strip, x| {
-            let first = strips.even[strip];
-            for i in 0..x.len() {
-                let row = first + i;
-                let mut sum = b[row];
-                for entry in self.start[row]..self.diagonal[row] {
-                    sum = without(sum, &self.block[entry], &x[self.column[entry] as usize - first]);
-                }
-                x[i] = self.inverse[row] * sum;
-            }
-        });
-        let even = &*even;
-        for_each_part(&strips.odd, odd, &|strip, x| {
-            let first = strips.odd[strip];
-            for i in 0..x.len() {
-                let row = first + i;
-                let mut sum = b[row];
-                for entry in self.start[row]..self.diagonal[row] {
-                    let column = self.column[entry] as usize;
-                    let value = if column < even.len() { &even[column] } else { &x[column - first] };
-                    sum = without(sum, &self.block[entry], value);
-                }
-                x[i] = self.inverse[row] * sum;
-            }
-        });
-    }
-
-    /// `r = b − A x` after [`Self::sweep_from_zero`] with that b: what later rows have added.
-    pub(crate) fn residual_after_sweep(&self, x: &[Vector<D>], r: &mut [Vector<D>]) {
-        r.par_iter_mut().with_min_len(CHUNK / 4).enumerate().for_each(|(row, r)| {
-            let mut sum = Vector::zeros();
-            for entry in self.diagonal[row] + 1..self.start[row + 1] {
-                sum = without(sum, &self.block[entry], &x[self.column[entry] as usize]);
-            }
-            *r = sum;
-        });
-    }
-
-    /// One backward Gauss–Seidel sweep, the transpose of a forward one.
-    pub(crate) fn sweep_back(&self, strips: &Strips, b: &[Vector<D>], x: &mut [Vector<D>]) {
-        let (even, odd) = x.split_at_mut(strips.n_even());
-        let n_even = even.len();
-        let other = &*even;
-        for_each_part(&strips.odd, odd, &|strip, x| {
-            let first = strips.odd[strip];
-            for i in (0..x.len()).rev() {
-                let row = first + i;
-                let mut sum = b[row];
-                for (column, block) in self.row(row).filter(|&(column, _)| column != row) {
-                    let value = if column < n_even { &other[column] } else { &x[column - first] };
-                    sum = without(sum, block, value);
-                }
-                x[i] = self.inverse[row] * sum;
-            }
-        });
-        let other = &*odd;
-        for_each_part(&strips.even, even, &|strip, x| {
-            let first = strips.even[strip];
-            for i in (0..x.len()).rev() {
-                let row = first + i;
-                let mut sum = b[row];
-                for (column, block) in self.row(row).filter(|&(column, _)| column != row) {
-                    let value = if column < n_even { &x[column - first] } else { &other[column - n_even] };
-                    sum = without(sum, block, value);
-                }
-                x[i] = self.inverse[row] * sum;
-            }
-        });
+    /// Size of the largest diagonal entry; not counted are components i of rows whose bit i of `held` is set.
+    pub(crate) fn largest_diagonal(&self, held: &[u8]) -> f64 {
+        self.diagonal.iter().zip(held).fold(0.0, |most, (&place, &held)| {
+            let of_component =
+                |i: usize| if held & 1 << i == 0 { self.block[place][(i, i)].abs() } else { 0.0 };
+            (0..D).map(of_component).fold(most, f64::max)
+        })
     }
 
     /// Bytes held.

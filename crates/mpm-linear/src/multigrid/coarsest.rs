@@ -1,7 +1,7 @@
 //! The matrix of the coarsest level, factorised densely.
 
-use super::arithmetic::Vector;
 use super::blocks::BlockMatrix;
+use super::single::Short;
 use crate::matrix::Symmetry;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, LU};
 
@@ -22,15 +22,16 @@ impl CoarsestFactor {
         }
     }
 
-    /// `x = A⁻¹ b`.
-    pub(crate) fn solve<const D: usize>(&self, b: &[Vector<D>], x: &mut [Vector<D>]) {
-        let mut dense = DVector::from_iterator(b.len() * D, b.iter().flat_map(|b| b.iter().copied()));
+    /// `x = (s A)⁻¹ b` of the first D components of each node; the others are zeros.
+    pub(crate) fn solve<const D: usize, const L: usize>(&self, s: f64, b: &[Short<L>], x: &mut [Short<L>]) {
+        let numbers = b.iter().flat_map(|b| b[..D].iter().map(|&b| f64::from(b)));
+        let mut dense = DVector::from_iterator(b.len() * D, numbers);
         match self {
             Self::Symmetric(factor) => factor.solve_mut(&mut dense),
             Self::Unsymmetric(factor) => assert!(factor.solve_mut(&mut dense), "singular ones are refused"),
         }
         for (x, found) in x.iter_mut().zip(dense.as_slice().chunks_exact(D)) {
-            x.copy_from_slice(found);
+            x.iter_mut().zip(found).for_each(|(x, found)| *x = (found / s) as f32);
         }
     }
 }

@@ -32,11 +32,11 @@ impl<const D: usize> Iterates<D> {
     }
 }
 
-/// Iterates from x = 0 until `|b − A x| ≤ tolerance · |b|`.
+/// Iterates from x = 0 until `|b − A x| ≤ tolerance · |b|`. The preconditioner is given vectors with their norms.
 pub(crate) fn solve<const D: usize>(
     matrix: &BlockMatrix<D>,
     iterates: &mut Iterates<D>,
-    mut precondition: impl FnMut(&[Vector<D>], &mut [Vector<D>]),
+    mut precondition: impl FnMut(&[Vector<D>], f64, &mut [Vector<D>]),
     tolerance: f64,
     most: u32,
 ) -> Stop {
@@ -68,7 +68,7 @@ pub(crate) fn solve<const D: usize>(
         if iterations == most || !residual.is_finite() {
             return Stop::NotConverged(Converged { iterations, residual });
         }
-        precondition(r, z);
+        precondition(r, residual * size, z);
         let before = std::mem::replace(&mut rz, dot(r, z));
         if std::mem::take(&mut begins) {
             p.copy_from_slice(z);

@@ -2,17 +2,19 @@
 //! Stat. Comput. 7, 1986), for matrices that are not symmetric.
 //!
 //! With the preconditioner M⁻¹ on the right, A M⁻¹ u = b and x = M⁻¹ u, so that the residual that is minimised is that
-//! of A x = b.
+//! of A x = b. M⁻¹ rounds to single precision and is not quite linear. x is therefore a sum of the vectors that were
+//! multiplied by A, which are kept (Y. Saad, SIAM J. Sci. Comput. 14, 1993): in single precision, from which they come.
 
-use super::arithmetic::{Vector, add, add_to_multiple, dot};
+use super::arithmetic::{Vector, add, add_to_multiple, dot, for_each_node};
 use super::blocks::BlockMatrix;
 use super::outcome::{Converged, Stop};
+use nalgebra::SVector;
 
 /// Vectors of a Krylov space, after which the iteration begins anew from the residual.
 pub(crate) const RESTART: usize = 60;
 
-/// Vectors held at most.
-pub(crate) const VECTORS: usize = RESTART + 6;
+/// Vectors held at most, of which those in single precision count half.
+pub(crate) const VECTORS: usize = RESTART + RESTART / 2 + 6;
 
 /// Part of its residual that a whole Krylov space may leave before the iteration is given up.
 const STAGNATION: f64 = 0.9;
@@ -27,6 +29,8 @@ pub(crate) struct Iterates<const D: usize> {
     w: Vec<Vector<D>>,
     /// Orthonormal, as many as were needed so far.
     basis: Vec<Vec<Vector<D>>>,
+    /// M⁻¹ times these, but for a power of two.
+    preconditioned: Vec<Vec<SVector<f32, D>>>,
 }
 
 impl<const D: usize> Iterates<D> {
@@ -39,6 +43,7 @@ impl<const D: usize> Iterates<D> {
             z: zeros.clone(),
             w: zeros,
             basis: Vec::new(),
+            preconditioned: Vec::new(),
         }
     }
 
@@ -52,15 +57,25 @@ impl<const D: usize> Iterates<D> {
         add(&mut vector, factor, from(self));
         self.basis[place] = vector;
     }
+
+    /// Keeps z/unit as M⁻¹ times a vector of the basis.
+    fn keep_preconditioned(&mut self, place: usize, unit: f64) {
+        if self.preconditioned.len() == place {
+            self.preconditioned.push(vec![SVector::zeros(); self.b.len()]);
+        }
+        let z = &self.z;
+        for_each_node(&mut self.preconditioned[place], |node, kept| *kept = z[node].map(|z| (z / unit) as f32));
+    }
 }
 
-/// Iterates from x = 0 until `|b − A x| ≤ tolerance · |b|`.
+/// Iterates from x = 0 until `|b − A x| ≤ tolerance · |b|`. The preconditioner is given vectors with their norms; for
+/// vectors of norm 1 it returns `unit`, a power of two, times numbers in single precision.
 pub(crate) fn solve<const D: usize>(
     matrix: &BlockMatrix<D>,
     iterates: &mut Iterates<D>,
-    mut precondition: impl FnMut(&[Vector<D>], &mut [Vector<D>]),
-    tolerance: f64,
-    most: u32,
+    mut precondition: impl FnMut(&[Vector<D>], f64, &mut [Vector<D>]),
+    unit: f64,
+    (tolerance, most): (f64, u32),
 ) -> Stop {
     iterates.x.fill(Vector::zeros());
     let size = dot(&iterates.b, &iterates.b).sqrt();
@@ -70,15 +85,14 @@ pub(crate) fn solve<const D: usize>(
     iterates.r.copy_from_slice(&iterates.b);
     let (mut iterations, mut left) = (0, size);
     loop {
-        let small = Small::of(matrix, iterates, &mut precondition, left, (tolerance * size, most - iterations));
+        let limits = (tolerance * size, most - iterations);
+        let small = Small::of(matrix, iterates, (&mut precondition, unit), left, limits);
         iterations += small.columns.len() as u32;
-        let Iterates { b, x, r, z, w, basis } = iterates;
-        w.fill(Vector::zeros());
-        for (vector, factor) in basis.iter().zip(small.minimise()) {
-            add(w, factor, vector);
+        let Iterates { b, x, r, preconditioned, .. } = iterates;
+        for (vector, factor) in preconditioned.iter().zip(small.minimise()) {
+            let factor = factor * unit;
+            for_each_node(x, |node, x| *x += vector[node].map(f64::from) * factor);
         }
-        precondition(w, z);
-        add(x, 1.0, z);
         // The residual is computed from x, whatever the small problem says.
         matrix.multiply(x, r);
         add_to_multiple(r, -1.0, b);
@@ -109,7 +123,7 @@ impl Small {
     fn of<const D: usize>(
         matrix: &BlockMatrix<D>,
         iterates: &mut Iterates<D>,
-        precondition: &mut impl FnMut(&[Vector<D>], &mut [Vector<D>]),
+        (precondition, unit): (&mut impl FnMut(&[Vector<D>], f64, &mut [Vector<D>]), f64),
         beta: f64,
         (wanted, most): (f64, u32),
     ) -> Self {
@@ -118,7 +132,7 @@ impl Small {
         iterates.set_basis(0, beta.recip(), |it| &it.r);
         for k in 0..RESTART.min(most as usize) {
             let Iterates { z, w, basis, .. } = &mut *iterates;
-            precondition(&basis[k], z);
+            precondition(&basis[k], 1.0, z);
             matrix.multiply(z, w);
             // Modified Gram–Schmidt.
             let mut column = Vec::with_capacity(k + 2);
@@ -128,6 +142,7 @@ impl Small {
                 column.push(along);
             }
             let beyond = dot(w, w).sqrt();
+            iterates.keep_preconditioned(k, unit);
             for (i, [c, s]) in rotations.iter().enumerate() {
                 let (above, below) = (column[i], column[i + 1]);
                 column[i] = c * above + s * below;

@@ -1,9 +1,10 @@
 //! Levels of lattices and matrices, and the cycle through them.
 
-use super::arithmetic::{Vector, add, for_each_part};
+use super::arithmetic::{LARGE_LEVEL, Vector, for_each_part};
 use super::blocks::BlockMatrix;
 use super::coarsening::{Interpolation, Lattice};
 use super::coarsest::CoarsestFactor;
+use super::cycle::{Cycle, Hierarchy, power_of_two_near};
 use super::galerkin;
 use super::krylov::Krylov;
 use super::outcome::{Converged, Failure, Stop};
@@ -34,18 +35,19 @@ pub struct Multigrid<const D: usize> {
     /// What is added to the correction of the finest level, of splines.
     roughness: Option<Roughness<D>>,
     symmetry: Symmetry,
-    /// Of every level.
-    scratch: Vec<Scratch<D>>,
+    cycle: Cycle<D>,
+    /// Power of two by which the matrices of the cycle are multiplied.
+    scale: f64,
     /// Made when first needed.
     krylov: Option<Krylov<D>>,
 }
 
 #[derive(Clone, Debug)]
-struct Level<const D: usize> {
-    lattice: Lattice,
-    matrix: BlockMatrix<D>,
+pub(crate) struct Level<const D: usize> {
+    pub lattice: Lattice,
+    pub matrix: BlockMatrix<D>,
     /// From the next coarser level; none on the coarsest.
-    interpolation: Option<Interpolation>,
+    pub interpolation: Option<Interpolation>,
 }
 
 /// Size of a hierarchy.
@@ -57,32 +59,6 @@ pub struct Size {
     pub blocks: Vec<usize>,
     /// Bytes held while solving.
     pub bytes: usize,
-}
-
-/// Vectors of one level while a cycle runs.
-#[derive(Clone, Debug)]
-struct Scratch<const D: usize> {
-    b: Vec<Vector<D>>,
-    x: Vec<Vector<D>>,
-    r: Vec<Vector<D>>,
-    /// For [`Roughness`]; empty where there is none.
-    rough: [Vec<Vector<D>>; 2],
-}
-
-impl<const D: usize> Scratch<D> {
-    fn zeros(n: usize) -> Self {
-        let zeros = vec![Vector::zeros(); n];
-        Self { b: zeros.clone(), x: zeros.clone(), r: zeros, rough: Default::default() }
-    }
-
-    /// Of all levels, of the finest also for [`Roughness`] where there is one.
-    fn of(levels: &[Level<D>], is_rough: bool) -> Vec<Self> {
-        let mut scratch: Vec<Self> = levels.iter().map(|level| Self::zeros(level.matrix.n_rows())).collect();
-        if is_rough {
-            scratch[0].rough = [scratch[0].b.clone(), scratch[0].b.clone()];
-        }
-        scratch
-    }
 }
 
 impl<const D: usize> Multigrid<D> {
@@ -133,7 +109,7 @@ impl<const D: usize> Multigrid<D> {
                 }
             });
         }
-        for_each_part(&row_bounds(&start), &mut entry, &|task, entries| {
+        for_each_part(n > LARGE_LEVEL, &row_bounds(&start), &mut entry, &|task, entries| {
             let rows = task * ROWS..((task + 1) * ROWS).min(n);
             let offset = start[rows.start];
             for row in rows {
@@ -149,23 +125,24 @@ impl<const D: usize> Multigrid<D> {
             if finest.lattice.index.len() <= COARSEST {
                 break;
             }
-            let Some((lattice, interpolation)) = finest.lattice.coarser() else { break };
+            let Some((lattice, interpolation)) = finest.lattice.coarser() else {
+                break;
+            };
             let matrix = galerkin::structure(&finest.matrix, &interpolation, lattice.index.len());
             let last = levels.len() - 1;
             levels[last].interpolation = Some(interpolation);
             levels.push(Level { lattice, matrix, interpolation: None });
         }
-        let roughness = Roughness::of(&levels[0].lattice, nodes.degree);
-        let scratch = Scratch::of(&levels, roughness.is_some());
         Some(Self {
+            cycle: Cycle::zeros(&levels),
+            roughness: Roughness::of(&levels[0].lattice, nodes.degree),
+            scale: 1.0,
             levels,
             order,
             source,
             held: vec![0; n],
             coarsest: None,
-            roughness,
             symmetry: pattern.symmetry,
-            scratch,
             krylov: None,
         })
     }
@@ -176,7 +153,7 @@ impl<const D: usize> Multigrid<D> {
     /// # Errors
     /// [`Failure::NotFinite`]; of a symmetric matrix [`Failure::Indefinite`] where a diagonal block or the coarsest
     /// matrix is not positive definite (where they all are, the matrix may still not be), of another one
-    /// [`Failure::Singular`] where the coarsest matrix is singular.
+    /// [`Failure::Singular`] where the coarsest matrix is singular; [`Failure::OutOfRange`].
     ///
     /// # Panics
     /// If there is not one value per entry of the pattern.
@@ -184,13 +161,9 @@ impl<const D: usize> Multigrid<D> {
         assert_eq!(matrix.values.len(), matrix.pattern.n_entries(), "one value per entry of the pattern");
         self.coarsest = None;
         self.take(matrix)?;
-        if let Some(roughness) = &mut self.roughness {
-            roughness.prepare(&self.levels[0].matrix, &self.held);
-        }
+        self.scale = power_of_two_near(self.levels[0].matrix.largest_diagonal(&self.held).recip());
         for level in 0..self.levels.len() {
-            if let Err(row) = self.levels[level].matrix.invert_diagonal(self.symmetry) {
-                return Err(self.unusable(level, row));
-            }
+            self.finish(level)?;
             let (fine, coarse) = self.levels.split_at_mut(level + 1);
             let Some(interpolation) = &fine[level].interpolation else { break };
             let held: &[u8] = if level == 0 { &self.held } else { &[] };
@@ -202,6 +175,35 @@ impl<const D: usize> Multigrid<D> {
             return Err(self.unusable(last, 0));
         }
         Ok(())
+    }
+
+    /// Takes the values of another matrix, and keeps the coarse matrices of the last one that was prepared. A matrix
+    /// near that one is solved with few more iterations.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`]; coarse matrices tell nothing of this one.
+    ///
+    /// # Panics
+    /// As [`Self::prepare`].
+    pub fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        if self.coarsest.is_none() || self.levels.len() == 1 {
+            return self.prepare(matrix);
+        }
+        assert_eq!(matrix.values.len(), matrix.pattern.n_entries(), "one value per entry of the pattern");
+        self.take(matrix)?;
+        self.finish(0)
+    }
+
+    /// What a level needs besides the values of its matrix.
+    fn finish(&mut self, level: usize) -> Result<(), Failure> {
+        if let Err(row) = self.levels[level].matrix.invert_diagonal(self.symmetry) {
+            return Err(self.unusable(level, row));
+        }
+        if let Some(roughness) = self.roughness.as_mut().filter(|_| level == 0) {
+            roughness.prepare(&self.levels[0].matrix, &self.held, self.scale);
+        }
+        let taken = self.cycle.take(&self.levels, level, self.scale);
+        taken.map_err(|row| Failure::OutOfRange { node: self.on_finest(level, row) })
     }
 
     /// Replaces the right-hand side b by x with `|b − A x| ≤ tolerance · |b|`.
@@ -242,15 +244,13 @@ impl<const D: usize> Multigrid<D> {
 
     /// The iteration with one cycle as preconditioner.
     fn iterate(&mut self, krylov: &mut Krylov<D>, tolerance: f64, iterations: u32) -> Stop {
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let precondition = |r: &[Vector<D>], z: &mut [Vector<D>]| {
-            scratch[0].b.copy_from_slice(r);
-            self.cycle(0, &mut scratch);
-            z.copy_from_slice(&scratch[0].x);
-        };
-        let stop = krylov.solve(&self.levels[0].matrix, precondition, tolerance, iterations);
-        self.scratch = scratch;
-        stop
+        let coarsest = self.coarsest.as_ref().expect("prepared before");
+        let roughness = self.roughness.as_ref();
+        let (cycle, hierarchy) =
+            (&mut self.cycle, Hierarchy { levels: &self.levels, coarsest, roughness, scale: self.scale });
+        let precondition =
+            |r: &[Vector<D>], size: f64, z: &mut [Vector<D>]| cycle.apply(&hierarchy, (r, size), z);
+        krylov.solve(&self.levels[0].matrix, precondition, self.scale, (tolerance, iterations))
     }
 
     /// Size of the hierarchy.
@@ -258,7 +258,13 @@ impl<const D: usize> Multigrid<D> {
         let per_level = |level: &Level<D>| {
             let interpolation =
                 level.interpolation.as_ref().map_or(0, |it| it.parents.bytes() + it.children.bytes());
-            level.matrix.bytes() + interpolation + level.matrix.n_rows() * (3 * size_of::<Vector<D>>() + 12)
+            {
+                let (blocks, rows) = (level.matrix.column.len(), level.matrix.n_rows());
+                level.matrix.bytes()
+                    + interpolation
+                    + Cycle::<D>::bytes(blocks, rows)
+                    + rows * size_of::<[u32; 3]>()
+            }
         };
         let own = size_of_val(&self.order[..]) + size_of_val(&self.source[..]) + self.held.len();
         let vectors = Krylov::<D>::vectors(self.symmetry) * self.order.len() * size_of::<Vector<D>>();
@@ -277,14 +283,14 @@ impl<const D: usize> Multigrid<D> {
         let matrix = &mut self.levels[0].matrix;
         let (n, source) = (matrix.n_rows(), &self.source);
         let BlockMatrix { start, block, .. } = matrix;
-        for_each_part(&row_bounds(start), block, &|task, blocks| {
+        for_each_part(n > LARGE_LEVEL, &row_bounds(start), block, &|task, blocks| {
             let offset = start[task * ROWS];
             for (place, block) in blocks.iter_mut().enumerate() {
                 *block = source[offset + place].read(pattern, values);
             }
         });
         let matrix = &self.levels[0].matrix;
-        let infinite = self.held.par_iter_mut().enumerate().filter_map(|(row, held)| {
+        let look = |(row, held): (usize, &mut u8)| {
             let mut largest = [0.0_f64; D];
             let mut finite = true;
             for entry in matrix.start[row]..matrix.start[row + 1] {
@@ -298,9 +304,13 @@ impl<const D: usize> Multigrid<D> {
             }
             *held = (0..D).filter(|&i| largest[i] == 0.0).fold(0, |held, i| held | 1 << i);
             (!finite).then_some(row)
-        });
-        debug_assert_eq!(n, self.order.len());
-        match infinite.min() {
+        };
+        let infinite = if n > LARGE_LEVEL {
+            self.held.par_iter_mut().enumerate().filter_map(look).min()
+        } else {
+            self.held.iter_mut().enumerate().filter_map(look).min()
+        };
+        match infinite {
             Some(row) => Err(Failure::NotFinite { node: self.order[row] }),
             None => Ok(()),
         }
@@ -322,42 +332,6 @@ impl<const D: usize> Multigrid<D> {
             interpolation.children.of(row)[0].0 as usize
         });
         self.order[row]
-    }
-
-    /// `x ≈ A⁻¹ b` of one level.
-    fn cycle(&self, level: usize, scratch: &mut [Scratch<D>]) {
-        let Level { lattice, matrix, interpolation } = &self.levels[level];
-        let (here, coarser) = scratch.split_at_mut(1);
-        let Scratch { b, x, r, rough: [rough, lines] } = &mut here[0];
-        let Some(Interpolation { parents, children }) = interpolation else {
-            let factor = self.coarsest.as_ref().expect("prepared before");
-            return factor.solve(b, x);
-        };
-        matrix.sweep_from_zero(&lattice.strips, b, x);
-        matrix.residual_after_sweep(x, r);
-        coarser[0].b.par_iter_mut().with_min_len(256).enumerate().for_each(|(node, b)| {
-            *b = children
-                .of(node)
-                .iter()
-                .fold(Vector::zeros(), |sum, &(child, weight)| sum + r[child as usize] * weight);
-        });
-        let roughness = self.roughness.as_ref().filter(|_| level == 0);
-        if let Some(roughness) = roughness {
-            roughness.correct(r, rough, lines);
-        }
-        self.cycle(level + 1, coarser);
-        let correction = &coarser[0].x;
-        r.par_iter_mut().with_min_len(1024).enumerate().for_each(|(node, r)| {
-            *r = parents
-                .of(node)
-                .iter()
-                .fold(Vector::zeros(), |sum, &(parent, weight)| sum + correction[parent as usize] * weight);
-        });
-        add(x, 1.0, r);
-        if roughness.is_some() {
-            add(x, 1.0, rough);
-        }
-        matrix.sweep_back(&lattice.strips, b, x);
     }
 }
 

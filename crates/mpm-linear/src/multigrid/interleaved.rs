@@ -57,7 +57,23 @@ impl<const N: usize> Interleaved<N> {
     /// As [`Multigrid::prepare`].
     pub(crate) fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
         self.scale = self.scale_of(matrix);
-        let of_field = |equation: usize| if equation % N == N - 1 { self.scale } else { 1.0 };
+        self.take(matrix, Multigrid::prepare)
+    }
+
+    /// As [`Multigrid::update`].
+    pub(crate) fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
+        self.take(matrix, Multigrid::update)
+    }
+
+    /// Writes the values side by side and hands them on.
+    fn take(
+        &mut self,
+        matrix: Matrix<'_>,
+        to: impl Fn(&mut Multigrid<N>, Matrix<'_>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let of_field = |equation: usize| {
+            if equation % N == N - 1 { self.scale } else { 1.0 }
+        };
         for (column, entries) in self.column_start.windows(2).enumerate() {
             for entry in entries[0]..entries[1] {
                 let value = match self.source[entry] {
@@ -74,7 +90,7 @@ impl<const N: usize> Interleaved<N> {
             block: N,
             blocks: self.field.len(),
         };
-        self.multigrid.prepare(Matrix { pattern, values: &self.values })
+        to(&mut self.multigrid, Matrix { pattern, values: &self.values })
     }
 
     /// As [`Multigrid::solve`].

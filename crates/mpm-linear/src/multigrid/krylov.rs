@@ -37,19 +37,19 @@ impl<const D: usize> Krylov<D> {
         }
     }
 
-    /// Iterates from x = 0 until `|b − A x| ≤ tolerance · |b|`.
+    /// Iterates from x = 0 until `|b − A x| ≤ tolerance · |b|`; for `unit` see [`gmres::solve`].
     pub(crate) fn solve(
         &mut self,
         matrix: &BlockMatrix<D>,
-        precondition: impl FnMut(&[Vector<D>], &mut [Vector<D>]),
-        tolerance: f64,
-        most: u32,
+        precondition: impl FnMut(&[Vector<D>], f64, &mut [Vector<D>]),
+        unit: f64,
+        (tolerance, most): (f64, u32),
     ) -> Stop {
         match self {
             Self::ConjugateGradients(it) => {
                 conjugate_gradients::solve(matrix, it, precondition, tolerance, most)
             }
-            Self::Gmres(it) => gmres::solve(matrix, it, precondition, tolerance, most),
+            Self::Gmres(it) => gmres::solve(matrix, it, precondition, unit, (tolerance, most)),
         }
     }
 }

@@ -11,6 +11,9 @@
 //! Symmetric matrices are solved by conjugate gradients, others by restarted GMRES. The hierarchy of the latter is that of
 //! A itself and not of its symmetric part, which is indefinite where frictional material flows.
 //!
+//! The cycle works in single precision, inside an iteration in double precision: it moves half the bytes, and takes no
+//! more iterations.
+//!
 //! Sweeps run over strips of lattice lines, all even strips and then all odd ones: strips of one kind do
 //! not couple, so threads change nothing but the time.
 
@@ -19,6 +22,7 @@ mod blocks;
 mod coarsening;
 mod coarsest;
 mod conjugate_gradients;
+mod cycle;
 mod galerkin;
 mod gmres;
 mod hierarchy;
@@ -26,6 +30,7 @@ mod interleaved;
 mod krylov;
 mod outcome;
 mod roughness;
+mod single;
 mod source;
 mod strips;
 

@@ -35,6 +35,12 @@ pub enum Failure {
         /// The node nearest to where it showed, in the caller's numbering.
         node: usize,
     },
+    /// Diagonal entries differ so much that some are beyond single precision, which the cycle works in.
+    #[error("the diagonal at node {node} is too small beside the others")]
+    OutOfRange {
+        /// A node at which, or near which, they do, in the caller's numbering.
+        node: usize,
+    },
     /// The iterations were used up, or no longer improve x.
     #[error("the residual is {residual:.1e} after {iterations} iterations")]
     NotConverged {

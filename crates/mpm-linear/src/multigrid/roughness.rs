@@ -12,13 +12,13 @@
 //! ```
 //!
 //! is added to the correction from the coarse lattice. As both are symmetric and not negative, the cycle stays symmetric and positive
-//! definite. S stands outside, so that functions which reach into the body a little do not spread: eigenvalues of `S F Fᵀ S A` were 16
-//! (degree 2) and 39 to 66 (degree 3) on cubes, whatever part of the outermost cells was filled.
+//! definite. S stands outside, so that functions which reach into the body a little do not spread: eigenvalues of `S F Fᵀ S A` were 16 to 24
+//! (degree 2) and 30 to 66 (degree 3) on cubes, whatever part of the outermost cells was filled.
 
-use super::arithmetic::{CHUNK, Vector, for_each_part};
+use super::arithmetic::{CHUNK, LARGE_LEVEL, Vector, for_each_node, for_each_part};
 use super::blocks::BlockMatrix;
 use super::coarsening::Lattice;
-use rayon::prelude::*;
+use super::single::{Short, Single};
 
 /// ω: between 0.05 and 0.2 iterations are the same within a few per cent.
 const SHARE: f64 = 0.1;
@@ -46,9 +46,9 @@ struct Lines {
     /// Those of them at which tasks begin.
     tasks: Vec<usize>,
     /// What a neighbour's coefficient adds to a value.
-    side: f64,
+    side: f32,
     /// Inverse pivots of the elimination along a line.
-    inverse: Vec<f64>,
+    inverse: Vec<f32>,
 }
 
 impl<const D: usize> Roughness<D> {
@@ -62,43 +62,51 @@ impl<const D: usize> Roughness<D> {
         Some(Self { directions, scale: vec![Vector::zeros(); lattice.index.len()] })
     }
 
-    /// Takes the diagonal of the matrix; bit i of a node's `held` is set where its component i couples with nothing.
-    pub(crate) fn prepare(&mut self, matrix: &BlockMatrix<D>, held: &[u8]) {
-        self.scale.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, scale)| {
+    /// Takes the diagonal of the matrix times a power of two; bit i of a node's `held` is set where its component i couples
+    /// with nothing.
+    pub(crate) fn prepare(&mut self, matrix: &BlockMatrix<D>, held: &[u8], power: f64) {
+        for_each_node(&mut self.scale, |row, scale| {
             let block = &matrix.block[matrix.diagonal[row]];
             *scale = Vector::from_fn(|i, _| {
                 let is_free = held[row] & (1 << i) == 0 && block[(i, i)] != 0.0;
-                if is_free { block[(i, i)].abs().sqrt().recip() } else { 0.0 }
+                if is_free { (block[(i, i)] * power).abs().sqrt().recip() } else { 0.0 }
             });
         });
     }
 
-    /// Puts `z` of the residual `r` into `z`.
-    pub(crate) fn correct(&self, r: &[Vector<D>], z: &mut [Vector<D>], lines: &mut [Vector<D>]) {
-        z.copy_from_slice(r);
-        scale(z, &self.scale, 1.0);
+    /// Adds `z` of the residual to the solution of a level.
+    pub(crate) fn correct<const L: usize>(&self, level: &mut Single<D, L>) {
+        let Single { x, r, rough: [z, lines], .. } = level;
+        // Room is made when it is first needed.
+        lines.resize(r.len(), [0.0; L]);
+        z.clone_from(r);
+        self.scale(z, 1.0);
         for direction in self.directions.iter().chain(self.directions.iter().rev()) {
             direction.coefficients(z, lines);
         }
-        scale(z, &self.scale, SHARE);
+        self.scale(z, SHARE);
+        for_each_node(x, |node, x| {
+            for (x, z) in x.iter_mut().zip(&z[node]) {
+                *x += z;
+            }
+        });
+    }
+
+    /// Multiplies each component by its scale and by `share`.
+    fn scale<const L: usize>(&self, z: &mut [Short<L>], share: f64) {
+        for_each_node(z, |node, z| {
+            for (z, scale) in z.iter_mut().zip(&self.scale[node]) {
+                *z *= (scale * share) as f32;
+            }
+        });
     }
 
     pub(crate) fn bytes(&self) -> usize {
         let of_lines =
             |it: &Lines| size_of_val(&it.order[..]) + size_of_val(&it.place[..]) + size_of_val(&it.start[..]);
-        // With the two vectors that it works on.
-        3 * size_of_val(&self.scale[..]) + self.directions.iter().map(of_lines).sum::<usize>()
+        // With the two vectors in single precision that it works on.
+        2 * size_of_val(&self.scale[..]) + self.directions.iter().map(of_lines).sum::<usize>()
     }
-}
-
-/// Multiplies each component by its scale and by `share`.
-fn scale<const D: usize>(z: &mut [Vector<D>], scale: &[Vector<D>], share: f64) {
-    z.par_chunks_mut(CHUNK).zip(scale.par_chunks(CHUNK)).for_each(|(z, scale)| {
-        for (z, scale) in z.iter_mut().zip(scale) {
-            z.component_mul_assign(scale);
-            *z *= share;
-        }
-    });
 }
 
 impl Lines {
@@ -129,7 +137,7 @@ impl Lines {
         if tasks[tasks.len() - 1] < order.len() {
             tasks.push(order.len());
         }
-        let side = if degree == 2 { 1.0 / 8.0 } else { 1.0 / 6.0 };
+        let side: f32 = if degree == 2 { 1.0 / 8.0 } else { 1.0 / 6.0 };
         let longest = start.windows(2).map(|line| line[1] - line[0]).max().unwrap_or(0);
         let centre = 1.0 - 2.0 * side;
         let inverse =
@@ -138,14 +146,10 @@ impl Lines {
     }
 
     /// Turns values at the nodes into coefficients, line by line; `lines` is room to work in.
-    fn coefficients<const D: usize>(&self, values: &mut [Vector<D>], lines: &mut [Vector<D>]) {
+    fn coefficients<const L: usize>(&self, values: &mut [Short<L>], lines: &mut [Short<L>]) {
         let nodes = &*values;
-        lines
-            .par_iter_mut()
-            .with_min_len(CHUNK)
-            .zip(&self.order)
-            .for_each(|(it, &node)| *it = nodes[node as usize]);
-        for_each_part(&self.tasks, lines, &|task, part| {
+        for_each_node(lines, |at, it| *it = nodes[self.order[at] as usize]);
+        for_each_part(self.order.len() > LARGE_LEVEL, &self.tasks, lines, &|task, part| {
             let first = self.tasks[task];
             let (lines, end) = (self.start.partition_point(|&start| start < first), first + part.len());
             for line in self.start[lines..].windows(2).take_while(|line| line[1] <= end) {
@@ -153,22 +157,22 @@ impl Lines {
             }
         });
         let lines = &*lines;
-        values
-            .par_iter_mut()
-            .with_min_len(CHUNK)
-            .zip(&self.place)
-            .for_each(|(it, &at)| *it = lines[at as usize]);
+        for_each_node(values, |node, it| *it = lines[self.place[node] as usize]);
     }
 
     /// Solves the tridiagonal system of a line.
-    fn eliminate<const D: usize>(&self, line: &mut [Vector<D>]) {
+    fn eliminate<const L: usize>(&self, line: &mut [Short<L>]) {
         for i in 1..line.len() {
-            let before = line[i - 1];
-            line[i] -= before * (self.side * self.inverse[i - 1]);
+            let (before, factor) = (line[i - 1], self.side * self.inverse[i - 1]);
+            for (value, before) in line[i].iter_mut().zip(before) {
+                *value -= before * factor;
+            }
         }
-        let mut after = Vector::zeros();
-        for (value, inverse) in line.iter_mut().zip(&self.inverse[..]).rev() {
-            *value = (*value - after * self.side) * *inverse;
+        let mut after = [0.0; L];
+        for (value, inverse) in line.iter_mut().zip(&self.inverse).rev() {
+            for (value, after) in value.iter_mut().zip(after) {
+                *value = (*value - after * self.side) * inverse;
+            }
             after = *value;
         }
     }

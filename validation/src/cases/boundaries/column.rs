@@ -4,7 +4,7 @@ use super::super::{largest, scientific, sweep};
 use super::{axis, functions};
 use crate::history::History;
 use crate::reference::Reference;
-use crate::scenes::{changed, run, text};
+use crate::scenes::{changed, own_text, run, text};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_solver::observe::Field;
 
@@ -26,52 +26,76 @@ type Directions = [[f64; 2]; 2];
 
 /// A column in its mesh.
 #[derive(Clone, Copy)]
-struct Column {
-    degree: u32,
-    cells: u32,
-    angle: f64,
+pub(super) struct Column {
+    pub degree: u32,
+    pub cells: u32,
+    pub angle: f64,
     /// From the mesh's corner to that of the box round the column, in cells.
-    offset: [f64; 2],
+    pub offset: [f64; 2],
+    pub points_per_cell: u32,
 }
 
 impl Column {
-    /// Its history, where its foot stands, and the directions across and along it.
-    fn run(&self) -> Result<(History, [f64; 2], Directions), Broken> {
-        let Self { degree, cells, angle, offset } = *self;
-        let (sine, cosine) = angle.to_radians().sin_cos();
-        let (across, along, h) = ([cosine, sine], [-sine, cosine], HEIGHT / f64::from(cells));
-        let [x, y] = [offset[0] * h + HEIGHT * sine, offset[1] * h];
+    /// Where its foot stands, and the directions across and along it.
+    fn place(&self) -> ([f64; 2], Directions) {
+        let (sine, cosine) = self.angle.to_radians().sin_cos();
+        let h = HEIGHT / f64::from(self.cells);
+        let foot = [self.offset[0] * h + HEIGHT * sine, self.offset[1] * h];
+        (foot, [[cosine, sine], [-sine, cosine]])
+    }
+
+    /// What is changed in the scene, in space of one that is a cell deep.
+    fn changes(&self, is_in_space: bool) -> Vec<(&'static str, String)> {
+        let Self { degree, cells, offset, points_per_cell, .. } = *self;
+        let ([x, y], [across, along]) = self.place();
+        let ([cosine, sine], h) = (across, HEIGHT / f64::from(cells));
         let mesh = |extent: f64, offset: f64| {
             let n = (extent / h + offset).ceil() + 3.0;
             axis(0.0, n * h, n)
         };
-        let plane = |at: f64, [nx, ny]: [f64; 2]| {
-            format!("Plane(through: ({:?}, {:?}), normal: ({nx:?}, {ny:?}))", x + at * cosine, y + at * sine)
+        let vector = |[x, y]: [f64; 2], z: f64| match is_in_space {
+            true => format!("({x:?}, {y:?}, {z:?})"),
+            false => format!("({x:?}, {y:?})"),
         };
-        let changes = [
+        let plane = |at: f64, normal: [f64; 2]| {
+            let through = vector([x + at * cosine, y + at * sine], 0.0);
+            format!("Plane(through: {through}, normal: {})", vector(normal, 0.0))
+        };
+        let [from, to] = [vector([x, y], 0.0), vector([x + WIDTH, y + HEIGHT], h)];
+        let mut changes = vec![
             ("mesh.axes[0]", mesh(HEIGHT * sine + WIDTH * cosine, offset[0])),
             ("mesh.axes[1]", mesh(HEIGHT * cosine + WIDTH * sine, offset[1])),
             ("mesh.functions", functions(degree)),
-            (
-                "bodies[0].shape",
-                format!(
-                    "Box(from: ({x:?}, {y:?}), to: ({:?}, {:?}), turned: {angle:?})",
-                    x + WIDTH,
-                    y + HEIGHT
-                ),
-            ),
+            ("bodies[0].shape", format!("Box(from: {from}, to: {to}, turned: {:?})", self.angle)),
+            ("bodies[0].points_per_cell", points_per_cell.to_string()),
             ("walls[0].surface", plane(0.0, along)),
             ("walls[1].surface", plane(0.0, across)),
             ("walls[2].surface", plane(WIDTH, across.map(|part| -part))),
-            ("loads[0].acceleration", format!("({:?}, {:?})", 10.0 * sine, -10.0 * cosine)),
+            ("loads[0].acceleration", vector([10.0 * sine, -10.0 * cosine], 0.0)),
         ];
-        let history = run(&changed(text("inclined_column")?, &changes)?)?.completed()?;
-        Ok((history, [x, y], [across, along]))
+        if is_in_space {
+            changes.push(("mesh.axes[2]", axis(0.0, h, 1.0)));
+            changes.push(("supports[1].region.at", format!("{h:?}")));
+        }
+        changes
     }
 
     /// Mean error of the stress along the column over ρ₀ g H, the largest gap, and the largest stress across it over ρ₀ g H.
-    fn errors(&self) -> Result<[f64; 3], Broken> {
-        let (history, [x, y], [across, along]) = self.run()?;
+    pub(super) fn errors(&self, basis: &str) -> Result<[f64; 3], Broken> {
+        let mut changes = self.changes(false);
+        changes.push(("basis", basis.into()));
+        self.errors_of(&run(&changed(text("inclined_column")?, &changes)?)?.completed()?)
+    }
+
+    /// The same of the column in space.
+    pub(super) fn errors_in_space(&self, basis: &str) -> Result<[f64; 3], Broken> {
+        let mut changes = self.changes(true);
+        changes.push(("basis", basis.into()));
+        self.errors_of(&run(&changed(own_text("inclined_column_solid")?, &changes)?)?.completed()?)
+    }
+
+    fn errors_of(&self, history: &History) -> Result<[f64; 3], Broken> {
+        let ([x, y], [across, along]) = self.place();
         let last = history.rows().len() - 1;
         let stress = |[a, b]: [f64; 2]| {
             let all = history.field(Field::CAUCHY_STRESS, last).chunks_exact(9);
@@ -105,8 +129,9 @@ fn columns(extent: Extent) -> Result<Findings, Broken> {
         cells: cells[k] as u32,
         angle: angle[k],
         offset: [offsets[0][k], offsets[1][k]],
+        points_per_cell: 2,
     };
-    let found = sweep(&rows, |&k| of_row(k).errors())?;
+    let found = sweep(&rows, |&k| of_row(k).errors("Cpdi2q"))?;
     let mut findings = Findings::default();
     let heads = ["degree", "cells", "angle", "error", "of the reference", "gap", "stress across"];
     let mut errors = Table::new("Errors of the stress along the column over ρ₀ g H.", &heads);
@@ -136,8 +161,9 @@ fn columns(extent: Extent) -> Result<Findings, Broken> {
     }
     findings.tables.push(errors);
     let angles: Vec<f64> = (0..13).map(|k| 7.0 * f64::from(k)).collect();
-    let turned =
-        sweep(&angles, |&angle| Column { degree: 2, cells: 8, angle, offset: [2.137, 2.291] }.errors())?;
+    let turned = sweep(&angles, |&angle| {
+        Column { degree: 2, cells: 8, angle, offset: [2.137, 2.291], points_per_cell: 2 }.errors("Cpdi2q")
+    })?;
     let errors = || turned.iter().map(|it| it[0]);
     findings.checks.push(
         Check::new("degree 2, 8 cells, angles in steps of 7°: largest error", largest(errors()), 6e-4)

@@ -2,6 +2,7 @@
 
 use super::super::{scientific, sweep};
 use super::{axis, functions};
+use crate::history::History;
 use crate::reference::Reference;
 use crate::scenes::{changed, run, text};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
@@ -58,10 +59,11 @@ fn across_the_wall(inner: f64, pressure: f64, steps: usize) -> Vec<(f64, [f64; 2
     found
 }
 
+/// Steps of the integration across the wall.
+const STEPS: usize = 5000;
+
 /// Relative errors of the inner radius' change, and mean-square of the stress.
 fn cylinder(degree: u32, cells: u32, inner: f64) -> Result<[f64; 2], Broken> {
-    const STEPS: usize = 5000;
-    let exact = across_the_wall(inner, 60.0, STEPS);
     let changes = [
         ("mesh.axes[0]", axis(0.0, 12.0, f64::from(cells))),
         ("mesh.axes[1]", axis(0.0, 12.0, f64::from(cells))),
@@ -74,7 +76,13 @@ fn cylinder(degree: u32, cells: u32, inner: f64) -> Result<[f64; 2], Broken> {
     let rest = history.field(Field::OUTLINE, 0).chunks_exact(2).map(|x| x[0].hypot(x[1]));
     let of_inner: Vec<f64> = corners.zip(rest).filter(|(_, rest)| *rest < 5.0 + 1e-6).map(|it| it.0).collect();
     let mean = of_inner.iter().sum::<f64>() / of_inner.len() as f64;
-    let stress = history.field(Field::CAUCHY_STRESS, last).chunks_exact(9);
+    Ok([((mean - inner) / (inner - 5.0)).abs(), stress_error(&history, inner)])
+}
+
+/// Mean-square error of the stress over itself.
+pub(super) fn stress_error(history: &History, inner: f64) -> f64 {
+    let exact = across_the_wall(inner, 60.0, STEPS);
+    let stress = history.field(Field::CAUCHY_STRESS, history.rows().len() - 1).chunks_exact(9);
     let (mut error, mut size) = (0.0, 0.0);
     for (s, x) in stress.zip(history.rows()[0].positions.chunks_exact(3)) {
         let radius = x[0].hypot(x[1]);
@@ -90,16 +98,20 @@ fn cylinder(degree: u32, cells: u32, inner: f64) -> Result<[f64; 2], Broken> {
             size += twice * radius * expected.powi(2);
         }
     }
-    Ok([((mean - inner) / (inner - 5.0)).abs(), (error / size).sqrt()])
+    (error / size).sqrt()
+}
+
+/// Inner radius under a pressure of 60.
+pub(super) fn inner_radius() -> Result<f64, Broken> {
+    let table = Reference::read("cylinder_pressure")?;
+    let (pressure, inner) = (table.column("pressure")?, table.column("inner_radius")?);
+    Ok(pressure.iter().position(|p| *p == 60.0).map(|k| inner[k]).ok_or("no row of the pressure 60")?)
 }
 
 fn cylinders(extent: Extent) -> Result<Findings, Broken> {
-    let table = Reference::read("cylinder_pressure")?;
-    let (pressure, inner) = (table.column("pressure")?, table.column("inner_radius")?);
-    let inner =
-        pressure.iter().position(|p| *p == 60.0).map(|k| inner[k]).ok_or("no row of the pressure 60")?;
+    let inner = inner_radius()?;
     let mut findings = Findings::default();
-    let outer = across_the_wall(inner, 60.0, 5000).last().map_or(f64::NAN, |it| it.1[0]);
+    let outer = across_the_wall(inner, 60.0, STEPS).last().map_or(f64::NAN, |it| it.1[0]);
     findings.checks.push(Check::new(
         "the reference: radial stress outside over the pressure",
         outer.abs() / 60.0,

@@ -3,11 +3,13 @@
 mod column;
 mod cylinder;
 mod plate;
+mod space;
 mod strip;
 
 pub(super) use column::COLUMN;
 pub(super) use cylinder::CYLINDER;
 pub(super) use plate::PLATE;
+pub(super) use space::SPACE;
 pub(super) use strip::STRIP;
 
 /// Functions of a mesh, as a scene says it.
