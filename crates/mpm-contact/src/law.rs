@@ -4,7 +4,7 @@
 //! With the gap `g = φ - g⁰`, the anchor A in the tool's frame and the tool's motion X at the end of the step:
 //!
 //! ```text
-//! F_N = max(0, λ - k g)                    dT = (I - n⊗n)(x - X(A)),  t = -k dT,  L = μ F_N + a
+//! F_N = max(0, λ - k g)                    dT = (I - n⊗n)(x - X(A)),  t = -k_T dT,  L = μ F_N + a
 //! T   = t where |t| ≤ L, else L t/|t|      F  = F_N n + T
 //! ```
 
@@ -28,6 +28,8 @@ pub struct Interface {
     pub adhesion_factor: f64,
     /// Penetration per width of a domain is the pressure over `stiffness` times Young's modulus `[-]`.
     pub stiffness: f64,
+    /// Stiffness along the surface over that across it, `k_T/k` `[-]`.
+    pub shear_stiffness: f64,
     /// Whether what touched at the start may come off.
     pub separates: bool,
     /// Augmentations per load step at most.
@@ -42,6 +44,7 @@ impl Default for Interface {
             adhesion: 0.0,
             adhesion_factor: 0.0,
             stiffness: 20.0,
+            shear_stiffness: 1.0,
             separates: true,
             augment: 0,
         }
@@ -53,7 +56,7 @@ impl Interface {
     ///
     /// # Errors
     /// `friction`, `adhesion`: negative or not finite; `adhesion_factor`: not between 0 and 1; `stiffness`: below 1, with which
-    /// a body would be passed through rather than pressed, or not finite.
+    /// a body would be passed through rather than pressed, or not finite; `shear_stiffness`: not positive, or above 1.
     pub fn check(&self) -> Result<(), ContactError> {
         ContactError::unless_not_negative("friction", self.friction)?;
         ContactError::unless_not_negative("adhesion", self.adhesion)?;
@@ -62,6 +65,9 @@ impl Interface {
         ContactError::unless(is_part, "adhesion_factor", self.adhesion_factor, expected)?;
         let is_stiff = self.stiffness >= 1.0 && self.stiffness.is_finite();
         ContactError::unless(is_stiff, "stiffness", self.stiffness, "a finite number of at least 1")?;
+        let expected = "more than 0 and at most 1";
+        let is_part = self.shear_stiffness > 0.0 && self.shear_stiffness <= 1.0;
+        ContactError::unless(is_part, "shear_stiffness", self.shear_stiffness, expected)?;
         Ok(())
     }
 }
@@ -69,8 +75,10 @@ impl Interface {
 /// The interface's numbers at one corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerLaw {
-    /// k, normal and tangential `[F/L]`.
+    /// k `[F/L]`.
     pub stiffness: f64,
+    /// `k_T/k` `[-]`.
+    pub shear: f64,
     /// μ `[-]`.
     pub friction: f64,
     /// a: what adhesion holds, its strength times the corner's share of the surface `[F]`; more than zero for members of the interface only.
@@ -85,7 +93,13 @@ impl CornerLaw {
     pub fn new(interface: &Interface, young: f64, width: f64, dimension: u8, adhesion: f64) -> Self {
         let d = i32::from(dimension);
         let stiffness = interface.stiffness * young * width.powi(d - 2) / f64::powi(2.0, d - 1);
-        Self { stiffness, friction: interface.friction, adhesion, width }
+        let Interface { friction, shear_stiffness: shear, .. } = *interface;
+        Self { stiffness, shear, friction, adhesion, width }
+    }
+
+    /// `k_T` `[F/L]`.
+    pub fn shear_stiffness(&self) -> f64 {
+        self.shear * self.stiffness
     }
 }
 
@@ -146,7 +160,7 @@ impl<const D: usize> CornerState<D> {
     /// only shrinks; the multiplier is dropped where the corner opens.
     #[must_use]
     pub fn committed(&self, law: &CornerLaw, trial: &Trial<'_, D>, response: &Response<D>) -> Self {
-        let elastic = response.tangential / law.stiffness;
+        let elastic = response.tangential / law.shear_stiffness();
         Self {
             anchor: trial.pose.recall(&(trial.position + elastic)),
             normal: trial.pose.turn_back(&trial.near.normal),
@@ -190,9 +204,10 @@ pub struct Response<const D: usize> {
 }
 
 impl<const D: usize> Response<D> {
-    /// Stored in the springs, `(F_N² + T²)/2k` `[F L]`.
+    /// Stored in the springs, `F_N²/2k + T²/2k_T` `[F L]`.
     pub fn stored(&self, law: &CornerLaw) -> f64 {
-        (self.normal_force * self.normal_force + self.tangential.norm_squared()) / (2.0 * law.stiffness)
+        let tangential = self.tangential.norm_squared() / law.shear;
+        (self.normal_force * self.normal_force + tangential) / (2.0 * law.stiffness)
     }
 }
 
@@ -243,7 +258,7 @@ fn shear<const D: usize>(
 ) -> Shear<D> {
     let n = trial.near.normal;
     let d = trial.position - trial.pose.place(&state.anchor);
-    let elastic = (d - n * n.dot(&d)) * -law.stiffness;
+    let elastic = (d - n * n.dot(&d)) * -law.shear_stiffness();
     let limit = law.friction * normal_force.max(0.0) + law.adhesion;
     let can_hold = law.adhesion > 0.0 || (law.friction > 0.0 && closed);
     // What the tool has run over in this step has not stuck yet.
@@ -273,9 +288,10 @@ pub fn tangent<const D: usize>(
     let Shear { elastic, limit, sticks } = shear(law, state, trial, response.normal_force, response.closed);
     if sticks || limit > 0.0 {
         let d = trial.position - trial.pose.place(&state.anchor);
-        // -∂t/∂x = k ∂dT/∂x.
+        // -∂t/∂x = k_T ∂dT/∂x.
         let spring =
-            (Block::identity() - n * n.transpose() - n * (hessian * d).transpose() - hessian * n.dot(&d)) * k;
+            (Block::identity() - n * n.transpose() - n * (hessian * d).transpose() - hessian * n.dot(&d))
+                * law.shear_stiffness();
         if sticks {
             block += spring;
         } else {

@@ -118,7 +118,8 @@ fn sweep<const D: usize>(shape: &dyn Shape<D>, random: &mut Random) {
         if !(-0.12..0.05).contains(&first.distance) || crowded || borders {
             continue;
         }
-        let interface = Interface { friction: [0.0, 0.4, 1.0][checked % 3], ..Interface::default() };
+        let (friction, shear_stiffness) = ([0.0, 0.4, 1.0][checked % 3], [1.0, 0.05][checked % 2]);
+        let interface = Interface { friction, shear_stiffness, ..Interface::default() };
         let adhesion = if checked % 4 == 1 { 300.0 } else { 0.0 };
         let law = CornerLaw::new(&interface, 1000.0, 0.5, u8::try_from(D).unwrap(), adhesion);
         let size = if checked % 5 < 3 { 0.05 } else { 1e-3 };
@@ -136,7 +137,7 @@ fn sweep<const D: usize>(shape: &dyn Shape<D>, random: &mut Random) {
         let near_opening = (state.multiplier - law.stiffness * at.gap).abs() < 1e-4 * law.stiffness;
         let limit = law.friction * at.normal_force.max(0.0) + adhesion;
         let (n, d) = (pose.turn(&first.normal), x - pose.place(&state.anchor));
-        let elastic = law.stiffness * (d - n * n.dot(&d)).norm();
+        let elastic = law.shear_stiffness() * (d - n * n.dot(&d)).norm();
         let near_slipping = (elastic - limit).abs() < 1e-4 * law.stiffness;
         let kinks = near_opening || near_slipping;
         if kinks {
@@ -309,8 +310,9 @@ fn bad_interfaces_are_refused() {
         Interface { friction: -0.1, ..Interface::default() },
         Interface { adhesion: f64::NAN, ..Interface::default() },
         Interface { stiffness: 0.99, ..Interface::default() },
+        Interface { shear_stiffness: 1.1, ..Interface::default() },
     ];
     let names: Vec<&str> = bad.iter().map(|it| it.check().unwrap_err().name).collect();
-    assert_eq!(names, ["friction", "adhesion", "stiffness"]);
+    assert_eq!(names, ["friction", "adhesion", "stiffness", "shear_stiffness"]);
     assert!(Interface::default().check().is_ok());
 }

@@ -118,8 +118,45 @@ fn the_energies_of_a_dragged_block_are_balanced() {
     // What is left does not depend on the step: it is what corners of domains that are taken anew do to the springs.
     let [coarse, fine] = [10, 20].map(|steps| of(&plate, steps));
     assert!(fine.abs() < 3e-3 && (fine - coarse).abs() < 3e-4, "{coarse}, {fine}");
+    let soft = of(&plate.replace("friction: 0.3", "friction: 0.3, shear_stiffness: 0.1"), 20);
+    assert!(soft.abs() < 3e-3, "{soft}");
     let foot = of(&foot, 20);
     assert!(foot.abs() < 8e-3, "{foot}");
+}
+
+/// A disc that sinks into clay and moves along it.
+const SINK: &str = r#"PlaneStrain(
+    mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 16), Uniform(from: 0, to: 1.25, cells: 10)]),
+    basis: Cpdi1, domains: (control: Reshape(cells: 1)), stabilisation: Ghost(factor: 0.003),
+    materials: { "clay": VonMises(young: 1e4, poisson: 0.49, undrained_strength: 20) },
+    bodies: [(name: "ground", material: "clay", shape: Box(from: (0, 0), to: (2, 1)), points_per_cell: 2,
+        mean_dilatation: Points)],
+    supports: [
+        (name: "base", region: Plane(axis: Y, at: 0), fix: [X, Y]),
+        (name: "left", region: Plane(axis: X, at: 0), fix: [X]),
+        (name: "right", region: Plane(axis: X, at: 2), fix: [X]),
+    ],
+    tools: [(
+        name: "foot", parts: [Disc(centre: (0.5, 1.2), radius: 0.2)],
+        interface: (adhesion: 10, stiffness: 5, shear_stiffness: SHEAR), motion: Move(by: (0.06, -0.06)),
+    )],
+    schedule: (steps: 12), output: (fields: []),
+)"#;
+
+/// Where the slip turns round, a stiff surface takes many iterations for the same force.
+#[test]
+fn a_surface_that_is_soft_in_shear_takes_fewer_iterations() {
+    let of = |shear: &str| {
+        let (seen, outcome) = run(&SINK.replace("SHEAR", shear));
+        outcome.unwrap();
+        let iterations: f64 = seen.series("newton_iterations", 0).iter().sum();
+        let last = |component| *seen.series("tool/foot/force", component).last().unwrap();
+        (iterations, [last(0), last(1)])
+    };
+    let ((stiff, force), (soft, other)) = (of("1"), of("0.01"));
+    assert!(soft < 0.7 * stiff, "{soft} and {stiff} iterations");
+    let apart = (force[0] - other[0]).hypot(force[1] - other[1]) / force[0].hypot(force[1]);
+    assert!(apart < 0.03, "{force:?} and {other:?}");
 }
 
 /// The tool stands apart, comes down in the second stage and slides in the third: as in one run over all of it.

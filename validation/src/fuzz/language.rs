@@ -262,7 +262,7 @@ pub(super) const SMALL: &[&str] = &[
         (name: "wheel", parts: [Disc(centre: (0.8, 2.6), radius: 0.6)],
             motion: Move(by: (0, -0.02), ramp: [(0, 0), (0.5, 1)], then: [(by: (0.1, 0), ramp: [(0.5, 0), (1, 1)])],
                 turn: (axis: Z, centre: (0.8, 2.6), angle: -10, ramp: [(0.5, 0), (1, 1)])),
-            interface: (friction: 0.3, adhesion: 1, adhesion_factor: 0, stiffness: 20, separates: true, augment: 0, exact_friction: false),
+            interface: (friction: 0.3, adhesion: 1, adhesion_factor: 0, stiffness: 20, shear_stiffness: 0.1, separates: true, augment: 0, exact_friction: false),
             bodies: ["block"], moment_about: (0.8, 2.6)),
         (name: "weight", parts: [Polygon(vertices: [(1.6, 2), (2.6, 2), (2.6, 3), (1.6, 3)])], rounding: 0.05, moment_about: (2.1, 2),
             motion: Loaded(free: [Y, Turn], force: (0, -2), moment: 0.01, ramp: [(0, 0), (1, 1)], by: (0.01, 0), by_ramp: [(0, 0), (1, 1)])),

@@ -239,23 +239,24 @@ impl<const D: usize> Contact<D> {
         state
     }
 
-    /// Energy dissipated by the slip of the step, `-½ (T₀ + T)·s` with `s = d + T/k`: d is what the corner is away from its
+    /// Energy dissipated by the slip of the step, `-½ (T₀ + T)·s` with `s = d + T/k_T`: d is what the corner is away from its
     /// anchor along the surface, and T₀ the force at the end of the step before, where the corner was `left`; it turns with
     /// the tool. The force is taken to change linearly, as in the work of the tool `[F L]`.
     pub fn dissipated(&self, left: &Vector<D>, start: &Pose<D>, pose: &Pose<D>) -> f64 {
         let before = match self.remembered {
             Some(_) => {
-                self.along(pose.rotation() * (start.recall(left) - self.state.anchor)) * -self.law.stiffness
+                self.along(pose.rotation() * (start.recall(left) - self.state.anchor))
+                    * -self.law.shear_stiffness()
             }
             None => Vector::zeros(),
         };
         -0.5 * (before + self.response.tangential).dot(&self.slip(pose))
     }
 
-    /// How far the corner has slipped in the step, along the surface: `d + T/k` `[L]`.
+    /// How far the corner has slipped in the step, along the surface: `d + T/k_T` `[L]`.
     pub fn slip(&self, pose: &Pose<D>) -> Vector<D> {
         let away = self.position - pose.place(&self.state.anchor);
-        self.along(away) + self.response.tangential / self.law.stiffness
+        self.along(away) + self.response.tangential / self.law.shear_stiffness()
     }
 
     /// The part of a shift along the surface; an angle is an arc there.

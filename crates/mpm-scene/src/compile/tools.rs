@@ -188,6 +188,7 @@ fn rigid<const D: usize, B: ToolParts<D>>(
         adhesion: from.adhesion.0,
         adhesion_factor: from.adhesion_factor.0,
         stiffness: from.stiffness.0,
+        shear_stiffness: from.shear_stiffness.0,
         separates: from.separates,
         augment: u32::from(from.augment),
     };

@@ -235,6 +235,9 @@ pub struct InterfaceInput {
     pub adhesion_factor: Finite,
     /// Stiffness s of the contact: bodies enter the tool by the part p/(s E) of a point's size under a pressure p `[-]`.
     pub stiffness: Positive,
+    /// Its stiffness along the surface over that across it, more than 0 and at most 1. Less makes Newton's method find its way where
+    /// bodies stick or the slip turns round; they then slip elastically by so much more before they slip `[-]`.
+    pub shear_stiffness: Positive,
     /// Whether bodies can part from the tool; if not, what touches it at the start stays on it for good.
     pub separates: bool,
     /// How often at most a step is solved again with the forces that it has found, so that bodies enter the tool less.
@@ -251,6 +254,7 @@ impl Default for InterfaceInput {
             adhesion: Finite(0.0),
             adhesion_factor: Finite(0.0),
             stiffness: Positive(20.0),
+            shear_stiffness: Positive(1.0),
             separates: true,
             augment: 0,
             exact_friction: true,
