@@ -1,12 +1,13 @@
 //! Factorisation of one matrix after another: LLᵀ, then LBLᵀ, then LU; of unsymmetric matrices LU.
 
-use super::cholesky::{self, Cholesky};
+use super::cholesky::Cholesky;
 use super::condition;
 use super::dissection::elimination_order;
 use super::fronts::Fronts;
 use super::multifrontal::Stopped;
 use super::order::StoredOrder;
 use super::residual::{Residual, image_of_known};
+use super::symbolic;
 use super::symmetric_lu::SymmetricLu;
 use super::unsymmetric::Unsymmetric;
 use crate::matrix::{Matrix, Pattern, Symmetry};
@@ -361,6 +362,6 @@ fn order(pattern: Pattern<'_>, hints: &Hints<'_>) -> Result<Vec<usize>, OutOfMem
             let further = |equation| hints.further.and_then(|node_of| node_of(equation));
             Ok(elimination_order(pattern, places.index, places.periods, further))
         }
-        None => cholesky::minimum_degree(pattern),
+        None => symbolic::minimum_degree(pattern),
     }
 }

@@ -5,7 +5,7 @@
 //! *remainder*, is added to the front of its parent. Fronts stand children first, so that those below any front, its
 //! *subtree*, come right before it, and so do the steps of elimination that happen there.
 
-use super::cholesky;
+use super::symbolic;
 use crate::matrix::{Pattern, Symmetry};
 use crate::report::OutOfMemory;
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
@@ -99,10 +99,10 @@ impl Fronts {
     /// mirror image is not stored counts as stored.
     pub(super) fn new(pattern: Pattern<'_>, order: &[usize]) -> Result<Self, OutOfMemory> {
         let symbolic = match pattern.symmetry {
-            Symmetry::Symmetric => cholesky::analyse(pattern, order)?,
+            Symmetry::Symmetric => symbolic::analyse(pattern, order)?,
             Symmetry::Unsymmetric => {
                 let (column_start, row) = lower_union(pattern);
-                cholesky::analyse(Pattern::symmetric(&column_start, &row, 1), order)?
+                symbolic::analyse(Pattern::symmetric(&column_start, &row, 1), order)?
             }
         };
         let (mut found, rest) = Self::of_supernodes(&symbolic, order, pattern.is_symmetric());

@@ -49,6 +49,7 @@ mod order;
 mod pivots;
 mod residual;
 mod substitution;
+mod symbolic;
 mod symmetric_lu;
 mod tree;
 mod unsymmetric;

@@ -6,7 +6,7 @@
 
 use super::elimination::{Kind, Numbers, Work};
 use super::fronts::{Front, Fronts};
-use super::substitution::{Backward, Forward};
+use super::substitution::{Backward, Factor, Forward};
 use super::tree::{Part, Upward};
 use crate::matrix::Pattern;
 use crate::report::{OutOfMemory, Pivot};
@@ -33,18 +33,6 @@ struct Small {
     /// Of solutions: values that are handed on, and those of a front.
     kept: Vec<f64>,
     values: Vec<f64>,
-}
-
-/// A factor by fronts.
-#[derive(Default)]
-pub(super) struct Factor {
-    /// The columns that each front eliminates, and of LU the rows to the right of them.
-    pub(super) numbers: Vec<f64>,
-    /// Step, counted within its front, whose equation has the pivot at each step.
-    pub(super) exchange: Vec<usize>,
-    inverse: Vec<usize>,
-    /// Off-diagonal entry of each 2×2 pivot at its first step, else 0 (LBLᵀ).
-    pub(super) off_diagonal: Vec<f64>,
 }
 
 /// Why there is no factor.

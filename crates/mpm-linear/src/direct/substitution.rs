@@ -2,7 +2,6 @@
 
 use super::elimination::{Kind, pair};
 use super::fronts::{Front, Fronts};
-use super::multifrontal::Factor;
 use super::tree::{Downward, Upward};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
@@ -11,6 +10,18 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, MatMut, MatRef, Par};
 use std::ops::Range;
+
+/// A factor by fronts.
+#[derive(Default)]
+pub(super) struct Factor {
+    /// The columns that each front eliminates, and of LU the rows to the right of them.
+    pub(super) numbers: Vec<f64>,
+    /// Step, counted within its front, whose equation has the pivot at each step.
+    pub(super) exchange: Vec<usize>,
+    pub(super) inverse: Vec<usize>,
+    /// Off-diagonal entry of each 2×2 pivot at its first step, else 0 (LBLᵀ).
+    pub(super) off_diagonal: Vec<f64>,
+}
 
 /// The pass with L, from the leaves to the roots.
 pub(super) struct Forward<'a> {

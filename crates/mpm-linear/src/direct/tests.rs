@@ -4,7 +4,7 @@ mod problem;
 mod threads;
 mod unsymmetric;
 
-use super::cholesky;
+use super::symbolic;
 use super::*;
 use crate::prediction::predict;
 use crate::report::{Analysis, Cause, Factored, Method, Pivot, Singular};
@@ -312,7 +312,7 @@ fn predicted_entries_are_those_of_the_factor() {
 fn fill_is_below_that_of_minimum_degree() {
     let problem = elasticity([12, 12, 12], false);
     let ours = problem.analysed().factor_entries() as f64;
-    let amd = cholesky::entries_by_minimum_degree(problem.pattern()) as f64;
+    let amd = symbolic::entries_by_minimum_degree(problem.pattern()) as f64;
     assert!(ours < 0.8 * amd, "{ours} entries, {amd} by minimum degree");
 }
 

@@ -1,10 +1,20 @@
 //! The V-cycle through the levels of a hierarchy, in single precision.
 
 use super::arithmetic::{Vector, for_each_node};
+use super::blocks::BlockMatrix;
+use super::coarsening::{Interpolation, Lattice};
 use super::coarsest::CoarsestFactor;
-use super::hierarchy::Level;
 use super::roughness::Roughness;
 use super::single::Single;
+
+/// One level of a hierarchy.
+#[derive(Clone, Debug)]
+pub(crate) struct Level<const D: usize> {
+    pub lattice: Lattice,
+    pub matrix: BlockMatrix<D>,
+    /// From the next coarser level; none on the coarsest.
+    pub interpolation: Option<Interpolation>,
+}
 
 /// Numbers of a cycle by levels, whose blocks have as many rows as fill a register.
 #[derive(Clone, Debug)]

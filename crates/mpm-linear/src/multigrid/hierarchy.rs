@@ -2,9 +2,9 @@
 
 use super::arithmetic::{LARGE_LEVEL, Vector, for_each_part};
 use super::blocks::BlockMatrix;
-use super::coarsening::{Interpolation, Lattice};
+use super::coarsening::Lattice;
 use super::coarsest::CoarsestFactor;
-use super::cycle::{Cycle, Hierarchy, power_of_two_near};
+use super::cycle::{Cycle, Hierarchy, Level, power_of_two_near};
 use super::galerkin;
 use super::krylov::Krylov;
 use super::outcome::{Converged, Failure, Stop};
@@ -40,14 +40,6 @@ pub struct Multigrid<const D: usize> {
     scale: f64,
     /// Made when first needed.
     krylov: Option<Krylov<D>>,
-}
-
-#[derive(Clone, Debug)]
-pub(crate) struct Level<const D: usize> {
-    pub lattice: Lattice,
-    pub matrix: BlockMatrix<D>,
-    /// From the next coarser level; none on the coarsest.
-    pub interpolation: Option<Interpolation>,
 }
 
 /// Size of a hierarchy.
