@@ -152,7 +152,7 @@ pub(super) const SMALL: &[&str] = &[
     stabilisation: Ghost(),
     supports: [(name: "right", region: Point(1, 0), fix: [X, Y]), (name: "left", region: Point(-1, 0), fix: [X, Y])],
     loads: [Vortex(body: "disc", angle: 0.1)],
-    schedule: (steps: 2), output: (fields: []),
+    schedule: (steps: 2), output: (fields: [], precision: Double),
 )"#,
     r#"Solid(
     mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 2, cells: 2)]),
