@@ -193,7 +193,8 @@ impl RunFile {
     /// Writes the XDMF file where recorded steps have come, so long after the last time.
     pub(crate) fn write_xdmf(&mut self, item: &str, after: Duration) -> Result<(), ResultsError> {
         let xdmf = &mut self.contents().xdmf;
-        if !xdmf.is_due(after) && !(after.is_zero() && xdmf.is_behind()) {
+        let is_last = after.is_zero() && xdmf.is_behind();
+        if !is_last && !xdmf.is_due(after) {
             return Ok(());
         }
         let written = xdmf.write().map_err(|error| ResultsError::write(xdmf.path(), item, error));
