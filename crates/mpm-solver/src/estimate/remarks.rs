@@ -20,7 +20,7 @@ const ANY: [f64; 2] = [0.02, 4.0];
 /// Points across a shear band at least.
 const ACROSS: f64 = 6.0;
 
-/// What in a model is probably not meant: the remarks of [`super::estimate`] that ask for a change. It connects the points once, and
+/// What in a model is probably not meant: the remarks of [`crate::estimate()`] that ask for a change. It connects the points once, and
 /// runs nothing; nothing is said of a model that cannot begin to run.
 pub fn doubts<const D: usize>(model: &Model<D>) -> Vec<String> {
     let Ok(mesh) = model.motion.mesh_at(&model.layout, LoadFraction::START) else { return Vec::new() };
