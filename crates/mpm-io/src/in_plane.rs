@@ -1,4 +1,4 @@
-//! Components that can differ from those of a body at rest in plane strain: the others need no room.
+//! Fields of bodies in plane strain without the components that are zero or equal to others.
 
 use mpm_solver::observe::Field;
 
