@@ -1,5 +1,6 @@
 //! A rank of several that share a model.
 
+use crate::cells::{joined, more, needs_more};
 use crate::cuts::Cuts;
 use crate::exchange::Exchange;
 use crate::gathered::Gathered;
@@ -8,7 +9,8 @@ use crate::points::{Key, Keys, Named, keep, migrate};
 use crate::refusals::refused;
 use crate::wire::Wire;
 use mpm_basis::{ActiveNodes, Stencils};
-use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
+use mpm_assembly::{OccupiedCell, SharedCells};
+use mpm_grid::{Lattice, LoadFraction, Mesh, NodeId, Vector};
 use mpm_linear::LinearSolver;
 use mpm_solver::observe::{Field, Observer};
 use mpm_solver::{Model, NamedBody, Ranks, Share, StepFailure};
@@ -94,6 +96,16 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
     }
 }
 
+impl<const D: usize, W: Wire + 'static> SharedCells<D> for Cluster<D, W> {
+    fn joined(&self, lattice: &Lattice<D>, occupied: Vec<OccupiedCell>) -> Vec<OccupiedCell> {
+        joined(lattice, &occupied, &self.exchange.cuts(), self.exchange.wire())
+    }
+
+    fn is_own(&self, cell: [u32; D]) -> bool {
+        self.exchange.cuts().owner(cell) == self.exchange.wire().rank()
+    }
+}
+
 impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
     fn size(&self) -> usize {
         self.exchange.wire().size()
@@ -121,8 +133,9 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         Ok(())
     }
 
-    fn activate(&self, space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
-        self.exchange.activate(space, stencils)
+    fn activate(&self, model: &Model<D>, mesh: &Mesh<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
+        let more = |own: &[NodeId]| more(model, mesh, own);
+        self.exchange.activate(&model.nodes, stencils, if needs_more(model) { Some(&more) } else { None })
     }
 
     fn owned(&self) -> Option<Rc<[bool]>> {
@@ -135,10 +148,6 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
 
     fn complete_numbers(&self, field: &mut [f64]) {
         self.exchange.complete(field, 1);
-    }
-
-    fn spread(&self, field: &mut [f64], width: usize) {
-        self.exchange.spread(field, width);
     }
 
     fn sum(&self, values: &mut [f64]) {

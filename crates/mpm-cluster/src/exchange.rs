@@ -52,24 +52,29 @@ impl<const D: usize, W: Wire> Exchange<D, W> {
     }
 
     /// Finds the active nodes of all ranks. A node is active where the sum of all influences on it says so, which its owner
-    /// knows: every rank tells the owners what its points reach, and the owners answer with numbers.
-    pub fn activate(&self, space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
+    /// knows: every rank tells the owners what its points reach. It asks them for the numbers of these nodes and of those that
+    /// `more` says besides, who is told the active nodes that the rank owns; the same of all ranks, or none.
+    pub fn activate(
+        &self,
+        space: &NodeSpace<D>,
+        stencils: &[Stencils<D>],
+        more: Option<&dyn Fn(&[NodeId]) -> Vec<NodeId>>,
+    ) -> ActiveNodes<D> {
         let (me, lattice) = (self.wire.rank(), space.lattice());
         let touched = ActiveNodes::touched(space, stencils);
-        let asked: Vec<(NodeId, f64, usize)> = {
-            let cuts = self.cuts.borrow();
-            let owner = |node: NodeId| cuts.owner(lattice.node_index(node));
-            touched.into_iter().map(|(node, weight)| (node, weight, owner(node))).collect()
-        };
-        let mut out: Vec<Option<Writer>> = vec![None; self.wire.size()];
-        for &(node, weight, owner) in &asked {
-            let out = out[owner].get_or_insert_with(Writer::default);
-            out.count(node.index() as u64);
-            out.number(weight);
-        }
-        let questions: Vec<(usize, Vec<(NodeId, f64)>)> =
-            self.wire.exchange(&sent(out)).iter().map(|(rank, bytes)| (*rank, read_question(bytes))).collect();
+        let mut questions = self.asked(lattice, &touched);
         let own = active_of(&questions);
+        let mut asked = touched;
+        if let Some(more) = more {
+            asked.extend(more(&own).into_iter().map(|node| (node, 0.0)));
+            asked.sort_by_key(|it| it.0);
+            asked.dedup_by_key(|it| it.0);
+            questions = self.asked(lattice, &asked);
+        }
+        let asked: Vec<(NodeId, usize)> = {
+            let cuts = self.cuts.borrow();
+            asked.iter().map(|&(node, _)| (node, cuts.owner(lattice.node_index(node)))).collect()
+        };
         let (first, n_all) = self.sum_before(own.len());
 
         let mut out: Vec<Option<Writer>> = vec![None; self.wire.size()];
@@ -91,7 +96,7 @@ impl<const D: usize, W: Wire> Exchange<D, W> {
         // Own nodes are those that anybody reaches; the others are those that this rank reaches.
         let mut nodes: Vec<(NodeId, usize, u64)> =
             own.iter().enumerate().map(|(k, &node)| (node, me, first + k as u64)).collect();
-        for &(node, _, owner) in &asked {
+        for &(node, owner) in &asked {
             let number = answers[owner].next().expect("an answer to every question");
             if owner != me && number != INACTIVE {
                 nodes.push((node, owner, number));
@@ -100,6 +105,18 @@ impl<const D: usize, W: Wire> Exchange<D, W> {
         nodes.sort_unstable();
         self.number(&nodes, lattice, &questions, (first, own.len(), n_all));
         ActiveNodes::listed(space, nodes.iter().map(|it| it.0).collect())
+    }
+
+    /// Tells the owners of nodes what this rank has of them, and hears what others have of its own.
+    fn asked(&self, lattice: &Lattice<D>, asked: &[(NodeId, f64)]) -> Vec<(usize, Vec<(NodeId, f64)>)> {
+        let mut out: Vec<Option<Writer>> = vec![None; self.wire.size()];
+        for &(node, weight) in asked {
+            let owner = self.cuts.borrow().owner(lattice.node_index(node));
+            let out = out[owner].get_or_insert_with(Writer::default);
+            out.count(node.index() as u64);
+            out.number(weight);
+        }
+        self.wire.exchange(&sent(out)).iter().map(|(rank, bytes)| (*rank, read_question(bytes))).collect()
     }
 
     /// Takes note of the nodes of this rank, their owners and numbers, and of who has asked for them.

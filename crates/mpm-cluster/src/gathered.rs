@@ -56,15 +56,17 @@ impl<const D: usize, W: Wire> Gathered<D, W> {
         self.from_rank_zero(told.map_or(Vec::new(), |bytes| vec![bytes; size]))
     }
 
+    /// The equation of this rank, if it has the node.
+    fn equation(&self, place: Place) -> Option<usize> {
+        let numbering = self.exchange.numbering();
+        let node = numbering.nodes.binary_search_by_key(&place.node, |node| node.index() as u64).ok()?;
+        Some(node * D + place.component)
+    }
+
     /// A failure at an equation of rank 0 as this rank reports it: who has the node, or rank 0 where no node is meant.
     fn failure(&self, place: Option<Place>, pivot: Option<f64>, cause: mpm_linear::Cause) -> Option<Singular> {
         let equation = match place {
-            Some(place) => {
-                let numbering = self.exchange.numbering();
-                let node =
-                    numbering.nodes.binary_search_by_key(&place.node, |node| node.index() as u64).ok()?;
-                node * D + place.component
-            }
+            Some(place) => self.equation(place)?,
             None if self.is_rank_zero() => 0,
             None => return None,
         };
@@ -100,7 +102,7 @@ impl<const D: usize, W: Wire> LinearSolver for Gathered<D, W> {
             let factored = self.solver.factorise(self.system.matrix());
             answer::factored(&factored, &|equation| self.system.place(equation))
         });
-        match answer::read_factored(&self.same(answer)) {
+        match answer::read_factored(&self.same(answer), &|place| self.equation(place)) {
             Told::Done(factored) => Ok(factored),
             Told::Failed { place, pivot, cause } => match self.failure(place, pivot, cause) {
                 Some(failure) => Err(failure),
@@ -123,7 +125,7 @@ impl<const D: usize, W: Wire> LinearSolver for Gathered<D, W> {
         }
         let told = self.from_rank_zero(told);
         let mut reader = Reader::new(&told);
-        match answer::read_solved(reader.bytes()) {
+        match answer::read_solved(reader.bytes(), &|place| self.equation(place)) {
             Told::Done(solved) => {
                 rhs.copy_from_slice(&reader.numbers());
                 Ok(solved)

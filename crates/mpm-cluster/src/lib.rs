@@ -9,6 +9,7 @@
 //! owner, and what ranks have of it is added there, so that there are no ghost points and no layers of ghost cells. Where a point
 //! is changes what has to be sent and not the answer.
 
+mod cells;
 mod cluster;
 mod cuts;
 mod exchange;

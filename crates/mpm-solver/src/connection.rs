@@ -7,7 +7,7 @@ use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, CoupledPlaces, Couplings,
-    FieldNodes, FieldStart, FollowedBody, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
+    FieldNodes, FieldStart, FollowedBody, SharedCells, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
@@ -200,7 +200,7 @@ pub(crate) fn connect<const D: usize>(
     ranks: &Rc<dyn Ranks<D>>,
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let stencils = stencils(model, mesh, &**ranks)?;
-    let active = ranks.activate(&model.nodes, &stencils);
+    let active = ranks.activate(model, mesh, &stencils);
     let shared = Shared::of(ranks);
     let linked = stencils.into_iter().zip(model.bodies.iter().enumerate()).map(|(stencils, body)| {
         let connectivity = Connectivity::of(stencils, &active);
@@ -210,7 +210,8 @@ pub(crate) fn connect<const D: usize>(
     });
     let linked: Vec<BodyConnectivity<D>> = agreed(&**ranks, linked.collect())?;
     let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
-    let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry: false };
+    let (is_retry, cells) = (false, &**ranks as &dyn SharedCells<D>);
+    let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry, cells };
     let Numbered { unknowns, own, field, begun } = agreed(&**ranks, begin(model, &start))?;
     let same = begun == Begun::AsBefore
         && former.as_ref().is_some_and(|former| {
@@ -246,8 +247,10 @@ fn begin_again<const D: usize>(
 ) -> Result<(Connected<D>, Kept), StepFailure> {
     let connectivity: Vec<&Connectivity<D>> =
         former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
-    let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry: true };
     let ranks = &*former.shared.ranks;
+    let (is_retry, cells) = (true, ranks as &dyn SharedCells<D>);
+    let start =
+        Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry, cells };
     let Numbered { unknowns, own, field, begun } = agreed(ranks, begin(model, &start))?;
     if all(ranks, begun == Begun::AsBefore && unknowns == *former.unknowns()) {
         return Ok((former, Kept::All));
@@ -321,6 +324,7 @@ struct Start<'a, const D: usize> {
     connectivity: &'a [&'a Connectivity<D>],
     interval: Interval,
     is_retry: bool,
+    cells: &'a dyn SharedCells<D>,
 }
 
 /// The unknowns of a load step.
@@ -335,7 +339,7 @@ struct Numbered<const D: usize> {
 
 /// Begins the load step in every contribution of the model.
 fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<Numbered<D>, StepFailure> {
-    let Start { mesh, active, connectivity, interval: Interval { from, to }, is_retry } = *start;
+    let Start { mesh, active, connectivity, interval: Interval { from, to }, is_retry, cells } = *start;
     let mut unknowns = Unknowns::of_nodes(active.len());
     let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
     let is_regularised =
@@ -352,7 +356,7 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
     let bodies: Vec<BodyAtStart<'_, D>> = bodies
         .map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity })
         .collect();
-    let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry };
+    let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry, cells };
     for NamedContribution { name, contribution } in &mut model.contributions {
         let first = unknowns.n_own();
         let here = contribution.begin(&step, &mut unknowns).map_err(|it| StepFailure::Refused {

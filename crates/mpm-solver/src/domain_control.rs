@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::model::{Loads, Model, Share};
 use crate::progress::DomainCounts;
+use crate::ranks::{Ranks, count};
 use mpm_grid::LoadFraction;
 
 /// Shortens or splits the domains that are too long in the mesh at a load fraction, and hands the loads
@@ -12,8 +13,8 @@ use mpm_grid::LoadFraction;
 /// More points than the limit; the body that could not be split has not changed.
 pub(crate) fn control_domains<const D: usize>(
     model: &mut Model<D>,
-    at: LoadFraction,
-    step: usize,
+    (at, step): (LoadFraction, usize),
+    ranks: &dyn Ranks<D>,
 ) -> Result<DomainCounts, Error> {
     let mut counts = DomainCounts::default();
     let Some(limit) = model.domain_limit else { return Ok(counts) };
@@ -39,7 +40,8 @@ pub(crate) fn control_domains<const D: usize>(
             }
         }
     }
-    Ok(counts)
+    let DomainCounts { capped, split } = counts;
+    Ok(DomainCounts { capped: count(ranks, capped), split: count(ranks, split) })
 }
 
 /// Every part of a point carries its share of the point's.

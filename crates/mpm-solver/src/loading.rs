@@ -131,6 +131,7 @@ impl<const D: usize> StepLoading<'_, D> {
             }
             let mut own = vec![0.0; n_nodes];
             named.body.stiffness_force(connectivity, &mut own);
+            stiffness.iter_mut().zip(&own).for_each(|(sum, own)| *sum += own);
             shared.ranks.complete_numbers(&mut own);
             let mut reached = vec![0.0; n_nodes];
             for set in 0..connectivity.n_node_sets() {
@@ -139,14 +140,11 @@ impl<const D: usize> StepLoading<'_, D> {
             shared.ranks.complete_numbers(&mut reached);
             let nodes = (0..n_nodes as u32).filter(|&node| reached[node as usize] > 0.0).collect();
             bodies.push(BodyScale { nodes, stiffness: shared.norm_of(&own) });
-            stiffness.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
-        }
-        if !several {
-            shared.ranks.complete_numbers(&mut stiffness);
         }
         for named in &self.model.contributions {
             named.contribution.round_off(&mut stiffness);
         }
+        shared.ranks.complete_numbers(&mut stiffness);
         let all = 2.0 * f64::EPSILON * shared.norm_of(&stiffness);
         RoundOff { stiffness, all, bodies }
     }

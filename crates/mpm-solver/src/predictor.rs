@@ -59,7 +59,7 @@ impl<const D: usize> Predictor<D> {
             let place = self.increment.binary_search_by_key(node, |entry| entry.0).ok()?;
             Some(self.increment[place].1)
         });
-        let known = known_to_owners(known.collect(), &*connected.shared.ranks);
+        let known = known_to_any(known.collect(), &*connected.shared.ranks);
         let mut sums = vec![(Vector::<D>::zeros(), 0.0); known.len()];
         for assembly_plan in &connected.assembly_plans {
             let connectivity = assembly_plan.connectivity();
@@ -119,22 +119,16 @@ impl<const D: usize> Predictor<D> {
     }
 }
 
-/// What the owners of nodes know of them: a node that is new to a rank may be known to another.
-fn known_to_owners<const D: usize>(
+/// What any rank knows of the nodes: one that is new to a rank may be known to others, who have the same of it.
+fn known_to_any<const D: usize>(
     mut known: Vec<Option<Vector<D>>>,
     ranks: &dyn Ranks<D>,
 ) -> Vec<Option<Vector<D>>> {
     if ranks.size() > 1 {
-        let flat = |known: &Option<Vector<D>>| {
-            let value = known.unwrap_or_else(Vector::zeros);
-            std::iter::once(f64::from(u8::from(known.is_some())))
-                .chain(value.iter().copied())
-                .collect::<Vec<_>>()
-        };
-        let mut field: Vec<f64> = known.iter().flat_map(flat).collect();
-        ranks.spread(&mut field, D + 1);
-        let read = |it: &[f64]| (it[0] > 0.0).then(|| Vector::from_column_slice(&it[1..]));
-        known = field.chunks_exact(D + 1).map(read).collect();
+        let sum = |known: &Option<Vector<D>>| known.map_or((Vector::zeros(), 0.0), |u| (u, 1.0));
+        let mut sums: Vec<(Vector<D>, f64)> = known.iter().map(sum).collect();
+        complete(&mut sums, ranks);
+        known = sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect();
     }
     known
 }

@@ -6,16 +6,16 @@
 
 use crate::error::StepFailure;
 use crate::model::Model;
-use mpm_assembly::{Constraints, SparsityPattern, UnknownVector, leave_to_owners};
+use mpm_assembly::{Constraints, SharedCells, SparsityPattern, UnknownVector, leave_to_owners};
 use mpm_basis::{ActiveNodes, Stencils};
-use mpm_grid::{LoadFraction, NodeSpace, Vector};
+use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::LinearSolver;
 use std::rc::Rc;
 
 /// Ranks that share a model, as one of them sees them.
 ///
 /// Every method is called by all ranks, in the same order: it may exchange. Each has the body of one rank that is alone.
-pub trait Ranks<const D: usize> {
+pub trait Ranks<const D: usize>: SharedCells<D> {
     /// Number of ranks.
     fn size(&self) -> usize {
         1
@@ -33,8 +33,9 @@ pub trait Ranks<const D: usize> {
 
     /// The active nodes of this rank: those that its points influence, and those that it owns. All fields that are completed
     /// from here on are of these nodes.
-    fn activate(&self, space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
-        ActiveNodes::of(space, stencils)
+    fn activate(&self, model: &Model<D>, mesh: &Mesh<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
+        let _ = mesh;
+        ActiveNodes::of(&model.nodes, stencils)
     }
 
     /// Of every node that was activated last, whether this rank counts it: every node is counted by one. None where all are.
@@ -50,11 +51,6 @@ pub trait Ranks<const D: usize> {
     /// The same of one number per node.
     fn complete_numbers(&self, field: &mut [f64]) {
         let _ = field;
-    }
-
-    /// Sets `width` numbers per active node to those of the node's owner.
-    fn spread(&self, field: &mut [f64], width: usize) {
-        let _ = (field, width);
     }
 
     /// Sums over all ranks, number by number, in the order of the ranks.
@@ -107,6 +103,8 @@ pub trait Ranks<const D: usize> {
 /// One process that has the whole model.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Alone;
+
+impl<const D: usize> SharedCells<D> for Alone {}
 
 impl<const D: usize> Ranks<D> for Alone {}
 

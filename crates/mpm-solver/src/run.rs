@@ -80,8 +80,9 @@ fn check_begun<const D: usize>(model: &Model<D>, number: u32, ranks: &dyn Ranks<
     }
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::start_of(number));
     // Where there is no mesh, or it does not cover the points, the first load step says so.
-    let Some(stencils) = mesh.ok().and_then(|mesh| stencils(model, &mesh, ranks).ok()) else { return Ok(()) };
-    let active = ranks.activate(&model.nodes, &stencils);
+    let Ok(mesh) = mesh else { return Ok(()) };
+    let Ok(stencils) = stencils(model, &mesh, ranks) else { return Ok(()) };
+    let active = ranks.activate(model, &mesh, &stencils);
     let carries = |support: &Support<D>| support.nodes.iter().any(|&node| active.number(node).is_some());
     match begun.find(|support| !any(ranks, carries(support))) {
         None => Ok(()),
@@ -149,7 +150,8 @@ impl<const D: usize> RunState<D> {
                 Ok(mut done) => {
                     model.commit();
                     self.steps.accept(&plan, &done);
-                    let controlled = control_domains(model, done.balanced.end, self.record.rows());
+                    let at = (done.balanced.end, self.record.rows());
+                    let controlled = control_domains(model, at, &*self.tools.ranks);
                     done.domains = *controlled.as_ref().unwrap_or(&done.domains);
                     let Tools { solver, former, ranks } = &mut self.tools;
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;

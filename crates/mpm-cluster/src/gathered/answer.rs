@@ -73,7 +73,18 @@ fn read_optional(from: &mut Reader<'_>) -> Option<f64> {
     is_some.then_some(value)
 }
 
-fn write_factored(factored: &Factored, to: &mut Writer) {
+fn write_place(place: Option<Place>, to: &mut Writer) {
+    to.counts(place.iter().flat_map(|it| [it.node, it.component as u64]).collect::<Vec<_>>().into_iter());
+}
+
+fn read_place(from: &mut Reader<'_>) -> Option<Place> {
+    match from.counts()[..] {
+        [node, component] => Some(Place { node, component: component as usize }),
+        _ => None,
+    }
+}
+
+fn write_factored(factored: &Factored, place: &dyn Fn(usize) -> Option<Place>, to: &mut Writer) {
     write_method(factored.method, to);
     let inertia = factored.inertia.map(|it| [it.positive, it.negative]);
     to.counts(inertia.iter().flatten().map(|&n| n as u64).collect::<Vec<_>>().into_iter());
@@ -82,14 +93,15 @@ fn write_factored(factored: &Factored, to: &mut Writer) {
         Some(Sign::Positive) => 1,
         Some(Sign::Negative) => 2,
     });
-    // Which equation it is has no meaning on another rank.
     to.count(u64::from(factored.not_positive.is_some()));
+    write_place(factored.not_positive.and_then(|pivot| place(pivot.equation)), to);
     to.number(factored.not_positive.map_or(0.0, |pivot| pivot.value));
     to.number(factored.not_positive.map_or(0.0, |pivot| pivot.relative));
     write_optional(factored.pivot_ratio, to);
 }
 
-fn read_factored_of(from: &mut Reader<'_>) -> Factored {
+/// `equation` tells where a place stands on this rank, if it has it.
+fn read_factored_of(from: &mut Reader<'_>, equation: &dyn Fn(Place) -> Option<usize>) -> Factored {
     let method = METHODS[from.index()];
     let inertia = match from.counts()[..] {
         [positive, negative] => Some(Inertia { positive: positive as usize, negative: negative as usize }),
@@ -101,7 +113,8 @@ fn read_factored_of(from: &mut Reader<'_>) -> Factored {
         _ => Some(Sign::Negative),
     };
     let is_not_positive = from.count() > 0;
-    let pivot = Pivot { equation: NOWHERE, value: from.number(), relative: from.number() };
+    let equation = read_place(from).and_then(equation).unwrap_or(NOWHERE);
+    let pivot = Pivot { equation, value: from.number(), relative: from.number() };
     Factored {
         method,
         inertia,
@@ -123,18 +136,14 @@ fn write_failure(failure: &Singular, place: &dyn Fn(usize) -> Option<Place>, to:
         Cause::TooLargeToFactorise { entries } => (6, entries),
         Cause::Unsuitable(_) => (7, 0.0),
     };
-    let place = place(failure.equation).filter(|_| cause != 7);
-    to.counts(place.iter().flat_map(|it| [it.node, it.component as u64]).collect::<Vec<_>>().into_iter());
+    write_place(place(failure.equation).filter(|_| cause != 7), to);
     write_optional(failure.pivot, to);
     to.count(cause);
     to.number(number);
 }
 
 fn read_failure<T>(from: &mut Reader<'_>) -> Told<T> {
-    let place = match from.counts()[..] {
-        [node, component] => Some(Place { node, component: component as usize }),
-        _ => None,
-    };
+    let place = read_place(from);
     let pivot = read_optional(from);
     let (cause, number) = (from.count(), from.number());
     let cause = match cause {
@@ -157,15 +166,15 @@ pub(super) fn factored(
     let mut to = Writer::default();
     to.count(u64::from(factored.is_ok()));
     match factored {
-        Ok(factored) => write_factored(factored, &mut to),
+        Ok(factored) => write_factored(factored, place, &mut to),
         Err(failure) => write_failure(failure, place, &mut to),
     }
     to.finish()
 }
 
-pub(super) fn read_factored(bytes: &[u8]) -> Told<Factored> {
+pub(super) fn read_factored(bytes: &[u8], equation: &dyn Fn(Place) -> Option<usize>) -> Told<Factored> {
     let mut from = Reader::new(bytes);
-    if from.count() > 0 { Told::Done(read_factored_of(&mut from)) } else { read_failure(&mut from) }
+    if from.count() > 0 { Told::Done(read_factored_of(&mut from, equation)) } else { read_failure(&mut from) }
 }
 
 pub(super) fn solved(solved: &Result<Solved, Singular>, place: &dyn Fn(usize) -> Option<Place>) -> Vec<u8> {
@@ -179,14 +188,14 @@ pub(super) fn solved(solved: &Result<Solved, Singular>, place: &dyn Fn(usize) ->
             to.count(solved.refinements as u64);
             to.count(u64::from(solved.iterations));
             to.count(u64::from(solved.taken_over.is_some()));
-            solved.taken_over.iter().for_each(|factored| write_factored(factored, &mut to));
+            solved.taken_over.iter().for_each(|factored| write_factored(factored, place, &mut to));
         }
         Err(failure) => write_failure(failure, place, &mut to),
     }
     to.finish()
 }
 
-pub(super) fn read_solved(bytes: &[u8]) -> Told<Solved> {
+pub(super) fn read_solved(bytes: &[u8], equation: &dyn Fn(Place) -> Option<usize>) -> Told<Solved> {
     let mut from = Reader::new(bytes);
     if from.count() == 0 {
         return read_failure(&mut from);
@@ -197,7 +206,7 @@ pub(super) fn read_solved(bytes: &[u8]) -> Told<Solved> {
         residual: read_optional(&mut from),
         refinements: from.index(),
         iterations: from.count() as u32,
-        taken_over: (from.count() > 0).then(|| read_factored_of(&mut from)),
+        taken_over: (from.count() > 0).then(|| read_factored_of(&mut from, equation)),
     })
 }
 
@@ -212,9 +221,9 @@ mod tests {
 
     #[test]
     fn answers_are_read_as_they_were_written() {
-        let nowhere = |_: usize| None;
         let somewhere = |equation: usize| Some(Place { node: equation as u64 / 2, component: equation % 2 });
-        let pivot = Pivot { equation: NOWHERE, value: -2.0, relative: -1e-3 };
+        let here = |place: Place| Some(place.node as usize * 2 + place.component);
+        let pivot = Pivot { equation: 9, value: -2.0, relative: -1e-3 };
         let found = Factored {
             inertia: Some(Inertia { positive: 8, negative: 1 }),
             determinant_sign: Some(Sign::Negative),
@@ -222,17 +231,20 @@ mod tests {
             pivot_ratio: Some(1e-5),
             ..Factored::by(Method::Lblt)
         };
-        assert!(matches!(read_factored(&factored(&Ok(found), &nowhere)), Told::Done(it) if it == found));
+        let bytes = factored(&Ok(found), &somewhere);
+        assert!(matches!(read_factored(&bytes, &here), Told::Done(it) if it == found));
+        let elsewhere = Factored { not_positive: Some(Pivot { equation: NOWHERE, ..pivot }), ..found };
+        assert!(matches!(read_factored(&bytes, &|_| None), Told::Done(it) if it == elsewhere));
         let whole = Solved {
             residual: Some(1e-9),
             iterations: 12,
             taken_over: Some(found),
             ..nothing_solved(Method::Gmres)
         };
-        assert!(matches!(read_solved(&solved(&Ok(whole), &nowhere)), Told::Done(it) if it == whole));
+        assert!(matches!(read_solved(&solved(&Ok(whole), &somewhere), &here), Told::Done(it) if it == whole));
         let failure =
             Singular { equation: 7, pivot: Some(0.0), cause: Cause::Inaccurate { backward_error: 0.5 } };
-        let Told::Failed { place, pivot, cause } = read_solved(&solved(&Err(failure), &somewhere)) else {
+        let Told::Failed { place, pivot, cause } = read_solved(&solved(&Err(failure), &somewhere), &here) else {
             panic!("it failed")
         };
         assert_eq!((place, pivot, cause), (somewhere(7), failure.pivot, failure.cause));

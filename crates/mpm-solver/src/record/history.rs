@@ -317,7 +317,8 @@ impl Record {
         if model.domain_limit.is_some() {
             entries.push(Entry::Count(vec![domains.capped + domains.split]));
         }
-        entries.extend(model.contributions.iter().flat_map(contribution_entries));
+        let of_contributions = model.contributions.iter().flat_map(contribution_entries);
+        entries.extend(of_contributions.map(|entry| sum_of_ranks(entry, ranks)));
         if self.has_apex {
             let counts = model.bodies.iter().filter_map(|named| named.body.points_at_apex());
             entries.push(Entry::Count(vec![count(ranks, counts.map(|count| count as u64).sum())]));
@@ -422,6 +423,17 @@ fn entry(recorded: Recorded) -> Entry {
     match recorded.values {
         RecordedValues::Count(count) => Entry::Count(vec![count]),
         RecordedValues::Real(values) => Entry::Real(values),
+    }
+}
+
+/// What the parts of a contribution tell together that ranks share.
+fn sum_of_ranks<const D: usize>(entry: Entry, ranks: &dyn Ranks<D>) -> Entry {
+    match entry {
+        Entry::Count(counts) => Entry::Count(counts.into_iter().map(|n| count(ranks, n)).collect()),
+        Entry::Real(mut values) => {
+            ranks.sum(&mut values);
+            Entry::Real(values)
+        }
     }
 }
 
