@@ -36,8 +36,8 @@ pub use body::{
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
-    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, OwnCells, PointField,
-    Recorded, RecordedValues, Refused, SharedCells, StepStart,
+    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, OwnCells,
+    PointField, Recorded, RecordedValues, Refused, SharedCells, StepStart,
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};

@@ -22,13 +22,16 @@ pub(crate) fn more<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, own: &[Node
     let (lattice, mut nodes) = (mesh.lattice(), Vec::new());
     let corners = |cell| lattice.corners(cell).into_iter().take(1 << D);
     for named in model.bodies.iter().filter(|named| named.body.mean_dilatation().is_some()) {
-        let cells = (0..named.body.n_points()).filter_map(|p| mesh.locate(&named.body.extent(p).position, 0.5).ok());
+        let cells =
+            (0..named.body.n_points()).filter_map(|p| mesh.locate(&named.body.extent(p).position, 0.5).ok());
         let mut cells: Vec<[u32; D]> = cells.map(|place| place.cell).collect();
         cells.sort_unstable();
         cells.dedup();
         nodes.extend(cells.into_iter().flat_map(corners));
     }
-    if model.contributions.iter().any(|named| named.contribution.stabilises()) && mesh.functions() == NodeKind::Vertices {
+    if model.contributions.iter().any(|named| named.contribution.stabilises())
+        && mesh.functions() == NodeKind::Vertices
+    {
         for cell in own.iter().map(|&node| lattice.node_index(node)) {
             if (0..D).any(|d| cell[d] >= lattice.cells()[d]) {
                 continue;
@@ -76,7 +79,11 @@ fn around<const D: usize>(lattice: &Lattice<D>, cell: [u32; D], cuts: &Cuts<D>) 
 }
 
 /// Sends every cell to the ranks that `to` names, and returns what came, in the order of the ranks.
-fn told(cells: &[OccupiedCell], wire: &impl Wire, to: impl Fn(&OccupiedCell) -> Vec<usize>) -> Vec<OccupiedCell> {
+fn told(
+    cells: &[OccupiedCell],
+    wire: &impl Wire,
+    to: impl Fn(&OccupiedCell) -> Vec<usize>,
+) -> Vec<OccupiedCell> {
     let mut out: Vec<Writer> = vec![Writer::default(); wire.size()];
     for cell in cells {
         for rank in to(cell) {

@@ -5,20 +5,23 @@ use crate::cuts::Cuts;
 use crate::exchange::Exchange;
 use crate::gathered::Gathered;
 use crate::observer::Whole;
-use crate::points::{Key, Keys, Named, keep, migrate};
+use crate::points::{Key, Named, Points, keep, migrate};
 use crate::refusals::refused;
 use crate::wire::Wire;
-use mpm_basis::{ActiveNodes, Stencils};
 use mpm_assembly::{OccupiedCell, SharedCells};
+use mpm_basis::{ActiveNodes, Stencils};
 use mpm_grid::{Lattice, LoadFraction, Mesh, NodeId, Vector};
 use mpm_linear::LinearSolver;
 use mpm_solver::observe::{Field, Observer};
-use mpm_solver::{Model, NamedBody, Ranks, Share, StepFailure};
+use mpm_solver::{Model, NamedBody, Ranks, StepFailure};
 use std::cell::RefCell;
 use std::rc::Rc;
 
 /// Makes the linear solver of a rank, for a model, of what ranks exchange.
 pub type SolverOfRanks<const D: usize, W> = dyn Fn(&Model<D>, Rc<Exchange<D, W>>) -> Box<dyn LinearSolver>;
+
+/// The rank that shall have a point of a body.
+pub type Placement = dyn Fn(usize, Key) -> usize;
 
 /// Ranks take new boxes where one has more than this times the mean number of points.
 const UNEVEN: f64 = 1.2;
@@ -28,21 +31,7 @@ pub struct Cluster<const D: usize, W: Wire> {
     exchange: Rc<Exchange<D, W>>,
     solver: Box<SolverOfRanks<D, W>>,
     points: Rc<RefCell<Points<D>>>,
-}
-
-/// What a rank knows of points.
-pub(crate) struct Points<const D: usize> {
-    pub(crate) keys: Keys,
-    named: Named<D>,
-    /// All fields that points have.
-    pub(crate) fields: Vec<Field>,
-}
-
-impl<const D: usize> Points<D> {
-    /// The loads' shares among points of these keys.
-    pub(crate) fn shares(&self, keys: &Keys) -> Vec<Vec<Share<D>>> {
-        self.named.shares(keys)
-    }
+    placement: Option<Box<Placement>>,
 }
 
 impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
@@ -53,7 +42,12 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
         let points = Rc::new(RefCell::new(Points { keys: Vec::new(), named: Named::of(model), fields }));
         let solver =
             |model: &Model<D>, exchange| Box::new(Gathered::new(model, exchange)) as Box<dyn LinearSolver>;
-        Self { exchange: Rc::new(Exchange::new(wire, cells)), solver: Box::new(solver), points }
+        Self {
+            exchange: Rc::new(Exchange::new(wire, cells)),
+            solver: Box::new(solver),
+            points,
+            placement: None,
+        }
     }
 
     /// The same with a linear solver of the ranks' own.
@@ -62,6 +56,12 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
         solver: impl Fn(&Model<D>, Rc<Exchange<D, W>>) -> Box<dyn LinearSolver> + 'static,
     ) -> Self {
         Self { solver: Box::new(solver), ..self }
+    }
+
+    /// The same with points that are where `placement` says in place of the owners of their cells: the answer is the same
+    /// wherever they are, where no volume changes are averaged over cells.
+    pub fn with_placement(self, placement: impl Fn(usize, Key) -> usize + 'static) -> Self {
+        Self { placement: Some(Box::new(placement)), ..self }
     }
 
     /// What the ranks exchange.
@@ -88,8 +88,13 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
         model.bodies.iter().map(of_body).collect()
     }
 
-    /// The owner of every point; where it lies outside the mesh, this rank.
-    fn owners(&self, cells: &[Vec<Option<[u32; D]>>]) -> Vec<Vec<usize>> {
+    /// The owner of every point of these keys; where it lies outside the mesh, this rank.
+    fn owners(&self, cells: &[Vec<Option<[u32; D]>>], keys: &[Vec<Key>]) -> Vec<Vec<usize>> {
+        if let Some(placement) = &self.placement {
+            let of_body =
+                |(body, keys): (usize, &Vec<Key>)| keys.iter().map(|key| placement(body, *key)).collect();
+            return keys.iter().enumerate().map(of_body).collect();
+        }
         let (cuts, me) = (self.exchange.cuts(), self.exchange.wire().rank());
         let owner = |cell: &Option<[u32; D]>| cell.map_or(me, |cell| cuts.owner(cell));
         cells.iter().map(|cells| cells.iter().map(owner).collect()).collect()
@@ -123,11 +128,14 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         let in_turn: Vec<[u32; D]> = in_turn.flatten().copied().collect();
         self.exchange.set_cuts(Cuts::balanced(mesh.lattice().cells(), &in_turn, wire));
         // A point outside the mesh is refused by the first load step, on one rank.
-        let mut owners = self.owners(&cells);
+        let all: Vec<Vec<Key>> = cells.iter().map(|cells| Key::first(cells.len())).collect();
+        let mut owners = self.owners(&cells, &all);
         for (cells, owners) in cells.iter().zip(&mut owners) {
             cells.iter().zip(owners).filter(|it| it.0.is_none()).for_each(|(_, owner)| *owner = 0);
         }
         let mut points = self.points.borrow_mut();
+        // A state may have had other shares.
+        points.named = Named::of(model);
         points.keys = keep(model, &owners, wire.rank());
         points.named.write(model, &points.keys);
         Ok(())
@@ -183,7 +191,7 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return };
         let wire = self.exchange.wire();
         let cells = Self::cells(model, &mesh);
-        let mut owners = self.owners(&cells);
+        let mut owners = self.owners(&cells, &self.points.borrow().keys);
         let mut counts = vec![0.0; wire.size()];
         owners.iter().flatten().for_each(|&owner| counts[owner] += 1.0);
         self.exchange.sum(&mut counts);
@@ -191,7 +199,7 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         if most * wire.size() as f64 > UNEVEN * counts.iter().sum::<f64>() {
             let own: Vec<[u32; D]> = cells.iter().flatten().flatten().copied().collect();
             self.exchange.set_cuts(Cuts::balanced(mesh.lattice().cells(), &own, wire));
-            owners = self.owners(&cells);
+            owners = self.owners(&cells, &self.points.borrow().keys);
         }
         let mut leaving = [owners.iter().flatten().filter(|&&owner| owner != wire.rank()).count() as f64];
         self.exchange.sum(&mut leaving);
@@ -200,6 +208,10 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
             migrate(model, &mut points.keys, &owners, wire);
             points.named.write(model, &points.keys);
         }
+    }
+
+    fn split(&self, body: usize, parts: &[(usize, f64)]) {
+        self.points.borrow_mut().split(body, parts, self.exchange.wire());
     }
 
     fn sees_all(&self) -> bool {

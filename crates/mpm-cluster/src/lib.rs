@@ -22,7 +22,7 @@ mod refusals;
 mod threads;
 mod wire;
 
-pub use cluster::Cluster;
+pub use cluster::{Cluster, Placement, SolverOfRanks};
 pub use cuts::Cuts;
 pub use exchange::Exchange;
 pub use gathered::Gathered;

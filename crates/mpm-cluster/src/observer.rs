@@ -2,10 +2,9 @@
 //!
 //! What an observer asks of the points is asked of all ranks: rank 0 sends a request, and all answer, until it is done.
 
-use crate::cluster::Points;
 use crate::exchange::Exchange;
 use crate::message::{Reader, Writer};
-use crate::points::{Key, Rows};
+use crate::points::{Key, Points, Rows, read_keys, write_keys};
 use crate::wire::Wire;
 use mpm_solver::observe::{
     Cancellation, Field, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
@@ -99,16 +98,14 @@ fn answer(own: &dyn Fields, known: &[Field], asked: u64) -> Vec<u8> {
 fn order(wire: &impl Wire, keys: &[Vec<Key>]) -> Vec<(usize, usize)> {
     let mut own = Writer::default();
     for keys in keys {
-        own.counts(keys.iter().map(|key| key.number));
-        own.counts(keys.iter().map(|key| key.path));
+        write_keys(keys, &mut own);
     }
     let mut all = Vec::new();
     for (rank, bytes) in wire.exchange(&[(0, own.finish())]) {
         let (mut from, mut place) = (Reader::new(&bytes), 0);
         for body in 0..keys.len() {
-            let (numbers, paths) = (from.counts(), from.counts());
-            for (number, path) in numbers.into_iter().zip(paths) {
-                all.push((body, Key { number, path }, rank, place));
+            for key in read_keys(&mut from) {
+                all.push((body, key, rank, place));
                 place += 1;
             }
         }

@@ -3,6 +3,7 @@
 use crate::message::{Reader, Writer};
 use crate::wire::Wire;
 use mpm_assembly::{Body, StoredColumn, StoredPoints};
+use mpm_solver::observe::Field;
 use mpm_solver::{Model, Share, Side};
 
 /// What a point is called on all ranks. Keys of a body sort as one rank alone has its points.
@@ -12,6 +13,23 @@ pub struct Key {
     pub number: u64,
     /// Which part it is: digits of the parts of parts from the highest bit on; 0 for a whole point.
     pub path: u64,
+    /// How many bits of the path are digits.
+    pub digits: u32,
+}
+
+impl Key {
+    /// Those of the points of a body at the start.
+    pub(crate) fn first(points: usize) -> Vec<Self> {
+        (0..points).map(|point| Self { number: point as u64, ..Self::default() }).collect()
+    }
+
+    /// Those of its parts, ascending.
+    fn parts(self, count: usize) -> Vec<Self> {
+        let digits = self.digits + count.next_power_of_two().trailing_zeros();
+        assert!(digits <= 64, "parts of a point are not a 2^64th of it");
+        let part = |k: u64| Self { path: self.path | k.checked_shl(64 - digits).unwrap_or(0), digits, ..self };
+        (0..count as u64).map(part).collect()
+    }
 }
 
 /// The keys of the points of each body that this rank has, ascending as the points.
@@ -28,7 +46,7 @@ pub(crate) struct Named<const D: usize> {
 impl<const D: usize> Named<D> {
     /// Of a whole model.
     pub(crate) fn of(model: &Model<D>) -> Self {
-        let key = |point: usize| Key { number: point as u64, path: 0 };
+        let key = |point: usize| Key { number: point as u64, ..Key::default() };
         let shares = model.loads.point_loads.iter().map(|load| (load.body, &load.shares));
         let sides = model.loads.side_loads.iter().map(|load| &load.sides);
         Self {
@@ -64,6 +82,93 @@ impl<const D: usize> Named<D> {
         };
         self.shares.iter().map(of_load).collect()
     }
+}
+
+/// What a rank knows of points.
+pub(crate) struct Points<const D: usize> {
+    pub(crate) keys: Keys,
+    pub(crate) named: Named<D>,
+    /// All fields that points have.
+    pub(crate) fields: Vec<Field>,
+}
+
+impl<const D: usize> Points<D> {
+    /// The loads' shares among points of these keys.
+    pub(crate) fn shares(&self, keys: &Keys) -> Vec<Vec<Share<D>>> {
+        self.named.shares(keys)
+    }
+}
+
+/// A point that was split, and the shares of its parts.
+struct Split {
+    key: Key,
+    shares: Vec<f64>,
+}
+
+impl<const D: usize> Points<D> {
+    /// Gives the parts of points that were split on any rank their keys, and their shares of what names their point.
+    /// `parts` are those of this rank; empty where none was split.
+    pub(crate) fn split(&mut self, body: usize, parts: &[(usize, f64)], wire: &impl Wire) {
+        let mut to = Writer::default();
+        if !parts.is_empty() {
+            let mut keys = Vec::with_capacity(parts.len());
+            for of_point in parts.chunk_by(|a, b| a.0 == b.0) {
+                let key = self.keys[body][of_point[0].0];
+                if of_point.len() == 1 {
+                    keys.push(key);
+                    continue;
+                }
+                keys.extend(key.parts(of_point.len()));
+                write_keys(&[key], &mut to);
+                to.numbers(&of_point.iter().map(|part| part.1).collect::<Vec<_>>());
+            }
+            self.keys[body] = keys;
+        }
+        let own = to.finish();
+        let out: Vec<(usize, Vec<u8>)> = match own.is_empty() {
+            true => Vec::new(),
+            false => (0..wire.size()).map(|rank| (rank, own.clone())).collect(),
+        };
+        let mut splits = Vec::new();
+        for (_, bytes) in wire.exchange(&out) {
+            let mut from = Reader::new(&bytes);
+            while !from.is_at_end() {
+                let key = read_keys(&mut from)[0];
+                splits.push(Split { key, shares: from.numbers() });
+            }
+        }
+        splits.sort_by_key(|it| it.key);
+        self.named.divide(body, &splits);
+    }
+}
+
+impl<const D: usize> Named<D> {
+    /// Every part of a point carries its share of the point's.
+    fn divide(&mut self, body: usize, splits: &[Split]) {
+        let of = |key: &Key| splits.binary_search_by_key(key, |it| it.key).ok().map(|at| &splits[at]);
+        for (_, shares) in self.shares.iter_mut().filter(|it| it.0 == body) {
+            let divided = std::mem::take(shares).into_iter().flat_map(|(key, share)| match of(&key) {
+                None => vec![(key, share)],
+                Some(split) => {
+                    let parts = key.parts(split.shares.len()).into_iter().zip(&split.shares);
+                    parts.map(|(key, part)| (key, Share { part: share.part * part, ..share })).collect()
+                }
+            });
+            *shares = divided.collect();
+        }
+    }
+}
+
+pub(crate) fn write_keys(keys: &[Key], to: &mut Writer) {
+    to.counts(keys.iter().map(|key| key.number));
+    to.counts(keys.iter().map(|key| key.path));
+    to.counts(keys.iter().map(|key| u64::from(key.digits)));
+}
+
+pub(crate) fn read_keys(from: &mut Reader<'_>) -> Vec<Key> {
+    let (numbers, paths, digits) = (from.counts(), from.counts(), from.counts());
+    let all = numbers.into_iter().zip(paths).zip(digits);
+    all.map(|((number, path), digits)| Key { number, path, digits: digits as u32 }).collect()
 }
 
 /// Rows of a body's stored points with their keys.
@@ -107,16 +212,14 @@ impl Rows {
     }
 
     fn write(&self, to: &mut Writer) {
-        to.counts(self.keys.iter().map(|key| key.number));
-        to.counts(self.keys.iter().map(|key| key.path));
+        write_keys(&self.keys, to);
         self.points.columns.iter().for_each(|column| to.numbers(&column.values));
     }
 
     /// Rows in the columns of `self`, as [`Self::write`] has written them.
     fn read(&self, from: &mut Reader<'_>) -> Self {
         let mut rows = self.empty();
-        let (numbers, paths) = (from.counts(), from.counts());
-        rows.keys = numbers.into_iter().zip(paths).map(|(number, path)| Key { number, path }).collect();
+        rows.keys = read_keys(from);
         rows.points.points = rows.keys.len();
         rows.points.columns.iter_mut().for_each(|column| column.values = from.numbers());
         rows
@@ -160,8 +263,7 @@ impl Rows {
 pub(crate) fn keep<const D: usize>(model: &mut Model<D>, owner: &[Vec<usize>], me: usize) -> Keys {
     let mut keys = Vec::new();
     for (named, owner) in model.bodies.iter_mut().zip(owner) {
-        let all: Vec<Key> = (0..owner.len()).map(|p| Key { number: p as u64, path: 0 }).collect();
-        let rows = Rows::of(&*named.body, &all);
+        let rows = Rows::of(&*named.body, &Key::first(owner.len()));
         let mut kept = rows.empty();
         (0..owner.len()).filter(|&p| owner[p] == me).for_each(|p| kept.push(&rows, p));
         keys.push(restored(&mut *named.body, kept));
@@ -201,4 +303,25 @@ pub(crate) fn migrate<const D: usize>(
 fn restored<const D: usize>(body: &mut dyn Body<D>, rows: Rows) -> Vec<Key> {
     body.restore(&rows.points).expect("rows of a body are rows of the same body on another rank");
     rows.keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_parts_sort_in_the_place_of_their_point() {
+        let [before, point, after] = [0, 1, 2].map(|number| Key { number, ..Key::default() });
+        let halves = point.parts(2);
+        let mut all = vec![before];
+        for half in &halves {
+            all.extend(half.parts(3).into_iter().flat_map(|third| third.parts(2)));
+        }
+        all.push(after);
+        assert_eq!(all.len(), 14);
+        assert!(all.windows(2).all(|pair| pair[0] < pair[1]), "{all:?}");
+        // As deep as it goes.
+        let deep = (0..32).fold(point, |key, _| key.parts(4)[3]);
+        assert_eq!((deep.digits, deep.path), (64, u64::MAX));
+    }
 }

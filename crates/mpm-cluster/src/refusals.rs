@@ -19,7 +19,10 @@ pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
     let splits = model.domain_limit.is_some_and(|it| matches!(it.control, DomainControl::Split { .. }));
     let is_custom = matches!(model.solver, SolverChoice::Custom(_));
     let rest = [
-        (splits, "domains are split, expected no `Split` in `domains.control`"),
+        (
+            splits && !model.probes.is_empty(),
+            "points that are followed may be split, expected no `probes` or no `Split` in `domains.control`",
+        ),
         (!model.loads.side_loads.is_empty(), "a traction acts on sides of rings, expected none"),
         (
             model.unheld_motion == UnheldMotion::Zero,

@@ -60,7 +60,11 @@ fn a_run_goes_on_with_any_number_of_ranks() {
     for size in [1, 2, 3, 4] {
         let later = resumed(&text, size, state);
         later[0].1.as_ref().unwrap();
-        assert_same(&text, (&setup::Seen { rows: one.rows[4..].to_vec(), ..one.clone() }, &later[0].0), &format!("{size}"));
+        assert_same(
+            &text,
+            (&setup::Seen { rows: one.rows[4..].to_vec(), ..one.clone() }, &later[0].0),
+            &format!("{size}"),
+        );
     }
     // The same number of ranks goes on bit for bit.
     let bits = |seen: &setup::Seen| seen.positions.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();

@@ -39,9 +39,6 @@ fn driven_bodies_in_fixed_meshes() {
         &[
             ("scenes/simple_stretch.ron", &[("steps: 40", "steps: 8")]),
             ("scenes/simple_stretch_rollers.ron", &[("steps: 40", "steps: 8")]),
-            ("scenes/corner_stretch_kite.ron", &[("steps: 40", "steps: 8")]),
-            ("scenes/points.ron", &[]),
-            ("scenes/bar_of_stl.ron", &[]),
             ("validation/scenes/crush.ron", &[]),
             ("validation/scenes/pulled_block.ron", &[]),
         ],
@@ -58,7 +55,7 @@ fn loads_and_columns() {
             ("scenes/column_solid.ron", &[("steps: 40", "steps: 8")]),
             ("scenes/collapse.ron", &[("steps: 40", "steps: 10")]),
         ],
-        &[2, 4, 7],
+        &[2, 4],
     );
 }
 
@@ -89,18 +86,18 @@ fn splines() {
 
 #[test]
 fn bodies_of_revolution() {
-    check(&[("scenes/tube_twist.ron", &[("steps: 20", "steps: 5")]), ("scenes/cylinder.ron", &[("steps: 40", "steps: 6")])], &[2, 3]);
+    check(
+        &[
+            ("scenes/tube_twist.ron", &[("steps: 20", "steps: 5")]),
+            ("scenes/cylinder.ron", &[("steps: 40", "steps: 6")]),
+        ],
+        &[2, 3],
+    );
 }
 
 #[test]
 fn along_a_path() {
-    check(
-        &[
-            ("scenes/path_arch.ron", &[]),
-            ("scenes/path_doughnut.ron", &[("steps: 300", "steps: 40")]),
-        ],
-        &[2, 3],
-    );
+    check(&[("scenes/path_arch.ron", &[])], &[2, 3]);
 }
 
 #[test]
@@ -110,7 +107,11 @@ fn volume_changes_of_cells_and_domains_that_are_shortened() {
             ("scenes/circular_footing.ron", &[("steps: 20", "steps: 4")]),
             ("scenes/footing.ron", &[("steps: 40", "steps: 8")]),
             ("scenes/footing_stages.ron", &[]),
-            ("scenes/doughnut_limit.ron", &[("steps: 180", "steps: 40")]),
+            ("scenes/doughnut_limit.ron", &[("steps: 180", "steps: 20"), ("inner: 180", "inner: 20")]),
+            (
+                "scenes/doughnut_limit.ron",
+                &[("steps: 180", "steps: 20"), ("inner: 180", "inner: 20"), ("Reshape(cells: 0.7)", "Split()")],
+            ),
         ],
         &[2, 3],
     );
@@ -120,8 +121,6 @@ fn volume_changes_of_cells_and_domains_that_are_shortened() {
 fn ghost_faces() {
     check(
         &[
-            ("scenes/cylinder_pressure.ron", &[]),
-            ("scenes/inclined_column.ron", &[("steps: 40", "steps: 6")]),
             ("scenes/collapse_solid.ron", &[("steps: 40", "steps: 4")]),
             ("scenes/slope.ron", &[("steps: 20", "steps: 4")]),
         ],

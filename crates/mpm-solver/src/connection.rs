@@ -7,7 +7,8 @@ use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, CoupledPlaces, Couplings,
-    FieldNodes, FieldStart, FollowedBody, SharedCells, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
+    FieldNodes, FieldStart, FollowedBody, SharedCells, SparsityPattern, StepStart, UnknownVector, Unknowns,
+    follow,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
@@ -249,8 +250,7 @@ fn begin_again<const D: usize>(
         former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
     let ranks = &*former.shared.ranks;
     let (is_retry, cells) = (true, ranks as &dyn SharedCells<D>);
-    let start =
-        Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry, cells };
+    let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry, cells };
     let Numbered { unknowns, own, field, begun } = agreed(ranks, begin(model, &start))?;
     if all(ranks, begun == Begun::AsBefore && unknowns == *former.unknowns()) {
         return Ok((former, Kept::All));

@@ -39,7 +39,7 @@ mod told;
 
 pub use check::ModelError;
 pub use compiled::{estimate, resume, resume_on, run, run_on};
-pub use error::{Error, PathFailure, Remedy, StepFailure};
+pub use error::{Error, PathFailure, Remedy, StepFailure, Told};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, doubts};
 pub use extension::{Kept, extended};
 pub use history_notes::HistoryNotes;
@@ -56,4 +56,3 @@ pub use ranks::{Alone, Ranks};
 pub use record::fields::look_at_points;
 pub use record::summary::Summary;
 pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};
-pub use told::Told;

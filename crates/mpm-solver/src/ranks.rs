@@ -79,6 +79,12 @@ pub trait Ranks<const D: usize>: SharedCells<D> {
         let _ = (model, at);
     }
 
+    /// Points of a body were split: `parts` tells for every point of now its point of before, and its share of that; it is
+    /// empty where none was split on this rank.
+    fn split(&self, body: usize, parts: &[(usize, f64)]) {
+        let _ = (body, parts);
+    }
+
     /// Whether this rank has the whole model. Where it has not, nothing is said of what only the whole can tell: rigid
     /// motions that nothing holds, and remedies against failures.
     fn sees_all(&self) -> bool {

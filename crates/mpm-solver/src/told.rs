@@ -1,31 +1,6 @@
 //! Failures of load steps as ranks tell them to each other.
 
-use crate::error::StepFailure;
-
-/// A failure of a load step that was told: what it says, and what a run decides by.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Told {
-    pub(crate) message: String,
-    traits: u8,
-}
-
-impl Told {
-    /// See [`StepFailure::is_of_trial`].
-    pub(crate) const TRIAL: u8 = 1;
-    /// See [`StepFailure::is_at_start`].
-    pub(crate) const START: u8 = 2;
-    /// See [`StepFailure::may_need_stabilisation`].
-    pub(crate) const STABILISATION: u8 = 4;
-    /// See [`StepFailure::may_be_of_motions`].
-    pub(crate) const MOTIONS: u8 = 8;
-    /// The run was asked to stop.
-    const CANCELLED: u8 = 16;
-
-    /// Whether the failure has a trait.
-    pub(crate) fn has(&self, one: u8) -> bool {
-        self.traits & one != 0
-    }
-}
+use crate::error::{StepFailure, Told};
 
 impl StepFailure {
     /// The failure as other ranks hear it.

@@ -24,8 +24,8 @@ mod splines;
 
 use crate::body::{OccupiedCell, PassInput, Space, Sums};
 use crate::contribution::{
-    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, OwnCells, Recorded, Refused, SharedCells,
-    StepStart,
+    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, OwnCells, Recorded, Refused,
+    SharedCells, StepStart,
 };
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};

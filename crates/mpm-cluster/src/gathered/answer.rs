@@ -244,7 +244,8 @@ mod tests {
         assert!(matches!(read_solved(&solved(&Ok(whole), &somewhere), &here), Told::Done(it) if it == whole));
         let failure =
             Singular { equation: 7, pivot: Some(0.0), cause: Cause::Inaccurate { backward_error: 0.5 } };
-        let Told::Failed { place, pivot, cause } = read_solved(&solved(&Err(failure), &somewhere), &here) else {
+        let Told::Failed { place, pivot, cause } = read_solved(&solved(&Err(failure), &somewhere), &here)
+        else {
             panic!("it failed")
         };
         assert_eq!((place, pivot, cause), (somewhere(7), failure.pivot, failure.cause));

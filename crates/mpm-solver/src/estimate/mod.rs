@@ -13,7 +13,7 @@ use crate::ranks::{Alone, Ranks, count};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
-use mpm_assembly::{Constraints, Contribution, views};
+use mpm_assembly::{Constraints, Contribution, OccupiedCell, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
@@ -343,10 +343,24 @@ pub(crate) fn cells_without_material<const D: usize>(
     ranks: &dyn Ranks<D>,
 ) -> u64 {
     let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return 0 };
-    mesh.lattice().n_cells() as u64 - count(ranks, cells_with_material(model, &mesh) as u64)
+    let lattice = mesh.lattice();
+    let occupied = cells_of_points(model, &mesh).into_iter().map(|cell| OccupiedCell {
+        cell: lattice.cell(cell),
+        volume: 0.0,
+        stiffness: 0.0,
+    });
+    // Several ranks may have points in a cell; its owner counts it.
+    let joined = ranks.joined(lattice, occupied.collect());
+    let own = joined.iter().filter(|it| ranks.is_own(lattice.cell_index(it.cell))).count();
+    lattice.n_cells() as u64 - count(ranks, own as u64)
 }
 
 fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usize {
+    cells_of_points(model, mesh).len()
+}
+
+/// The cells in which points lie, each once.
+fn cells_of_points<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Vec<[u32; D]> {
     let positions = model
         .bodies
         .iter()
@@ -357,5 +371,5 @@ fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usiz
     cells.dedup();
     cells.sort_unstable();
     cells.dedup();
-    cells.len()
+    cells
 }

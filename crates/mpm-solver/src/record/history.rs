@@ -1,6 +1,7 @@
 //! The history of a run: one row per load step.
 
 use super::columns::{AT_APEX, GAP, STAGE, STEP_STRAIN, columns, may_iterate};
+use super::contributions::{contribution_entries, entry, sum_of_ranks};
 use super::energy::elastic;
 use super::fields::{BodyFields, look_at_points, mesh_after};
 use super::grip::{Grip, MOST, driven, taken_away};
@@ -416,30 +417,6 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Entry::Real(vec![effort.pivot_spread.unwrap_or(0.0)]),
         Entry::Real(vec![seconds]),
     ]
-}
-
-/// What a contribution tells, as an entry of its column.
-fn entry(recorded: Recorded) -> Entry {
-    match recorded.values {
-        RecordedValues::Count(count) => Entry::Count(vec![count]),
-        RecordedValues::Real(values) => Entry::Real(values),
-    }
-}
-
-/// What the parts of a contribution tell together that ranks share.
-fn sum_of_ranks<const D: usize>(entry: Entry, ranks: &dyn Ranks<D>) -> Entry {
-    match entry {
-        Entry::Count(counts) => Entry::Count(counts.into_iter().map(|n| count(ranks, n)).collect()),
-        Entry::Real(mut values) => {
-            ranks.sum(&mut values);
-            Entry::Real(values)
-        }
-    }
-}
-
-/// Entries of a contribution's columns.
-fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
-    named.contribution.history().into_iter().map(entry).collect()
 }
 
 /// The worst of the points' domains in a mesh.

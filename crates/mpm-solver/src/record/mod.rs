@@ -1,6 +1,7 @@
 //! What a run leaves behind: the history of its load steps, fields of its points, and a summary.
 
 pub(crate) mod columns;
+mod contributions;
 pub(crate) mod departures;
 pub(crate) mod energy;
 pub(crate) mod fields;
