@@ -114,7 +114,17 @@ fn workspace_crates_depend_downwards_only() {
         "mpm-solver",
     ];
     const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
-    let below: [(&str, &[&str]); 12] = [
+    const CLUSTER: &[&str] = &[
+        "mpm-grid",
+        "mpm-basis",
+        "mpm-linear",
+        "mpm-material",
+        "mpm-assembly",
+        "mpm-solver",
+        // Only its tests.
+        "mpm-scene",
+    ];
+    let below: [(&str, &[&str]); 13] = [
         ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
@@ -125,6 +135,7 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-assembly", ASSEMBLY),
         ("mpm-solver", SOLVER),
         ("mpm-scene", SCENE),
+        ("mpm-cluster", CLUSTER),
         ("mpm-io", IO),
         ("mpm-pictures", &["mpm-grid", "mpm-plot", "mpm-solver", "mpm-scene", "mpm-io"]),
     ];

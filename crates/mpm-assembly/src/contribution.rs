@@ -1,10 +1,10 @@
 //! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
 
-use crate::body::{AssemblyPlan, Body, InadmissiblePoint};
+use crate::body::{AssemblyPlan, Body, InadmissiblePoint, OccupiedCell};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
-use mpm_grid::{LoadFraction, Mesh, Ramp};
+use mpm_grid::{Lattice, LoadFraction, Mesh, Ramp};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
 
@@ -123,6 +123,12 @@ pub trait Contribution<const D: usize>: Send + Sync {
 
     /// Whether it exists only on the nodes on which the functions of the mesh live.
     fn needs_functions_of_mesh(&self) -> bool {
+        false
+    }
+
+    /// Whether several may share it who each hold some of the points: what it adds, its round-off, its energies and its
+    /// history are then those of a part, and their sums are the whole.
+    fn can_be_shared(&self) -> bool {
         false
     }
 
@@ -309,7 +315,31 @@ pub struct StepStart<'a, const D: usize> {
     pub to: LoadFraction,
     /// Whether the last step that was begun started here too, and failed: mesh and points are the same.
     pub is_retry: bool,
+    /// What others have in the cells of the mesh, who hold points of the same bodies.
+    pub cells: &'a dyn SharedCells<D>,
 }
+
+/// The cells of a mesh in which several have points of the same bodies; the methods have the bodies of one who has all.
+pub trait SharedCells<const D: usize> {
+    /// The cells that anybody occupies, each once or more often, of what one occupies: those that are one's own, and those
+    /// around them that are at most two cells away.
+    fn joined(&self, lattice: &Lattice<D>, occupied: Vec<OccupiedCell>) -> Vec<OccupiedCell> {
+        let _ = lattice;
+        occupied
+    }
+
+    /// Whether a cell is one's own: every cell is that of one.
+    fn is_own(&self, cell: [u32; D]) -> bool {
+        let _ = cell;
+        true
+    }
+}
+
+/// All cells are one's own.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OwnCells;
+
+impl<const D: usize> SharedCells<D> for OwnCells {}
 
 /// A body at the start of a load step.
 #[derive(Clone, Copy)]

@@ -32,12 +32,12 @@ pub use body::{
     InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell, PassInput, PointExtent,
     PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw, SideForce, SideForces, Space,
     StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, crowding_over_shear, determinant,
-    finish_tangent, follow, pressure_over_shear, views,
+    finish_tangent, follow, leave_to_owners, pressure_over_shear, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
-    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, PointField,
-    Recorded, RecordedValues, Refused, StepStart,
+    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, OwnCells,
+    PointField, Recorded, RecordedValues, Refused, SharedCells, StepStart,
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};

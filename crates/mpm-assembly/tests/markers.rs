@@ -2,8 +2,8 @@
 
 use mpm_assembly::{
     Body, BodyAtStart, BodySide, Constraints, Contribution, Hold, MarkerForce, MarkerLoad, MaterialBody,
-    SparsityPattern, StepStart, SystemSums, ToolLoad, Trial, UnknownVector, Unknowns, Wall, WallContact,
-    stiffness_error,
+    OwnCells, SparsityPattern, StepStart, SystemSums, ToolLoad, Trial, UnknownVector, Unknowns, Wall,
+    WallContact, stiffness_error,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Cpdi1, seed_cells};
 use mpm_contact::{Plane, Shape, Sphere, Tool, ToolMotion, moment};
@@ -35,7 +35,15 @@ fn begun<const D: usize, C: Contribution<D>>(degree: u32, mut contribution: C) -
     let connectivity = Connectivity::of(stencils, &active);
     let bodies = [BodyAtStart { name: "block", body: &body, connectivity: &connectivity }];
     let (from, to) = (LoadFraction::START, LoadFraction::END);
-    let step = StepStart { mesh: &mesh, active: &active, bodies: &bodies, from, to, is_retry: false };
+    let step = StepStart {
+        mesh: &mesh,
+        active: &active,
+        bodies: &bodies,
+        from,
+        to,
+        is_retry: false,
+        cells: &OwnCells,
+    };
     let mut unknowns = Unknowns::of_nodes(active.len());
     contribution.begin(&step, &mut unknowns).unwrap();
     let symmetry = contribution.symmetry();

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::model::{Loads, Model, Share};
 use crate::progress::DomainCounts;
+use crate::ranks::{Ranks, any, count};
 use mpm_grid::LoadFraction;
 
 /// Shortens or splits the domains that are too long in the mesh at a load fraction, and hands the loads
@@ -12,24 +13,29 @@ use mpm_grid::LoadFraction;
 /// More points than the limit; the body that could not be split has not changed.
 pub(crate) fn control_domains<const D: usize>(
     model: &mut Model<D>,
-    at: LoadFraction,
-    step: usize,
+    (at, step): (LoadFraction, usize),
+    ranks: &dyn Ranks<D>,
 ) -> Result<DomainCounts, Error> {
     let mut counts = DomainCounts::default();
     let Some(limit) = model.domain_limit else { return Ok(counts) };
     // A mesh that cannot be placed stops the next load step, with its reason.
     let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return Ok(counts) };
-    let mut points: usize = model.bodies.iter().map(|named| named.body.n_points()).sum();
-    for (index, named) in model.bodies.iter_mut().enumerate() {
-        let others = points - named.body.n_points();
-        let room = limit.most_points.saturating_sub(others);
-        let controlled = named.body.control(&mesh, limit.control, room).map_err(|_| Error::TooManyPoints {
-            step,
-            body: named.name.clone(),
-            points,
-            most: limit.most_points,
+    let of_all = |points: usize| count(ranks, points as u64) as usize;
+    let mut points = of_all(model.bodies.iter().map(|named| named.body.n_points()).sum());
+    for index in 0..model.bodies.len() {
+        let named = &mut model.bodies[index];
+        // Those of other bodies, and those of other ranks.
+        let others = points - of_all(named.body.n_points());
+        let elsewhere = points - named.body.n_points();
+        let room = limit.most_points.saturating_sub(elsewhere);
+        let controlled = named.body.control(&mesh, limit.control, room);
+        let after = others + of_all(named.body.n_points());
+        let is_full = any(ranks, controlled.is_err()) || after > limit.most_points.max(points);
+        let controlled = controlled.ok().filter(|_| !is_full).ok_or_else(|| {
+            let body = named.name.clone();
+            Error::TooManyPoints { step, body, points, most: limit.most_points }
         })?;
-        points = others + named.body.n_points();
+        points = after;
         counts.capped += controlled.capped as u64;
         counts.split += controlled.split as u64;
         if !controlled.parts.is_empty() {
@@ -38,8 +44,10 @@ pub(crate) fn control_domains<const D: usize>(
                 named.contribution.divide(index, &controlled.parts);
             }
         }
+        ranks.split(index, &controlled.parts);
     }
-    Ok(counts)
+    let DomainCounts { capped, split } = counts;
+    Ok(DomainCounts { capped: count(ranks, capped), split: count(ranks, split) })
 }
 
 /// Every part of a point carries its share of the point's.

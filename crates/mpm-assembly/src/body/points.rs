@@ -30,6 +30,15 @@ pub(crate) struct Points<const D: usize> {
     pub elastic_excess: Vec<SymmetricTensor>,
     /// Whether the last load step was plastic; empty for laws that never are.
     pub plastic: Vec<bool>,
+    /// The columns that are kept where there is no point to show them.
+    pub kept: Kept,
+}
+
+/// Columns that some bodies have, of a body whose points may all be on other ranks.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Kept {
+    pub reference_position: bool,
+    pub mass: bool,
 }
 
 /// A position as laws know it: in the plane its third component is zero `[L]`.
@@ -110,6 +119,14 @@ impl<const D: usize> Points<D> {
         columns
     }
 
+    /// The columns that it has, with points or without.
+    pub fn kept(&self) -> Kept {
+        Kept {
+            reference_position: self.kept.reference_position || !self.reference_position.is_empty(),
+            mass: self.kept.mass || !self.mass.is_empty(),
+        }
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.position.len()
@@ -136,6 +153,7 @@ impl Points<2> {
             angle: vec![0.0; self.len()],
             elastic_excess: self.elastic_excess.clone(),
             plastic: self.plastic.clone(),
+            kept: self.kept,
         }
     }
 }

@@ -64,9 +64,9 @@ impl<const D: usize> Points<D> {
         let kept = |is_kept: bool, width| if is_kept { width } else { 0 };
         let widths = [
             D,
-            kept(!self.reference_position.is_empty(), D),
+            kept(self.kept().reference_position, D),
             1,
-            kept(!self.mass.is_empty(), 1),
+            kept(self.kept().mass, 1),
             widths.domain,
             D * D,
             kept(self.space.is_axisymmetric() && D == 2, 1),
@@ -112,7 +112,7 @@ impl<const D: usize> Points<D> {
     pub(crate) fn restore(&self, stored: &StoredPoints, widths: Widths) -> Result<Self, ForeignPoints> {
         let expected = self.stored_columns(widths);
         let wrong = |column, reason: String| ForeignPoints { column, reason };
-        let mut next = Self { space: self.space, ..Self::default() };
+        let mut next = Self { space: self.space, kept: self.kept(), ..Self::default() };
         for (k, &(name, width)) in expected.iter().enumerate() {
             let column = stored.columns.get(k).filter(|column| column.name == name && column.width == width);
             let column = column.ok_or_else(|| wrong(name, format!("expected {width} numbers per point")))?;

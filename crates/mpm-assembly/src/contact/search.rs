@@ -5,8 +5,8 @@ use super::corners::{NearCorner, travel};
 use super::memory::{Key, Memory, Sought};
 use crate::body::{Body, PointExtent, Space};
 use crate::contribution::{Refused, StepStart};
-use mpm_basis::Corner;
 use mpm_basis::parallel::each_point;
+use mpm_basis::{ActiveNodes, Corner};
 use mpm_contact::{CornerLaw, CornerState, Interface, Near, Pose, Sample, Tool};
 use mpm_grid::{Mesh, Position, Vector};
 use std::f64::consts::TAU;
@@ -50,12 +50,13 @@ impl<const D: usize> Search<'_, D> {
         samples: &mut Samples<D>,
     ) -> Result<Vec<NearCorner<D>>, Refused> {
         let mut found: Vec<Found<D>> = Vec::new();
+        let nodes = (step.mesh, step.active);
         for (index, at_start) in step.bodies.iter().enumerate() {
             let Some(within) = member_within[index] else { continue };
             let body = at_start.body;
             let young = body.young();
             let of_points =
-                each_point(body.n_points(), &|point| self.of_point(step, (index, body, within), young, point));
+                each_point(body.n_points(), &|point| self.of_point(nodes, (index, body, within), young, point));
             let n: usize = of_points.iter().flatten().map(Vec::len).sum();
             found.reserve_exact(n);
             for of_point in of_points {
@@ -72,7 +73,7 @@ impl<const D: usize> Search<'_, D> {
     /// Corners of one point.
     fn of_point(
         &self,
-        step: &StepStart<'_, D>,
+        (mesh, active): (&Mesh<D>, &ActiveNodes<D>),
         (index, body, within): (usize, &dyn Body<D>, f64),
         young: f64,
         point: usize,
@@ -92,7 +93,7 @@ impl<const D: usize> Search<'_, D> {
                 ));
             }
             if corners.is_empty() {
-                body.corners(step.mesh, point, &mut corners).map_err(|it| it.to_string())?;
+                body.corners(mesh, point, &mut corners).map_err(|it| it.to_string())?;
             }
             found.reserve_exact(corners.len());
             // What has touched is let go later: its corners turn away and others come, as it is sheared.
@@ -113,7 +114,7 @@ impl<const D: usize> Search<'_, D> {
                     // A node that is not active carries next to nothing.
                     carriers: corner
                         .weights()
-                        .filter_map(|(node, weight)| Some((step.active.number(node)? as u32, weight)))
+                        .filter_map(|(node, weight)| Some((active.number(node)? as u32, weight)))
                         .collect(),
                     area: 0.0,
                     adhesion,

@@ -24,7 +24,8 @@ mod splines;
 
 use crate::body::{OccupiedCell, PassInput, Space, Sums};
 use crate::contribution::{
-    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
+    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, OwnCells, Recorded, Refused,
+    SharedCells, StepStart,
 };
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
@@ -66,8 +67,19 @@ impl<const D: usize> GhostFaces<D> {
     pub fn of(
         mesh: &Mesh<D>,
         active: &ActiveNodes<D>,
+        cells: Vec<OccupiedCell>,
+        (factor, space): (f64, Space),
+    ) -> Self {
+        Self::above_own(mesh, active, cells, (factor, space), &OwnCells)
+    }
+
+    /// Those of the faces that are above cells of one's own.
+    fn above_own(
+        mesh: &Mesh<D>,
+        active: &ActiveNodes<D>,
         mut cells: Vec<OccupiedCell>,
         (factor, space): (f64, Space),
+        shared: &dyn SharedCells<D>,
     ) -> Self {
         assert_eq!(active.space().kind(), mesh.functions(), "faces join cells of the mesh");
         // Stable: cells that occur more than once are summed in the order of the bodies.
@@ -98,6 +110,9 @@ impl<const D: usize> GhostFaces<D> {
         let mut faces = Self::none();
         for lower in &cells {
             let index = lattice.cell_index(lower.cell);
+            if !shared.is_own(index) {
+                continue;
+            }
             for d in 0..D {
                 let Some((above, upper)) = lattice.above(index, d).and_then(|it| Some((it, find(it)?))) else {
                     continue;
@@ -332,7 +347,8 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
             body.occupied_cells(connectivity, step.mesh, step.active, &mut cells)
                 .map_err(|it| Refused { reason: it.to_string(), is_step_too_long: false })?;
         }
-        self.faces = GhostFaces::of(step.mesh, step.active, cells, (self.factor, space));
+        let cells = step.cells.joined(step.mesh.lattice(), cells);
+        self.faces = GhostFaces::above_own(step.mesh, step.active, cells, (self.factor, space), step.cells);
         Ok(Begun::Anew)
     }
 
@@ -362,6 +378,10 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
     }
 
     fn stabilises(&self) -> bool {
+        true
+    }
+
+    fn can_be_shared(&self) -> bool {
         true
     }
 

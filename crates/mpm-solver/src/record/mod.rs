@@ -1,6 +1,7 @@
 //! What a run leaves behind: the history of its load steps, fields of its points, and a summary.
 
 pub(crate) mod columns;
+mod contributions;
 pub(crate) mod departures;
 pub(crate) mod energy;
 pub(crate) mod fields;
@@ -33,7 +34,7 @@ pub(crate) struct Balanced<const D: usize> {
     pub end: LoadFraction,
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
-    pub equations: usize,
+    pub equations: u64,
     /// Whether order and structure of the factor could be kept.
     pub analysis: Analysis,
     /// Where energies are recorded.
