@@ -314,6 +314,11 @@ fn screw_pile() {
 }
 
 #[test]
+fn screw_pile_installed_and_pulled() {
+    passes("screw pile installed and pulled");
+}
+
+#[test]
 fn sphere_on_a_block() {
     passes("sphere on a block");
 }

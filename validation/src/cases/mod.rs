@@ -117,6 +117,7 @@ pub const CASES: &[Case] = &[
     contact::SPACE,
     contact::PLOUGH,
     contact::PILE,
+    contact::INSTALLED_PILE,
     contact::MOTIONS,
     contact::EDGES,
     determinism::CASE,

@@ -135,7 +135,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
         let pose = self.pose(trial);
         let (tool, start) = (&self.rigid.tool, &self.start);
-        let at = At { tool, start, pose: start, increment: &[], is_first: false };
+        let at = At { tool, start, pose: start, increment: &[], most_moved: 0.0, is_first: false };
         let mut energy = ContributionEnergy::default();
         for (corner, contacts) in self.corners.iter().zip(&self.contacts(trial, &pose)) {
             for contact in contacts {
@@ -187,18 +187,22 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
             Some(driven) => self.standing.angle + driven.increment.turn.z,
         };
         let mut summary = Summary::untouched(&pose, &self.rigid.moment_about, angle);
-        let mut touches = Vec::new();
+        let (at, mut touches) = (self.at(trial, &pose), Vec::new());
         let of_a_point = |a: &usize, b: &usize| self.corners[*a].key.is_beside(&self.corners[*b].key);
         let numbers: Vec<usize> = (0..self.corners.len()).collect();
         for numbers in numbers.chunk_by(of_a_point) {
-            let from = touches.len();
-            for &number in numbers {
-                summary.add(&self.corners[number], &contacts[number]);
-                self.corners[number].remember(&contacts[number], &pose, &mut touches);
-            }
+            numbers.iter().for_each(|&number| summary.add(&self.corners[number], &contacts[number]));
             // Only points that touch are remembered.
-            if touches[from..].iter().all(|touch| touch.state.is_none()) {
-                touches.truncate(from);
+            if !numbers.iter().any(|&number| contacts[number].iter().any(|it| it.is_remembered(&pose))) {
+                continue;
+            }
+            for &number in numbers {
+                match (&self.corners[number], &contacts[number]) {
+                    (corner, none) if none.is_empty() => {
+                        corner.remember(&corner.contacts(&at), &pose, &mut touches);
+                    }
+                    (corner, contacts) => corner.remember(contacts, &pose, &mut touches),
+                }
             }
         }
         summary.check_depth()?;

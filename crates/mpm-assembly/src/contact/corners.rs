@@ -94,6 +94,8 @@ pub(super) struct At<'a, const D: usize> {
     pub pose: &'a Pose<D>,
     /// `Δu_v` of the active nodes `[L]`.
     pub increment: &'a [Vector<D>],
+    /// The largest of their norms: no corner moves farther `[L]`.
+    pub most_moved: f64,
     pub is_first: bool,
 }
 
@@ -112,12 +114,30 @@ impl<const D: usize> NearCorner<D> {
     /// The contacts that can have a force: those of [`Self::contacts`], or none where the corner stays clear of the part,
     /// which spares most corners the search for its nearest places.
     pub fn forces(&self, at: &At<'_, D>) -> Vec<Contact<D>> {
-        let position = self.moved(at.increment);
-        let stays_clear = self.clearance - self.shift(&position, at) > CLEAR * self.law.width;
-        if stays_clear && self.law.adhesion == 0.0 && !self.may_pull() {
-            return Vec::new();
+        match self.moved_near(at, !self.may_pull()) {
+            Some(position) => self.contacts_at(position, at),
+            None => Vec::new(),
         }
-        self.contacts_at(position, at)
+    }
+
+    /// The contacts that can have a force, or had one before.
+    pub fn contacts_of_both_ends(&self, at: &At<'_, D>) -> Vec<Contact<D>> {
+        match self.moved_near(at, self.states.is_empty()) {
+            Some(position) => self.contacts_at(position, at),
+            None => Vec::new(),
+        }
+    }
+
+    /// Where the corner is, or nothing where it stays clear of the part and this counts. Most corners are told apart by how far
+    /// any node moves, without a look at their own.
+    fn moved_near(&self, at: &At<'_, D>, clear_counts: bool) -> Option<Vector<D>> {
+        let counts = clear_counts && self.law.adhesion == 0.0;
+        let is_clear = |shift: f64| counts && self.clearance - shift > CLEAR * self.law.width;
+        if is_clear(at.most_moved + self.shift(&self.position, at)) {
+            return None;
+        }
+        let position = self.moved(at.increment);
+        (!is_clear(self.shift(&position, at))).then_some(position)
     }
 
     /// Whether the corner can have a force where it does not touch, beside adhesion.
@@ -166,10 +186,9 @@ impl<const D: usize> NearCorner<D> {
     pub fn remember(&self, contacts: &[Contact<D>], pose: &Pose<D>, to: &mut Vec<Touch<D>>) {
         let from = to.len();
         for contact in contacts {
-            let state = contact.committed(pose);
-            if contact.response.closed || contact.law.adhesion > 0.0 || state.offset < 0.0 {
+            if contact.is_remembered(pose) {
                 let (position, distance) = (contact.position, contact.near.distance);
-                to.push(Touch { key: self.key, position, distance, state: Some(state) });
+                to.push(Touch { key: self.key, position, distance, state: Some(contact.committed(pose)) });
             }
         }
         if let Some(nearest) = contacts.first().filter(|_| to.len() == from) {
@@ -224,6 +243,11 @@ impl<const D: usize> Contact<D> {
             stiffness.column_mut(D - 1).scale_mut(radius);
         }
         stiffness
+    }
+
+    /// Whether the next step has to know of it.
+    pub fn is_remembered(&self, pose: &Pose<D>) -> bool {
+        self.response.closed || self.law.adhesion > 0.0 || self.committed(pose).offset < 0.0
     }
 
     /// The state at the end of the step.

@@ -176,8 +176,7 @@ impl<const D: usize> ToolContact<D> {
         pose: &Pose<D>,
         wants_tangent: bool,
     ) -> Vec<Option<Acting<D>>> {
-        let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
-        let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
+        let at = self.at(trial, pose);
         let kind = self.tangent();
         each_point(self.corners.len(), &|k| {
             let contacts = self.corners[k].forces(&at);
@@ -230,16 +229,21 @@ impl<const D: usize> ToolContact<D> {
 
     /// The contacts of every corner that can have a force.
     pub(super) fn forces(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
-        let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
-        let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
+        let at = self.at(trial, pose);
         each_point(self.corners.len(), &|k| self.corners[k].forces(&at))
     }
 
-    /// What happens at every corner.
+    /// What happens at every corner that can have a force or had one in the step before.
     pub(super) fn contacts(&self, trial: &Trial<'_, D>, pose: &Pose<D>) -> Vec<Vec<Contact<D>>> {
-        let (tool, increment) = (&self.rigid.tool, &trial.increment.nodes[..]);
-        let at = At { tool, start: &self.start, pose, increment, is_first: trial.is_first };
-        each_point(self.corners.len(), &|k| self.corners[k].contacts(&at))
+        let at = self.at(trial, pose);
+        each_point(self.corners.len(), &|k| self.corners[k].contacts_of_both_ends(&at))
+    }
+
+    /// Where corners are and how the tool stands under a trial.
+    pub(super) fn at<'a>(&'a self, trial: &'a Trial<'_, D>, pose: &'a Pose<D>) -> At<'a, D> {
+        let increment = &trial.increment.nodes[..];
+        let most_moved = increment.iter().map(|moved| moved.norm_squared()).fold(0.0, f64::max).sqrt();
+        At { tool: &self.rigid.tool, start: &self.start, pose, increment, most_moved, is_first: trial.is_first }
     }
 
     /// Refuses a step in which a corner could be carried through the tool.

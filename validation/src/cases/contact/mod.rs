@@ -21,7 +21,7 @@ pub(super) use edges::CASE as EDGES;
 pub(super) use friction::CASE as FRICTION;
 pub(super) use hertz::CASE as HERTZ;
 pub(super) use motions::CASE as MOTIONS;
-pub(super) use pile::CASE as PILE;
+pub(super) use pile::{CASE as PILE, INSTALLED as INSTALLED_PILE};
 pub(super) use plough::CASE as PLOUGH;
 pub(super) use rate::CASE as RATE;
 pub(super) use space::CASE as SPACE;

@@ -1,6 +1,6 @@
 //! A screw pile in clay.
 
-use super::of_tool;
+use super::{of_tool, scene};
 use crate::cases::{fixed, largest};
 use crate::history::History;
 use crate::scenes::{changed, run, text};
@@ -13,6 +13,14 @@ pub(in crate::cases) const CASE: Case = Case {
     setup: "The first 10 degrees of scenes/screw_pile.ron in 5 load steps: a shaft of R_s = 0.44, 2.4 long, a plate of one turn with R_h = 0.85, t = 0.2 and pitch 0.4, which advances by a pitch per turn, in clay of s_u = 20, E = 500 s_u, α = s_u/2; a ring mesh of 12 sectors at rest, cells of 0.14 to 0.25 across and 0.2 along: no more than one cell over the thickness of the plate. 5408 points. The quick run is the first step.",
     reference: "Area of cylinder and helicoid, with the round rim and ends. Torque: shaft 2πR_s²Lα, faces 4/3 π(R_h³ − R_s³)α, rim π²tR²α with R = R_h + t/π, leading edge about N_c s_u t(R_h² − R_s²)/2, N_c = 7.5: an estimate for an edge in the middle of unbounded clay, no bound and no published number.",
     run: pile,
+};
+
+pub(in crate::cases) const INSTALLED: Case = Case {
+    name: "screw pile installed and pulled",
+    goal: "A screw pile goes through whole turns under an overburden: its torque stays near the closed form's terms, the crowd force falls with the ratio of advance to pitch, and what it bears when pulled is told beside the torque.",
+    setup: "validation/scenes/contact/screw_pile_turns.ron: the pile and the mesh of the case before, E = 200 s_u, an overburden of s_u, mean dilatation over points, load steps of 2.5°; two turns with a ratio of 1, one with others, then pulled by 0.2, half of the pitch. The quick run turns by 10° in two steps and pulls by 0.005.",
+    reference: "The terms of the torque of the case before. Perko's empirical ratio of capacity to torque, K_t = 1433/d^0.92 in 1/m with the shaft's diameter d in mm: 2.8 for 880 mm; it is of piles that are installed with a ratio of 1, in soils of all kinds, and no check.",
+    run: installed,
 };
 
 const SHAFT: f64 = 0.44;
@@ -98,6 +106,101 @@ fn pile(extent: Extent) -> Result<Findings, Broken> {
         let deepest = fixed(of_row(&deepest), 3);
         table.push([format!("{wanted}°")].into_iter().chain(numbers).chain([deepest]).chain(terms));
     }
+    findings.tables.push(table);
+    Ok(findings)
+}
+
+/// Ratios of advance to pitch, and how far the pile is turned `[degrees]`.
+const RATIOS: [(f64, f64); 4] = [(0.6, 360.0), (0.8, 360.0), (1.0, 720.0), (1.2, 360.0)];
+
+/// Largest departure of the torque's mean over a quarter of a turn from the sum of the terms, relative.
+const TORQUE_OFF: f64 = 0.45;
+
+/// What an installation tells.
+struct Installed {
+    /// Angle `[degrees]`, torque `[F L]`, crowd force `[F]` and area `[L²]` of every load step of the turn.
+    turned: Vec<[f64; 4]>,
+    /// Largest downward force of the clay on the pile while it is pulled `[F]`.
+    uplift: f64,
+}
+
+impl Installed {
+    /// The pile turned by `degrees` in some load steps, with an advance of `ratio` pitches a turn; then pulled by `pull`.
+    fn by(ratio: f64, (degrees, steps): (f64, u32), (pull, pulls): (f64, u32)) -> Result<Self, Broken> {
+        let advance = -PITCH * ratio * degrees / 360.0;
+        let stages = format!(
+            "[(name: \"rest\", steps: 1), (name: \"turn\", steps: {steps}), (name: \"pull\", steps: {pulls})]"
+        );
+        let changes = [
+            ("tools[0].motion.by", format!("(0, 0, {advance})")),
+            ("tools[0].motion.turn.angle", (-degrees).to_string()),
+            ("tools[0].motion.then[0].by", format!("(0, 0, {pull})")),
+            ("schedule.stages", stages),
+            ("output", "(fields: [])".to_owned()),
+        ];
+        let history = run(&scene("screw_pile_turns", &changes)?)?.completed()?;
+        let of = |column: &str, component: usize| of_tool(&history, "pile", column, component);
+        let (angle, torque, force, area) = (of("angle", 0), of("moment", 2), of("force", 2), of("area", 0));
+        let stage = |from: f64| {
+            let rows = history.rows().iter().enumerate();
+            rows.filter(move |(_, row)| row.fraction > from && row.fraction <= from + 1.0).map(|(row, _)| row)
+        };
+        Ok(Self {
+            turned: stage(1.0).map(|row| [-angle[row], torque[row], force[row], area[row]]).collect(),
+            uplift: stage(2.0).map(|row| -force[row]).fold(0.0, f64::max),
+        })
+    }
+
+    /// Means of torque and crowd force between two angles `[degrees]`.
+    fn means(&self, from: f64, to: f64) -> [f64; 2] {
+        let rows: Vec<&[f64; 4]> =
+            self.turned.iter().filter(|row| row[0] > from + 1e-9 && row[0] <= to + 1e-9).collect();
+        [1, 2].map(|column| rows.iter().map(|row| row[column]).sum::<f64>() / rows.len() as f64)
+    }
+}
+
+fn installed(extent: Extent) -> Result<Findings, Broken> {
+    let mut findings = Findings::default();
+    let sum: f64 = terms().iter().sum();
+    let mut table = Table::new(
+        "Means over parts of a turn; what the pile bears when it is pulled, over the torque of the last part:",
+        &["advance over pitch", "turned", "torque", "over the terms", "crowd force", "uplift", "K_t"],
+    );
+    let (mut areas, mut off, mut crowds) = (0.0_f64, 0.0_f64, Vec::new());
+    for &(ratio, degrees) in extent.pick(&[(0.6, 10.0), (1.0, 10.0)][..], &RATIOS[..]) {
+        let (part, steps) = extent.pick((10.0, 2), (90.0, (degrees / 2.5) as u32));
+        let pile = Installed::by(ratio, (degrees, steps), extent.pick((0.005, 1), (0.2, 40)))?;
+        areas = areas.max(largest(pile.turned.iter().map(|row| (row[3] / area() - 1.0).abs())));
+        for last in 1..=(degrees / part) as u32 {
+            let to = f64::from(last) * part;
+            let [torque, crowd] = pile.means(to - part, to);
+            off = off.max((torque / sum - 1.0).abs());
+            let ends = to > degrees - 1e-9;
+            let at_end = |number: f64, digits| if ends { fixed(number, digits) } else { String::new() };
+            table.push([
+                ratio.to_string(),
+                format!("{} to {to}°", to - part),
+                fixed(torque, 1),
+                fixed(torque / sum, 2),
+                fixed(crowd, 0),
+                at_end(pile.uplift, 0),
+                at_end(pile.uplift / torque, 2),
+            ]);
+        }
+        // By the same angle all ratios have gone through as much clay along the thread.
+        crowds.push(pile.means(0.0, extent.pick(10.0, 360.0))[1]);
+    }
+    let falls = crowds.windows(2).map(|pair| pair[0] / pair[1]);
+    findings.checks.extend([
+        Check::new("area of the surface in the clay, all load steps, relative", areas, 5e-2),
+        Check::new(
+            "torque over a part of a turn against the sum of the terms, relative, largest",
+            off,
+            TORQUE_OFF,
+        )
+        .remark(fixed(sum, 2)),
+        Check::new("crowd force over that with the next larger advance, largest", largest(falls), 0.9),
+    ]);
     findings.tables.push(table);
     Ok(findings)
 }
