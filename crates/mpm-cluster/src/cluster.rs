@@ -182,7 +182,7 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         let first = failed.iter().position(|&it| it > 0.0)?;
         let bytes = failure.filter(|_| first == wire.rank()).map(|failure| failure.to_bytes());
         let out = bytes.map(|bytes| (0..wire.size()).map(|rank| (rank, bytes.clone())).collect());
-        let told: Vec<(usize, Vec<u8>)> = wire.exchange(&out.unwrap_or_else(Vec::new));
+        let told: Vec<(usize, Vec<u8>)> = wire.exchange(&out.unwrap_or_default());
         told.first().map(|(_, bytes)| StepFailure::from_bytes(bytes))
     }
 

@@ -19,6 +19,9 @@ pub struct Exchange<const D: usize, W> {
     generation: Cell<u64>,
 }
 
+/// Which nodes a rank asks for besides those that its points reach, from the active nodes that it owns.
+pub type MoreNodes<'a> = dyn Fn(&[NodeId]) -> Vec<NodeId> + 'a;
+
 impl<const D: usize, W: Wire> Exchange<D, W> {
     /// One box of cells and no nodes.
     pub fn new(wire: W, cells: [u32; D]) -> Self {
@@ -58,7 +61,7 @@ impl<const D: usize, W: Wire> Exchange<D, W> {
         &self,
         space: &NodeSpace<D>,
         stencils: &[Stencils<D>],
-        more: Option<&dyn Fn(&[NodeId]) -> Vec<NodeId>>,
+        more: Option<&MoreNodes<'_>>,
     ) -> ActiveNodes<D> {
         let (me, lattice) = (self.wire.rank(), space.lattice());
         let touched = ActiveNodes::touched(space, stencils);

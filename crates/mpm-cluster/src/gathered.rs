@@ -44,7 +44,7 @@ impl<const D: usize, W: Wire> Gathered<D, W> {
     }
 
     /// What rank 0 tells each rank.
-    fn from_rank_zero(&self, told: Vec<Vec<u8>>) -> Vec<u8> {
+    fn told_by_rank_zero(&self, told: Vec<Vec<u8>>) -> Vec<u8> {
         let out: Vec<(usize, Vec<u8>)> = told.into_iter().enumerate().collect();
         let mut incoming = self.exchange.wire().exchange(&out);
         incoming.pop().expect("rank 0 tells everybody").1
@@ -53,7 +53,7 @@ impl<const D: usize, W: Wire> Gathered<D, W> {
     /// What rank 0 tells all ranks alike.
     fn same(&self, told: Option<Vec<u8>>) -> Vec<u8> {
         let size = self.exchange.wire().size();
-        self.from_rank_zero(told.map_or(Vec::new(), |bytes| vec![bytes; size]))
+        self.told_by_rank_zero(told.map_or(Vec::new(), |bytes| vec![bytes; size]))
     }
 
     /// The equation of this rank, if it has the node.
@@ -123,7 +123,7 @@ impl<const D: usize, W: Wire> LinearSolver for Gathered<D, W> {
             let answer = answer::solved(&solved, &|equation| self.system.place(equation));
             told = self.system.shared_out(&x, &answer);
         }
-        let told = self.from_rank_zero(told);
+        let told = self.told_by_rank_zero(told);
         let mut reader = Reader::new(&told);
         match answer::read_solved(reader.bytes(), &|place| self.equation(place)) {
             Told::Done(solved) => {

@@ -24,7 +24,7 @@ mod wire;
 
 pub use cluster::{Cluster, Placement, SolverOfRanks};
 pub use cuts::Cuts;
-pub use exchange::Exchange;
+pub use exchange::{Exchange, MoreNodes};
 pub use gathered::Gathered;
 pub use message::{Reader, Writer};
 pub use numbering::Numbering;

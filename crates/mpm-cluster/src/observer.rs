@@ -30,6 +30,9 @@ pub struct Whole<'a, const D: usize, W: Wire> {
     pub(crate) inner: &'a mut dyn Observer,
 }
 
+/// What is asked of the observer with the points of all ranks.
+type Call<'a> = dyn FnMut(&mut dyn Observer, &dyn Fields) -> Result<(), ObserverError> + 'a;
+
 impl<const D: usize, W: Wire> Whole<'_, D, W> {
     /// Calls the observer on rank 0, and answers its requests on the others.
     fn with_all(
@@ -60,11 +63,7 @@ impl<const D: usize, W: Wire> Whole<'_, D, W> {
     }
 
     /// Calls the observer on rank 0 with the points of all.
-    fn with_fields(
-        &mut self,
-        own: &dyn Fields,
-        call: &mut dyn FnMut(&mut dyn Observer, &dyn Fields) -> Result<(), ObserverError>,
-    ) -> Result<(), ObserverError> {
+    fn with_fields(&mut self, own: &dyn Fields, call: &mut Call<'_>) -> Result<(), ObserverError> {
         let (exchange, points) = (self.exchange.clone(), self.points.clone());
         let order = order(exchange.wire(), &points.borrow().keys);
         let known = points.borrow().fields.clone();

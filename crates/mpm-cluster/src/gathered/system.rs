@@ -45,7 +45,7 @@ pub(super) fn write(pattern: &Pattern<'_>, hints: &Hints<'_>, numbering: &Number
     let index: Vec<u64> = numbering.index.iter().flatten().map(|&i| u64::from(i)).collect();
     to.counts(index.into_iter());
     let position = hints.position.map(|position| (0..numbering.nodes.len()).flat_map(position).collect());
-    to.numbers(&position.unwrap_or_else(Vec::new));
+    to.numbers(&position.unwrap_or_default());
     let held = |equation| u64::from(hints.is_held.is_some_and(|is_held| is_held(equation)));
     to.counts((0..pattern.n_equations()).map(held));
     to.counts(pattern.column_start.iter().map(|&start| start as u64));
