@@ -15,7 +15,7 @@ use std::ops::Range;
 ///    checkpoint is due. A step that does not converge is tried again from 2 on.
 ///
 /// Methods with a body have nothing to do in most solvers.
-pub trait LinearSolver: Send {
+pub trait LinearSolver {
     /// Prepares for matrices of this pattern. It also [restarts](Self::restart) the solver.
     ///
     /// # Errors

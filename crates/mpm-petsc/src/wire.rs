@@ -1,0 +1,76 @@
+//! Messages by MPI.
+
+use mpi::collective::CommunicatorCollectives;
+use mpi::point_to_point::{Destination, Source};
+use mpi::topology::{Communicator, SimpleCommunicator};
+use crate::Wire;
+
+/// Longest part in which a message is sent `[B]`: MPI counts in 32 bits.
+const PART: usize = 1 << 30;
+
+/// A [`Wire`] over a communicator of its own.
+pub struct MpiWire {
+    world: SimpleCommunicator,
+}
+
+impl MpiWire {
+    pub(crate) fn of(world: SimpleCommunicator) -> Self {
+        Self { world }
+    }
+}
+
+impl Wire for MpiWire {
+    fn rank(&self) -> usize {
+        self.world.rank() as usize
+    }
+
+    fn size(&self) -> usize {
+        self.world.size() as usize
+    }
+
+    fn gather(&self, own: &[f64], all: &mut [f64]) {
+        assert_eq!(all.len(), own.len() * self.size(), "room for the numbers of every rank");
+        if !own.is_empty() {
+            self.world.all_gather_into(own, all);
+        }
+    }
+
+    fn exchange(&self, out: &[(usize, Vec<u8>)]) -> Vec<(usize, Vec<u8>)> {
+        let own = self.rank();
+        // One more than the length: a message may be empty.
+        let mut lengths = vec![0_u64; self.size()];
+        for (to, bytes) in out {
+            assert_eq!(lengths[*to], 0, "one message for each rank");
+            lengths[*to] = bytes.len() as u64 + 1;
+        }
+        let mut incoming = vec![0_u64; self.size()];
+        self.world.all_to_all_into(&lengths[..], &mut incoming[..]);
+        let from = incoming.iter().enumerate().filter(|it| *it.1 > 0);
+        let mut messages: Vec<(usize, Vec<u8>)> =
+            from.map(|(rank, &length)| (rank, vec![0; length as usize - 1])).collect();
+        let parts = |bytes: &[u8]| bytes.len().div_ceil(PART);
+        let others = |it: &&(usize, Vec<u8>)| it.0 != own;
+        let n_out: usize = out.iter().filter(others).map(|it| parts(&it.1)).sum();
+        let n_in: usize = messages.iter().filter(others).map(|it| parts(&it.1)).sum();
+        mpi::request::multiple_scope(n_out + n_in, |scope, requests| {
+            for (from, bytes) in messages.iter_mut().filter(|it| it.0 != own) {
+                let process = self.world.process_at_rank(*from as i32);
+                for part in bytes.chunks_mut(PART) {
+                    requests.add(process.immediate_receive_into(scope, part));
+                }
+            }
+            for (to, bytes) in out.iter().filter(others) {
+                let process = self.world.process_at_rank(*to as i32);
+                for part in bytes.chunks(PART) {
+                    requests.add(process.immediate_send(scope, part));
+                }
+            }
+            requests.wait_all(&mut Vec::new());
+        });
+        for (to, bytes) in out.iter().filter(|it| it.0 == own) {
+            let message = messages.iter_mut().find(|it| it.0 == *to).expect("its length has come");
+            message.1.copy_from_slice(bytes);
+        }
+        messages
+    }
+}
