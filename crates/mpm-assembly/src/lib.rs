@@ -32,7 +32,7 @@ pub use body::{
     InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell, PassInput, PointExtent,
     PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw, SideForce, SideForces, Space,
     StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, crowding_over_shear, determinant,
-    finish_tangent, follow, pressure_over_shear, views,
+    finish_tangent, follow, leave_to_owners, pressure_over_shear, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

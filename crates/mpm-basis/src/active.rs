@@ -1,6 +1,6 @@
 //! The nodes that carry material, numbered.
 
-use crate::stencils::{ACTIVE, Stencils, narrow, widen};
+use crate::stencils::{ACTIVE, Bounds, Stencils, narrow, widen};
 use mpm_grid::{NodeId, NodeSpace};
 
 /// The nodes that carry material in this load step, numbered in ascending order.
@@ -26,7 +26,10 @@ impl<const D: usize> Window<D> {
     fn around(space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> Self {
         let nothing = ([u32::MAX; D], [0; D]);
         let chunks = stencils.iter().flat_map(|body| &body.chunks).filter(|chunk| !chunk.nodes.is_empty());
-        let (low, high) = chunks.fold(nothing, |all, chunk| widen(widen(all, chunk.bounds.0), chunk.bounds.1));
+        Self::of(space, chunks.fold(nothing, |all, chunk| widen(widen(all, chunk.bounds.0), chunk.bounds.1)))
+    }
+
+    fn of(space: &NodeSpace<D>, (low, high): Bounds<D>) -> Self {
         let mut extent = [0; D];
         for d in 0..D {
             extent[d] = (high[d] + 1).saturating_sub(low[d]);
@@ -99,6 +102,39 @@ impl<const D: usize> ActiveNodes<D> {
         for (slot, number) in number.iter_mut().enumerate().filter(|(_, number)| **number != INACTIVE) {
             *number = narrow(nodes.len());
             nodes.push(window.node(slot));
+        }
+        Self { nodes, window, number }
+    }
+
+    /// Nodes of `space` that points of this process influence, ascending, with `Σ_p (|S_vp| + |∇S_vp|/g_p)`, see [`Self::of`];
+    /// 1 in place of the sum, where a single point makes the node active. Several processes that share a model add what they
+    /// have of a node, and take those for active that have more than [`ACTIVE`](crate::ACTIVE).
+    pub fn touched(space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> Vec<(NodeId, f64)> {
+        let window = Window::around(space, stencils);
+        let slot = |node| window.slot(node).expect("the window holds every node of the stencils");
+        let mut weight: Vec<Option<f64>> = vec![None; window.size()];
+        let chunks = || stencils.iter().flat_map(|body| &body.chunks);
+        for (node, of_node) in chunks().flat_map(|chunk| &chunk.faint) {
+            *weight[slot(*node)].get_or_insert(0.0) += of_node;
+        }
+        for chunk in chunks() {
+            for (&node, _) in chunk.nodes.iter().zip(&chunk.strong).filter(|(_, strong)| **strong) {
+                weight[slot(node)] = Some(1.0);
+            }
+        }
+        let touched =
+            weight.iter().enumerate().filter_map(|(slot, weight)| Some((window.node(slot), (*weight)?)));
+        touched.collect()
+    }
+
+    /// These nodes of `space`, ascending: active for what others have found.
+    pub fn listed(space: &NodeSpace<D>, nodes: Vec<NodeId>) -> Self {
+        let nothing = ([u32::MAX; D], [0; D]);
+        let index = |node: &NodeId| space.lattice().node_index(*node);
+        let window = Window::of(space, nodes.iter().fold(nothing, |all, node| widen(all, index(node))));
+        let mut number = vec![INACTIVE; window.size()];
+        for (v, &node) in nodes.iter().enumerate() {
+            number[window.slot(node).expect("the window holds every node")] = narrow(v);
         }
         Self { nodes, window, number }
     }

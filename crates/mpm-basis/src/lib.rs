@@ -73,4 +73,4 @@ pub use layer::outside_of_layer;
 pub use seeding::seed_cells;
 pub use simplex::Simplex;
 pub use smpm::Smpm;
-pub use stencils::{Stencils, UnconnectedPoint};
+pub use stencils::{ACTIVE, Stencils, UnconnectedPoint};

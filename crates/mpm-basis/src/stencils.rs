@@ -12,7 +12,7 @@ use std::ops::Range;
 /// A node is active where `Σ_p (|S_vp| + |∇S_vp|/g_p)` exceeds this `[-]`, with `g_p` the largest gradient of the
 /// point, about one over the edge of its cell: a point on a mesh line has nodes with value 0 whose gradients the sum
 /// `Σ_v ∇S_vp = 0` needs.
-pub(crate) const ACTIVE: f64 = 1e-14;
+pub const ACTIVE: f64 = 1e-14;
 
 /// A point that the mesh does not cover.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -7,9 +7,11 @@ use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::model::Model;
 use crate::observe::Observer;
+use crate::ranks::{Alone, Ranks};
 use crate::record::summary::Summary;
 use crate::state::State;
 use std::any::Any;
+use std::rc::Rc;
 
 /// The same model by its number of dimensions, which is E.
 fn of<const D: usize, const E: usize>(model: &mut Model<D>) -> &mut Model<E> {
@@ -51,7 +53,7 @@ compiled_here! {
     /// # Errors
     /// [`Error::Step`] where a step fails at its smallest length, [`Error::TooManyPoints`] where domains
     /// would be split into too many, [`Error::Observer`] where the record cannot be written. All load steps before have been shown to the observer.
-    run(observer: &mut dyn Observer) -> Result<Summary, Error>, crate::run::run
+    run(observer: &mut dyn Observer) -> Result<Summary, Error>, alone
 }
 
 compiled_here! {
@@ -60,7 +62,7 @@ compiled_here! {
     ///
     /// # Errors
     /// [`Error::State`] where the state is none of the model; else as [`run`].
-    resume(state: &State, observer: &mut dyn Observer) -> Result<Summary, Error>, crate::run::resume
+    resume(state: &State, observer: &mut dyn Observer) -> Result<Summary, Error>, resume_alone
 }
 
 compiled_here! {
@@ -70,4 +72,95 @@ compiled_here! {
     /// [`Error::Start`] where the mesh of the first step cannot be placed or does not cover the points,
     /// [`Error::TooLarge`] where not even the structure of the factor fits into memory.
     estimate() -> Result<Estimate, Error>, crate::estimate::estimate
+}
+
+fn alone<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+    crate::run::run(model, Rc::new(Alone), observer)
+}
+
+fn resume_alone<const D: usize>(
+    model: &mut Model<D>,
+    state: &State,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    crate::run::resume(model, Rc::new(Alone), state, observer)
+}
+
+/// The same ranks by their number of dimensions, which is E.
+fn ranks_of<const D: usize, const E: usize>(ranks: Rc<dyn Ranks<D>>) -> Rc<dyn Ranks<E>> {
+    let ranks: Box<dyn Any> = Box::new(ranks);
+    *ranks.downcast().expect("E is asked for where D is E")
+}
+
+/// As [`run`], of a model that several ranks share: each calls it with the same model, see [`Ranks::divide`], and with an
+/// observer of its own, which sees the points of the rank and the history of all.
+///
+/// # Errors
+/// As [`run`], the same on all ranks, but for what one rank's observer refuses; [`Error::Ranks`] where the ranks cannot share
+/// the model.
+pub fn run_on<const D: usize>(
+    model: &mut Model<D>,
+    ranks: Rc<dyn Ranks<D>>,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    #[inline(never)]
+    fn plane(
+        model: &mut Model<2>,
+        ranks: Rc<dyn Ranks<2>>,
+        observer: &mut dyn Observer,
+    ) -> Result<Summary, Error> {
+        crate::run::run(model, ranks, observer)
+    }
+    #[inline(never)]
+    fn solid(
+        model: &mut Model<3>,
+        ranks: Rc<dyn Ranks<3>>,
+        observer: &mut dyn Observer,
+    ) -> Result<Summary, Error> {
+        crate::run::run(model, ranks, observer)
+    }
+    if const { D == 2 } {
+        plane(of(model), ranks_of(ranks), observer)
+    } else if const { D == 3 } {
+        solid(of(model), ranks_of(ranks), observer)
+    } else {
+        crate::run::run(model, ranks, observer)
+    }
+}
+
+/// As [`resume`], of a model that several ranks share, from the state of all points.
+///
+/// # Errors
+/// As [`resume`] and [`run_on`].
+pub fn resume_on<const D: usize>(
+    model: &mut Model<D>,
+    ranks: Rc<dyn Ranks<D>>,
+    state: &State,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
+    #[inline(never)]
+    fn plane(
+        model: &mut Model<2>,
+        ranks: Rc<dyn Ranks<2>>,
+        state: &State,
+        observer: &mut dyn Observer,
+    ) -> Result<Summary, Error> {
+        crate::run::resume(model, ranks, state, observer)
+    }
+    #[inline(never)]
+    fn solid(
+        model: &mut Model<3>,
+        ranks: Rc<dyn Ranks<3>>,
+        state: &State,
+        observer: &mut dyn Observer,
+    ) -> Result<Summary, Error> {
+        crate::run::resume(model, ranks, state, observer)
+    }
+    if const { D == 2 } {
+        plane(of(model), ranks_of(ranks), state, observer)
+    } else if const { D == 3 } {
+        solid(of(model), ranks_of(ranks), state, observer)
+    } else {
+        crate::run::resume(model, ranks, state, observer)
+    }
 }

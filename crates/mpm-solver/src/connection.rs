@@ -2,6 +2,7 @@
 
 use crate::error::StepFailure;
 use crate::model::{Model, NamedBody, NamedContribution};
+use crate::ranks::{Ranks, Shared, agreed, all, count};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
@@ -13,6 +14,7 @@ use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
 use mpm_linear::{LatticePlaces, Symmetry};
 use std::cell::Cell;
 use std::ops::Range;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// Points to nodes: the active nodes, each body's connection to them, and the tangent's pattern.
@@ -27,6 +29,8 @@ pub(crate) struct Connected<const D: usize> {
     pub field: Option<NodalField>,
     /// Whether the linear solver has analysed the pattern.
     pub is_analysed: Cell<bool>,
+    /// With whom the nodes are shared.
+    pub shared: Shared<D>,
 }
 
 /// The nodal field of regularised bodies in a load step. Its unknowns are the first that belong to no node's displacement.
@@ -59,6 +63,12 @@ impl<const D: usize> Connected<D> {
         let change = self.field.iter().flat_map(|field| &field.start.change);
         onwards.own.iter_mut().zip(change).for_each(|(value, change)| *value += times * change);
         onwards
+    }
+
+    /// Number of active nodes of all ranks.
+    pub(crate) fn n_nodes(&self) -> u64 {
+        let counted = self.shared.counted(self.active.nodes().iter()).count();
+        count(&*self.shared.ranks, counted as u64)
     }
 
     /// Number of unknowns of the nodal field.
@@ -113,7 +123,7 @@ pub(crate) fn connect_step<const D: usize>(
     mesh: &Mesh<D>,
     interval: Interval,
     former: &mut Option<Former<D>>,
-    timings: &mut Timings,
+    (ranks, timings): (&Rc<dyn Ranks<D>>, &mut Timings),
 ) -> Result<Connected<D>, StepFailure> {
     let (connected, kept) = match former.take() {
         // Neither points nor mesh have changed since the step failed.
@@ -122,12 +132,12 @@ pub(crate) fn connect_step<const D: usize>(
         }
         former => {
             let former = former.map(|former| former.connected);
-            timings.time(Phase::Connect, || connect(model, mesh, interval, former))?
+            timings.time(Phase::Connect, || connect(model, mesh, interval, former, ranks))?
         }
     };
     let skipped = &mut timings.skipped;
     kept.count(skipped);
-    skipped.nodes = (model.n_nodes() - connected.active.len()) as u64;
+    skipped.nodes = model.n_nodes() as u64 - connected.n_nodes();
     skipped.upper_triangle = match connected.pattern.symmetry() {
         Symmetry::Symmetric => (connected.pattern.n_entries() - connected.pattern.n_equations()) as u64,
         Symmetry::Unsymmetric => 0,
@@ -140,11 +150,22 @@ pub(crate) fn connect_step<const D: usize>(
 pub(crate) fn stencils<const D: usize>(
     model: &Model<D>,
     mesh: &Mesh<D>,
+    ranks: &dyn Ranks<D>,
 ) -> Result<Vec<Stencils<D>>, StepFailure> {
-    model.bodies.iter().map(|named| named.body.stencils(mesh).map_err(|it| outside(named, &it))).collect()
+    let stencils = model
+        .bodies
+        .iter()
+        .enumerate()
+        .map(|(index, named)| named.body.stencils(mesh).map_err(|it| outside((index, named), it, ranks)));
+    agreed(ranks, stencils.collect())
 }
 
-fn outside<const D: usize>(named: &NamedBody<D>, it: &UnconnectedPoint<D>) -> StepFailure {
+fn outside<const D: usize>(
+    (index, named): (usize, &NamedBody<D>),
+    it: UnconnectedPoint<D>,
+    ranks: &dyn Ranks<D>,
+) -> StepFailure {
+    let it = UnconnectedPoint { point: ranks.number_of_point(index, it.point), ..it };
     StepFailure::Outside { body: named.name.clone(), basis: named.body.basis(), reason: it.to_string() }
 }
 
@@ -176,28 +197,29 @@ pub(crate) fn connect<const D: usize>(
     mesh: &Mesh<D>,
     interval: Interval,
     former: Option<Connected<D>>,
+    ranks: &Rc<dyn Ranks<D>>,
 ) -> Result<(Connected<D>, Kept), StepFailure> {
-    let stencils = stencils(model, mesh)?;
-    let active = ActiveNodes::of(&model.nodes, &stencils);
-    let linked: Vec<BodyConnectivity<D>> = stencils
-        .into_iter()
-        .zip(&model.bodies)
-        .map(|(stencils, named)| {
-            let connectivity = Connectivity::of(stencils, &active);
-            let dilatation =
-                named.body.dilatation(&connectivity, mesh, &active).map_err(|it| outside(named, &it))?;
-            Ok(BodyConnectivity { connectivity, dilatation })
-        })
-        .collect::<Result<_, _>>()?;
+    let stencils = stencils(model, mesh, &**ranks)?;
+    let active = ranks.activate(&model.nodes, &stencils);
+    let shared = Shared::of(ranks);
+    let linked = stencils.into_iter().zip(model.bodies.iter().enumerate()).map(|(stencils, body)| {
+        let connectivity = Connectivity::of(stencils, &active);
+        let dilatation = body.1.body.dilatation(&connectivity, mesh, &active);
+        let dilatation = dilatation.map_err(|it| outside(body, it, &**ranks))?;
+        Ok(BodyConnectivity { connectivity, dilatation })
+    });
+    let linked: Vec<BodyConnectivity<D>> = agreed(&**ranks, linked.collect())?;
     let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
     let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry: false };
-    let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
+    let Numbered { unknowns, own, field, begun } = agreed(&**ranks, begin(model, &start))?;
     let same = begun == Begun::AsBefore
         && former.as_ref().is_some_and(|former| {
             former.active == active
                 && *former.unknowns() == unknowns
                 && linked.iter().zip(&former.assembly_plans).all(|(now, before)| before.is_connected_as(now))
         });
+    // Whoever changes the pattern of the matrix that all ranks share changes it for all.
+    let same = all(&**ranks, same);
     match former {
         Some(Connected { assembly_plans, pattern, is_analysed, .. }) if same => {
             let mut assembly_plans: Vec<AssemblyPlan<D>> = assembly_plans
@@ -206,11 +228,11 @@ pub(crate) fn connect<const D: usize>(
                 .map(|(kept, now)| kept.relinked(now.connectivity))
                 .collect();
             let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, &pattern));
-            Ok((Connected { active, assembly_plans, pattern, own, field, is_analysed }, Kept::Pattern))
+            Ok((Connected { active, assembly_plans, pattern, own, field, is_analysed, shared }, Kept::Pattern))
         }
         former => {
             let former = former.map(|former| former.pattern);
-            Ok((couple(model, active, linked, (unknowns, own, field), former), Kept::Memory))
+            Ok((couple(model, (active, shared), linked, (unknowns, own, field), former), Kept::Memory))
         }
     }
 }
@@ -225,19 +247,20 @@ fn begin_again<const D: usize>(
     let connectivity: Vec<&Connectivity<D>> =
         former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
     let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry: true };
-    let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
-    if begun == Begun::AsBefore && unknowns == *former.unknowns() {
+    let ranks = &*former.shared.ranks;
+    let Numbered { unknowns, own, field, begun } = agreed(ranks, begin(model, &start))?;
+    if all(ranks, begun == Begun::AsBefore && unknowns == *former.unknowns()) {
         return Ok((former, Kept::All));
     }
-    let Connected { active, assembly_plans, pattern, .. } = former;
+    let Connected { active, assembly_plans, pattern, shared, .. } = former;
     let linked = assembly_plans.into_iter().map(AssemblyPlan::into_body_connectivity).collect();
-    Ok((couple(model, active, linked, (unknowns, own, field), Some(pattern)), Kept::Memory))
+    Ok((couple(model, (active, shared), linked, (unknowns, own, field), Some(pattern)), Kept::Memory))
 }
 
 /// Makes the pattern of what all contributions couple, in the memory of a former one.
 fn couple<const D: usize>(
     model: &mut Model<D>,
-    active: ActiveNodes<D>,
+    (active, shared): (ActiveNodes<D>, Shared<D>),
     linked: Vec<BodyConnectivity<D>>,
     (unknowns, own, field): (Unknowns<D>, Vec<Range<usize>>, Option<Arc<FieldNodes>>),
     former: Option<SparsityPattern<D>>,
@@ -265,7 +288,7 @@ fn couple<const D: usize>(
     for named in &mut model.contributions {
         named.contribution.locate(&pattern);
     }
-    Connected { active, assembly_plans, pattern, own, field, is_analysed: Cell::new(false) }
+    Connected { active, assembly_plans, pattern, own, field, is_analysed: Cell::new(false), shared }
 }
 
 /// The nodal field as it follows the points at the start of the step.

@@ -1,6 +1,7 @@
 //! Why a run did not start or did not finish.
 
 use crate::observe::ObserverError;
+use crate::told::Told;
 use mpm_assembly::AdvanceError;
 use mpm_grid::six_digits;
 use mpm_material::NoReturn;
@@ -85,6 +86,9 @@ pub enum Error {
         /// Load fraction reached; it counts stages.
         fraction: f64,
     },
+    /// Several ranks cannot share the model.
+    #[error("several ranks cannot share the model: {0}")]
+    Ranks(String),
     /// The run was asked to stop, see [`crate::observe::Cancellation`].
     #[error("interrupted at load fraction {fraction}, after {steps} load steps")]
     Cancelled {
@@ -302,37 +306,44 @@ pub enum StepFailure {
         /// Which point, and what is wrong with it.
         reason: AdvanceError,
     },
+    /// What one of several [ranks](crate::Ranks) has told.
+    #[error("{}", .0.message)]
+    Told(Told),
 }
 
 impl StepFailure {
     /// Whether nodes that bodies barely reach can be the cause, and its message does not say so.
     pub(crate) fn may_need_stabilisation(&self) -> bool {
-        matches!(
-            self,
+        match self {
+            StepFailure::Told(told) => told.has(Told::STABILISATION),
             StepFailure::NotConverged { .. }
-                | StepFailure::Inverted { .. }
-                | StepFailure::ReachesAxis { .. }
-                | StepFailure::NoReturn { .. }
-                | StepFailure::Linear(_)
-                | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. }
-        )
+            | StepFailure::Inverted { .. }
+            | StepFailure::ReachesAxis { .. }
+            | StepFailure::NoReturn { .. }
+            | StepFailure::Linear(_)
+            | StepFailure::Advance { reason: AdvanceError::TooFar { .. }, .. } => true,
+            _ => false,
+        }
     }
 
     /// Whether motions of nodes amid a body, which pressure drives, may be behind the failure.
     pub(crate) fn may_be_of_motions(&self) -> bool {
-        self.may_need_stabilisation()
-            || matches!(
-                self,
-                StepFailure::Outside { .. } | StepFailure::Singular { .. } | StepFailure::Advance { .. }
-            )
+        match self {
+            StepFailure::Told(told) => told.has(Told::MOTIONS),
+            StepFailure::Outside { .. } | StepFailure::Singular { .. } | StepFailure::Advance { .. } => true,
+            _ => self.may_need_stabilisation(),
+        }
     }
 
     /// Whether a shorter correction of the displacement can be admissible where a trial was not.
     pub(crate) fn is_of_trial(&self) -> bool {
-        matches!(
-            self,
-            StepFailure::Inverted { .. } | StepFailure::ReachesAxis { .. } | StepFailure::NoReturn { .. }
-        )
+        match self {
+            StepFailure::Told(told) => told.has(Told::TRIAL),
+            StepFailure::Inverted { .. } | StepFailure::ReachesAxis { .. } | StepFailure::NoReturn { .. } => {
+                true
+            }
+            _ => false,
+        }
     }
 
     /// Whether the step failed for a reason on which its length has no influence.
@@ -344,6 +355,7 @@ impl StepFailure {
             | StepFailure::UnheldLoaded { .. }
             | StepFailure::Unsuitable(_) => true,
             StepFailure::Refused { is_step_too_long, .. } => !is_step_too_long,
+            StepFailure::Told(told) => told.has(Told::START),
             _ => false,
         }
     }

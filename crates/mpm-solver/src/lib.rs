@@ -25,6 +25,7 @@ mod nodes;
 pub mod observe;
 mod predictor;
 mod progress;
+mod ranks;
 mod record;
 mod release;
 mod remedy;
@@ -34,9 +35,10 @@ mod skipped;
 mod state;
 mod steps;
 mod timing;
+mod told;
 
 pub use check::ModelError;
-pub use compiled::{estimate, resume, run};
+pub use compiled::{estimate, resume, resume_on, run, run_on};
 pub use error::{Error, PathFailure, Remedy, StepFailure};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, doubts};
 pub use extension::{Kept, extended};
@@ -50,6 +52,8 @@ pub use model::{
 pub use mpm_assembly::{StoredColumn, StoredPoints};
 pub use nodes::NodeMismatch;
 pub use progress::{Progress, StepsProgress};
+pub use ranks::{Alone, Ranks};
 pub use record::fields::look_at_points;
 pub use record::summary::Summary;
 pub use state::{BodyLayout, State, StateError, StateLayout, StoredContribution, StoredPredictor, StoredShare};
+pub use told::Told;

@@ -16,21 +16,25 @@ use crate::error::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::Model;
 use crate::progress::DomainCounts;
+use crate::ranks::{Ranks, agreed, any, count};
 use crate::record::energy::StepEnergy;
 use crate::record::{Balanced, StepResult};
 use crate::release::carried;
 use crate::rigid::rest::unheld;
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::{Phase, Timings};
-use mpm_assembly::{Converged, Trial};
+use mpm_assembly::{Constraints, Converged, Trial};
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::Hints;
+use std::rc::Rc;
 
 /// What load steps hand on to each other.
 pub(crate) struct Tools<const D: usize> {
     pub solver: Solver<D>,
     /// The connectivity of the last load step that was tried.
     pub former: Option<Former<D>>,
+    /// Who computes the model together.
+    pub ranks: Rc<dyn Ranks<D>>,
 }
 
 /// Finds the equilibrium of one load step and prepares the points for it; commits nothing.
@@ -44,9 +48,9 @@ pub(crate) fn load_step<const D: usize>(
 ) -> Result<StepResult<D>, StepFailure> {
     let mesh =
         model.motion.mesh_at(&model.layout, plan.start).map_err(|it| StepFailure::Mesh(it.to_string()))?;
-    let Tools { solver, former } = tools;
+    let Tools { solver, former, ranks } = tools;
     let interval = Interval { from: plan.start, to: plan.end };
-    let connected = connect_step(model, &mesh, interval, former, &mut solver.timings)?;
+    let connected = connect_step(model, &mesh, interval, former, (ranks, &mut solver.timings))?;
     let balanced = balance(model, &mesh, &connected, plan, None, solver).and_then(|mut balanced| {
         let mut round = 0;
         while augment(model, &mesh, &connected, plan, &balanced, round)? {
@@ -76,7 +80,7 @@ fn balance<const D: usize>(
     solver: &mut Solver<D>,
 ) -> Result<Balanced<D>, StepFailure> {
     let loading = StepLoading { model, mesh, connected, start: plan.start, pins: &[], carried: &[] };
-    let constraints = loading.constraints(plan.end)?;
+    let (ranks, constraints) = (&*connected.shared.ranks, loading.constraints(plan.end)?);
     let loading = StepLoading { carried: &carried(&loading, &constraints)?, ..loading };
     let external = loading.external_force(plan.end);
     let bodies = connected.bodies(&model.bodies);
@@ -106,7 +110,7 @@ fn balance<const D: usize>(
         is_kept: connected.is_analysed.get(),
         owned: None,
     };
-    let analysis = solver.analyse(&connected.pattern, &hints)?;
+    let analysis = agreed(ranks, solver.analyse(&connected.pattern, &hints))?;
     connected.is_analysed.set(true);
     let (mut end, span) = (plan.end, plan.end.get() - plan.start.get());
     let mut equilibrium = match (found, &mut plan.kind) {
@@ -127,7 +131,15 @@ fn balance<const D: usize>(
     let energy = || StepEnergy::of_step(&problem, &loading, [plan.start, end], &equilibrium);
     let energy = model.energies.then(energy).transpose()?;
     let condition = if model.condition_history { solver.condition(&problem) } else { None };
-    Ok(Balanced { end, equilibrium, equations: constraints.n_free(), analysis, energy, condition })
+    let equations = n_free(connected, &constraints);
+    Ok(Balanced { end, equilibrium, equations, analysis, energy, condition })
+}
+
+/// Number of components that are not prescribed, of the nodes of all ranks.
+fn n_free<const D: usize>(connected: &Connected<D>, constraints: &Constraints<D>) -> u64 {
+    let nodes = connected.shared.counted(0..constraints.n_nodes());
+    let free = nodes.map(|(node, _)| (0..D).filter(|&i| !constraints.is_prescribed(node, i)).count());
+    count(&*connected.shared.ranks, free.sum::<usize>() as u64)
 }
 
 /// Lets contributions change what they hold fixed in a balanced step of a given load fraction; whether any did.
@@ -147,7 +159,8 @@ fn augment<const D: usize>(
     let increment = &balanced.equilibrium.increment;
     let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
     let augmented = model.contributions.iter_mut().map(|named| named.contribution.augment(&trial, round));
-    Ok(augmented.fold(false, |any, changed| any | changed))
+    let changed = augmented.fold(false, |any, changed| any | changed);
+    Ok(any(&*connected.shared.ranks, changed))
 }
 
 /// Prepares the points, and what contributions remember, for the equilibrium that has been found.
@@ -159,14 +172,15 @@ fn advance<const D: usize>(
     balanced: &Balanced<D>,
     timings: &mut Timings,
 ) -> Result<(), StepFailure> {
-    let increment = &balanced.equilibrium.increment;
+    let (increment, ranks) = (&balanced.equilibrium.increment, &*connected.shared.ranks);
     if !model.contributions.is_empty() {
         let loading = StepLoading { model, mesh, connected, start, pins: &[], carried: &[] };
         let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
         let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
         for k in 0..model.contributions.len() {
             let prepared = model.contributions[k].contribution.prepare(&trial);
-            prepared.map_err(|it| refuse(&model.bodies, &model.contributions, model.bodies.len() + k, it))?;
+            let all = (&model.bodies[..], &model.contributions[..]);
+            agreed(ranks, prepared.map_err(|it| refuse(all, model.bodies.len() + k, it, ranks)))?;
         }
     }
     let without_domain = model.bodies.iter().filter(|named| !named.body.has_domains());
@@ -174,13 +188,15 @@ fn advance<const D: usize>(
     timings.time(Phase::Advance, || {
         let (active, own) = (&connected.active, &increment.own[..]);
         let converged = Converged { mesh, active, increment: &increment.nodes, own };
-        for (named, assembly_plan) in model.bodies.iter_mut().zip(&connected.assembly_plans) {
+        let bodies = model.bodies.iter_mut().zip(&connected.assembly_plans).enumerate();
+        let prepared = bodies.map(|(index, (named, assembly_plan))| {
             named.body.prepare(assembly_plan, converged).map_err(|reason| StepFailure::Advance {
                 body: named.name.clone(),
                 basis: named.body.basis(),
-                reason,
-            })?;
-        }
-        Ok(())
+                reason: reason.renumbered(|point| ranks.number_of_point(index, point)),
+            })
+        });
+        let prepared = prepared.collect();
+        agreed(ranks, prepared)
     })
 }

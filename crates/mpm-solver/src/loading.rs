@@ -1,9 +1,10 @@
 //! Loading of a load step: prescribed displacements and external forces at a load fraction.
 
 use crate::connection::Connected;
-use crate::equilibrium::round_off::{BodyScale, RoundOff, norm_of};
+use crate::equilibrium::round_off::{BodyScale, RoundOff};
 use crate::error::{PathFailure, StepFailure};
 use crate::model::{Model, Prescribed};
+use crate::ranks::agreed;
 use mpm_assembly::{BodyLoads, Constraints, SideForces};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 
@@ -54,6 +55,10 @@ impl<const D: usize> StepLoading<'_, D> {
     /// # Errors
     /// The mesh cannot be placed at `end`, and a support follows it.
     pub(crate) fn constraints(&self, end: LoadFraction) -> Result<Constraints<D>, StepFailure> {
+        agreed(&*self.connected.shared.ranks, self.constraints_of_rank(end))
+    }
+
+    fn constraints_of_rank(&self, end: LoadFraction) -> Result<Constraints<D>, StepFailure> {
         let Self { model, mesh, connected, start, pins, .. } = *self;
         let mut constraints = Constraints::none(connected.active.len());
         for support in model.supports.iter().filter(|support| support.acts_in(end.stage())) {
@@ -104,6 +109,7 @@ impl<const D: usize> StepLoading<'_, D> {
             let loads = BodyLoads { acceleration, point_forces: &point_forces, side_forces };
             named.body.external_force(assembly_plan.connectivity(), &loads, &mut external);
         }
+        connected.shared.ranks.complete(&mut external);
         // At the start of the step this much is left of a force that falls to 0 by the end of the stage.
         let left = 1.0 - start.get();
         for &Carried { node, component, force } in carried {
@@ -115,7 +121,7 @@ impl<const D: usize> StepLoading<'_, D> {
     /// Forces that rounding can cause: a few units in the last place of strain in every point.
     pub(crate) fn round_off(&self) -> RoundOff {
         let n_nodes = self.connected.active.len();
-        let several = self.model.bodies.len() > 1;
+        let (several, shared) = (self.model.bodies.len() > 1, &self.connected.shared);
         let (mut stiffness, mut bodies) = (vec![0.0; n_nodes], Vec::new());
         for (named, assembly_plan) in self.model.bodies.iter().zip(&self.connected.assembly_plans) {
             let connectivity = assembly_plan.connectivity();
@@ -125,18 +131,23 @@ impl<const D: usize> StepLoading<'_, D> {
             }
             let mut own = vec![0.0; n_nodes];
             named.body.stiffness_force(connectivity, &mut own);
-            let mut is_reached = vec![false; n_nodes];
+            shared.ranks.complete_numbers(&mut own);
+            let mut reached = vec![0.0; n_nodes];
             for set in 0..connectivity.n_node_sets() {
-                connectivity.node_set(set).iter().for_each(|&node| is_reached[node as usize] = true);
+                connectivity.node_set(set).iter().for_each(|&node| reached[node as usize] = 1.0);
             }
-            let nodes = (0..n_nodes as u32).filter(|&node| is_reached[node as usize]).collect();
-            bodies.push(BodyScale { nodes, stiffness: norm_of(&own) });
+            shared.ranks.complete_numbers(&mut reached);
+            let nodes = (0..n_nodes as u32).filter(|&node| reached[node as usize] > 0.0).collect();
+            bodies.push(BodyScale { nodes, stiffness: shared.norm_of(&own) });
             stiffness.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+        }
+        if !several {
+            shared.ranks.complete_numbers(&mut stiffness);
         }
         for named in &self.model.contributions {
             named.contribution.round_off(&mut stiffness);
         }
-        let all = 2.0 * f64::EPSILON * norm_of(&stiffness);
+        let all = 2.0 * f64::EPSILON * shared.norm_of(&stiffness);
         RoundOff { stiffness, all, bodies }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::connection::Connected;
 use crate::loading::impose;
+use crate::ranks::Ranks;
 use crate::state::StoredPredictor;
 use mpm_assembly::{Constraints, UnknownVector};
 use mpm_basis::ActiveNodes;
@@ -54,15 +55,11 @@ impl<const D: usize> Predictor<D> {
     /// Its displacement on the nodes of this step; a node that was not active then takes the mean of
     /// those with which it shares points.
     pub(crate) fn carried(&self, connected: &Connected<D>) -> Vec<Vector<D>> {
-        let known: Vec<Option<Vector<D>>> = connected
-            .active
-            .nodes()
-            .iter()
-            .map(|node| {
-                let place = self.increment.binary_search_by_key(node, |entry| entry.0).ok()?;
-                Some(self.increment[place].1)
-            })
-            .collect();
+        let known = connected.active.nodes().iter().map(|node| {
+            let place = self.increment.binary_search_by_key(node, |entry| entry.0).ok()?;
+            Some(self.increment[place].1)
+        });
+        let known = known_to_owners(known.collect(), &*connected.shared.ranks);
         let mut sums = vec![(Vector::<D>::zeros(), 0.0); known.len()];
         for assembly_plan in &connected.assembly_plans {
             let connectivity = assembly_plan.connectivity();
@@ -80,6 +77,7 @@ impl<const D: usize> Predictor<D> {
                 }
             }
         }
+        complete(&mut sums, &*connected.shared.ranks);
         let known = known.iter().zip(sums);
         known.map(|(known, (sum, count))| known.unwrap_or(sum / f64::max(count, 1.0))).collect()
     }
@@ -118,5 +116,35 @@ impl<const D: usize> Predictor<D> {
         let nodes = nodes.iter().filter_map(|&node| NodeId::from_index(node as usize));
         let increment = nodes.zip(increment.chunks_exact(D).map(Vector::from_column_slice)).collect();
         Ok(Some(Self { increment, fraction, length }))
+    }
+}
+
+/// What the owners of nodes know of them: a node that is new to a rank may be known to another.
+fn known_to_owners<const D: usize>(
+    mut known: Vec<Option<Vector<D>>>,
+    ranks: &dyn Ranks<D>,
+) -> Vec<Option<Vector<D>>> {
+    if ranks.size() > 1 {
+        let flat = |known: &Option<Vector<D>>| {
+            let value = known.unwrap_or_else(Vector::zeros);
+            std::iter::once(f64::from(u8::from(known.is_some())))
+                .chain(value.iter().copied())
+                .collect::<Vec<_>>()
+        };
+        let mut field: Vec<f64> = known.iter().flat_map(flat).collect();
+        ranks.spread(&mut field, D + 1);
+        let read = |it: &[f64]| (it[0] > 0.0).then(|| Vector::from_column_slice(&it[1..]));
+        known = field.chunks_exact(D + 1).map(read).collect();
+    }
+    known
+}
+
+/// Adds what other ranks have of the sums and counts.
+fn complete<const D: usize>(sums: &mut [(Vector<D>, f64)], ranks: &dyn Ranks<D>) {
+    if ranks.size() > 1 {
+        let (mut vectors, mut counts): (Vec<_>, Vec<_>) = sums.iter().copied().unzip();
+        ranks.complete(&mut vectors);
+        ranks.complete_numbers(&mut counts);
+        sums.iter_mut().zip(vectors.into_iter().zip(counts)).for_each(|(sum, it)| *sum = it);
     }
 }

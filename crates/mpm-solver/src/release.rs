@@ -7,6 +7,7 @@ use crate::connection::contributions;
 use crate::equilibrium::problem::refuse;
 use crate::error::StepFailure;
 use crate::loading::{Carried, StepLoading};
+use crate::ranks::agreed;
 use mpm_assembly::{Constraints, SystemSums, Trial};
 
 /// What the supports carry that end in the stage of a load step, at the start of that step; nothing on components that
@@ -23,7 +24,7 @@ pub(crate) fn carried<const D: usize>(
     if released(start.stage()).next().is_none() {
         return Ok(Vec::new());
     }
-    let increment = connected.at_rest();
+    let (increment, ranks) = (connected.at_rest(), &*connected.shared.ranks);
     let mut force = increment.clone();
     let trial =
         Trial { pattern: &connected.pattern, constraints, increment: &increment, end: start, is_first: false };
@@ -31,8 +32,10 @@ pub(crate) fn carried<const D: usize>(
     let bodies = connected.bodies(&model.bodies);
     for (index, contribution) in contributions(&bodies, &model.contributions).into_iter().enumerate() {
         let added = contribution.add(&trial, &mut sums);
-        added.map_err(|it| refuse(&model.bodies, &model.contributions, index, it))?;
+        let all = (&model.bodies[..], &model.contributions[..]);
+        agreed(ranks, added.map_err(|it| refuse(all, index, it, ranks)))?;
     }
+    ranks.complete(&mut force.nodes);
     // The forces that act there now, or at the end of the stage before.
     let external = loading.external_force(start.reached());
     let mut is_counted = vec![[false; D]; connected.active.len()];

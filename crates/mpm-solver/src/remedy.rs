@@ -3,6 +3,7 @@
 use crate::connection::Connected;
 use crate::error::{Error, Remedy};
 use crate::model::{Model, NamedContribution};
+use crate::ranks::{Ranks, largest};
 use mpm_grid::{LoadFraction, MeshMotion};
 
 /// Stiffness of the node that bodies reach least, over the median, from which on no node is barely reached: at the
@@ -28,8 +29,9 @@ pub(crate) fn with_remedy<const D: usize>(
     error: Error,
     model: &Model<D>,
     connected: Option<&Connected<D>>,
+    ranks: &dyn Ranks<D>,
 ) -> Error {
-    let pressed = pressure_over_shear(model);
+    let pressed = pressure_over_shear(model, ranks);
     match (error, connected) {
         (Error::Step { step, from, to, level, reason, remedy: None }, _)
             if reason.may_be_of_motions() && pressed.is_some() =>
@@ -38,7 +40,7 @@ pub(crate) fn with_remedy<const D: usize>(
             Error::Step { step, from, to, level, reason, remedy }
         }
         (Error::Step { step, from, to, level, reason, remedy: None }, Some(connected))
-            if reason.may_need_stabilisation() && can_be_stabilised(model) =>
+            if ranks.sees_all() && reason.may_need_stabilisation() && can_be_stabilised(model) =>
         {
             let part = least_reached(model, connected);
             let remedy = (part < FULL).then_some(Remedy::Stabilisation { part });
@@ -49,17 +51,21 @@ pub(crate) fn with_remedy<const D: usize>(
 }
 
 /// Pressure over the shear stress of flowing points, where it is so large that volume changes should be those of cells.
-pub(crate) fn pressure_over_shear<const D: usize>(model: &Model<D>) -> Option<f64> {
+pub(crate) fn pressure_over_shear<const D: usize>(model: &Model<D>, ranks: &dyn Ranks<D>) -> Option<f64> {
     let ratios = model.bodies.iter().filter_map(|named| mpm_assembly::pressure_over_shear(&*named.body));
-    ratios.reduce(f64::max).filter(|ratio| *ratio >= PRESSED)
+    Some(largest(ranks, ratios.fold(0.0, f64::max))).filter(|ratio| *ratio >= PRESSED)
 }
 
 /// Pressure that cells misjudge at a load fraction over the shear stress of flowing points, where it is so large that volume
 /// changes should be those of points.
-pub(crate) fn crowding_over_shear<const D: usize>(model: &Model<D>, at: LoadFraction) -> Option<f64> {
+pub(crate) fn crowding_over_shear<const D: usize>(
+    model: &Model<D>,
+    at: LoadFraction,
+    ranks: &dyn Ranks<D>,
+) -> Option<f64> {
     let mesh = model.motion.mesh_at(&model.layout, at).ok()?;
     let ratios = model.bodies.iter().filter_map(|named| mpm_assembly::crowding_over_shear(&*named.body, &mesh));
-    ratios.reduce(f64::max).filter(|ratio| *ratio >= CROWDED)
+    Some(largest(ranks, ratios.fold(0.0, f64::max))).filter(|ratio| *ratio >= CROWDED)
 }
 
 /// Stiffness of the node that bodies reach least, over the median of all nodes.

@@ -8,6 +8,7 @@ use crate::estimate::{cells_without_material, columns_not_stored};
 use crate::load_step::{Tools, load_step};
 use crate::model::{Model, Support};
 use crate::observe::{Moment, Observer, Outcome};
+use crate::ranks::{Alone, Ranks, any};
 use crate::record::history::Record;
 use crate::record::summary::Summary;
 use crate::remedy::with_remedy;
@@ -15,22 +16,34 @@ use crate::state::{State, StateError};
 use crate::steps::Steps;
 use crate::steps::plan::{Plan, StepKind};
 use crate::timing::Timings;
-use mpm_basis::ActiveNodes;
 use mpm_grid::LoadFraction;
+use mpm_linear::LinearSolver;
+use std::rc::Rc;
 
 /// See [`crate::run()`].
-pub(crate) fn run<const D: usize>(model: &mut Model<D>, observer: &mut dyn Observer) -> Result<Summary, Error> {
+pub(crate) fn run<const D: usize>(
+    model: &mut Model<D>,
+    ranks: Rc<dyn Ranks<D>>,
+    observer: &mut dyn Observer,
+) -> Result<Summary, Error> {
     model.check()?;
     let record = Record::new(model);
+    ranks.divide(model, LoadFraction::START).map_err(Error::Ranks)?;
     observer.start(&record.start()).map_err(Error::Observer)?;
-    let solver = Solver::new(model.linear_solver(), observer.cancellation(), Timings::new());
-    let state = RunState { record, steps: Steps::new(model), tools: Tools { solver, former: None } };
+    let solver = Solver::new(linear_solver(model, &*ranks), observer.cancellation(), Timings::new());
+    let state = RunState { record, steps: Steps::new(model), tools: Tools { solver, former: None, ranks } };
     state.finish(model, observer)
+}
+
+/// That of the ranks, or else that of the model.
+fn linear_solver<const D: usize>(model: &Model<D>, ranks: &dyn Ranks<D>) -> Box<dyn LinearSolver> {
+    ranks.solver(model).unwrap_or_else(|| model.linear_solver())
 }
 
 /// See [`crate::resume()`].
 pub(crate) fn resume<const D: usize>(
     model: &mut Model<D>,
+    ranks: Rc<dyn Ranks<D>>,
     state: &State,
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
@@ -42,23 +55,24 @@ pub(crate) fn resume<const D: usize>(
     let timings = Timings::restore(&state.progress.spent).map_err(wrong)?;
     let steps = Steps::restore(model, &state.progress, &state.predictor).map_err(wrong)?;
     check_covered(model, steps.at())?;
-    let mut solver = Solver::new(model.linear_solver(), observer.cancellation(), timings);
+    ranks.divide(model, steps.at()).map_err(Error::Ranks)?;
+    let mut solver = Solver::new(linear_solver(model, &*ranks), observer.cancellation(), timings);
     if let Some(saved) = &state.linear_solver {
         solver.restore(saved.clone()).map_err(|it| StateError::new("linear_solver", it))?;
     }
     record.show_resumed(steps.at(), observer)?;
-    RunState { record, steps, tools: Tools { solver, former: None } }.finish(model, observer)
+    RunState { record, steps, tools: Tools { solver, former: None, ranks } }.finish(model, observer)
 }
 
 /// Refuses points that the mesh at a load fraction does not cover.
 fn check_covered<const D: usize>(model: &Model<D>, at: LoadFraction) -> Result<(), Error> {
     let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| StateError::new("the mesh", it))?;
-    stencils(model, &mesh).map_err(|it| StateError::new("bodies", it))?;
+    stencils(model, &mesh, &Alone).map_err(|it| StateError::new("bodies", it))?;
     Ok(())
 }
 
 /// Refuses a stage with which a support begins that would move nodes none of which carries material.
-fn check_begun<const D: usize>(model: &Model<D>, number: u32) -> Result<(), Error> {
+fn check_begun<const D: usize>(model: &Model<D>, number: u32, ranks: &dyn Ranks<D>) -> Result<(), Error> {
     let begins = |support: &&Support<D>| support.active.from == number && support.drives();
     let mut begun = model.supports.iter().filter(begins).peekable();
     if begun.peek().is_none() {
@@ -66,14 +80,23 @@ fn check_begun<const D: usize>(model: &Model<D>, number: u32) -> Result<(), Erro
     }
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::start_of(number));
     // Where there is no mesh, or it does not cover the points, the first load step says so.
-    let Some(stencils) = mesh.ok().and_then(|mesh| stencils(model, &mesh).ok()) else { return Ok(()) };
-    let active = ActiveNodes::of(&model.nodes, &stencils);
-    match begun.find(|support| !support.nodes.iter().any(|&node| active.number(node).is_some())) {
+    let Some(stencils) = mesh.ok().and_then(|mesh| stencils(model, &mesh, ranks).ok()) else { return Ok(()) };
+    let active = ranks.activate(&model.nodes, &stencils);
+    let carries = |support: &Support<D>| support.nodes.iter().any(|&node| active.number(node).is_some());
+    match begun.find(|support| !any(ranks, carries(support))) {
         None => Ok(()),
         Some(support) => Err(Error::EmptySupport {
             stage: model.stages[number as usize].name.clone(),
             support: support.name.clone(),
         }),
+    }
+}
+
+/// Makes the present positions those from which displacements count.
+fn reset_displacements<const D: usize>(model: &mut Model<D>, ranks: &dyn Ranks<D>) {
+    model.bodies.iter_mut().for_each(|named| named.body.reset_displacements());
+    for k in 0..model.probes.len() {
+        model.probes[k].rest = model.probes[k].mean_position(&model.bodies, ranks);
     }
 }
 
@@ -103,20 +126,21 @@ impl<const D: usize> RunState<D> {
             Err(error) => Outcome::Failed(error.to_string()),
         };
         let timings = &mut self.tools.solver.timings;
-        timings.skipped.cells = cells_without_material(model, self.record.at());
+        timings.skipped.cells = cells_without_material(model, self.record.at(), &*self.tools.ranks);
         timings.skipped.columns = columns_not_stored(&model.bodies).len() as u64;
         let closed = observer.finish(&said, &timings.with_skipped()).map_err(Error::Observer);
         outcome.and(closed)?;
-        Ok(self.record.summary(model, timings))
+        Ok(self.record.summary(model, timings, &*self.tools.ranks))
     }
 
     /// The loop over load steps.
     fn take_steps(&mut self, model: &mut Model<D>, observer: &mut dyn Observer) -> Result<(), Error> {
         if self.record.rows() == 0 {
-            self.record.show_initial(model, observer, &mut self.tools.solver.timings)?;
+            let Tools { solver, ranks, .. } = &mut self.tools;
+            self.record.show_initial(model, observer, (&mut solver.timings, &**ranks))?;
         }
         while let Some(mut plan) = self.next(model)? {
-            self.record.check_grips(model, plan.start.stage())?;
+            self.record.check_grips(model, plan.start.stage(), &*self.tools.ranks)?;
             // Relaxation goes on with what has been analysed for the step that it tries again.
             if !matches!(plan.kind, StepKind::Relaxed) {
                 self.tools.solver.end_step();
@@ -127,10 +151,12 @@ impl<const D: usize> RunState<D> {
                     self.steps.accept(&plan, &done);
                     let controlled = control_domains(model, done.balanced.end, self.record.rows());
                     done.domains = *controlled.as_ref().unwrap_or(&done.domains);
-                    let Tools { solver, former } = &mut self.tools;
+                    let Tools { solver, former, ranks } = &mut self.tools;
                     self.record.show_step(model, &done, self.steps.cuts(), observer, &mut solver.timings)?;
+                    let at = done.balanced.end;
                     *former = Some(done.into_former());
                     controlled?;
+                    ranks.settle(model, at);
                     solver.end_step();
                     let taken = self.record.rows() - 1;
                     self.offer(Moment::Step(taken), model, observer)?;
@@ -141,7 +167,7 @@ impl<const D: usize> RunState<D> {
                 Err(failure) => {
                     let connected = self.tools.former.as_ref().map(|former| &former.connected);
                     let rejected = self.steps.reject(&plan, failure);
-                    rejected.map_err(|error| with_remedy(error, model, connected))?;
+                    rejected.map_err(|error| with_remedy(error, model, connected, &*self.tools.ranks))?;
                 }
             }
         }
@@ -155,12 +181,12 @@ impl<const D: usize> RunState<D> {
                 return Ok(Some(plan));
             }
             let Some(number) = self.steps.next_stage(model) else { return Ok(None) };
-            check_begun(model, number)?;
+            check_begun(model, number, &*self.tools.ranks)?;
             self.steps.begin_stage(model, number, self.record.rows() - 1);
             if model.stages[number as usize].resets_displacements {
-                model.reset_displacements();
+                reset_displacements(model, &*self.tools.ranks);
             }
-            self.record.begin_stage(model, number);
+            self.record.begin_stage(model, number, &*self.tools.ranks);
             // Other supports may hold the nodes: what was found out about the connectivity does not hold.
             self.tools.former = None;
         }

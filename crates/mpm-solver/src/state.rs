@@ -48,7 +48,8 @@ pub struct StoredShare {
 }
 
 impl StoredShare {
-    pub(crate) fn of<const D: usize>(share: &Share<D>) -> Self {
+    /// The part of a load as plain numbers.
+    pub fn of<const D: usize>(share: &Share<D>) -> Self {
         let arm = std::array::from_fn(|d| if d < D { share.arm[d] } else { 0.0 });
         Self { point: share.point, part: share.part, arm }
     }

@@ -60,6 +60,18 @@ pub enum AdvanceError {
     },
 }
 
+impl AdvanceError {
+    /// The same error, of the point that has this number elsewhere.
+    pub fn renumbered(mut self, number: impl Fn(usize) -> usize) -> Self {
+        let place = match &mut self {
+            Self::Inadmissible(it) => &mut it.point,
+            Self::TooFar { point, .. } | Self::AcrossAxis { point, .. } | Self::Domain { point, .. } => point,
+        };
+        *place = number(*place);
+        self
+    }
+}
+
 /// What a converged load step is for the points.
 #[derive(Clone, Copy)]
 pub struct Converged<'a, const D: usize> {

@@ -52,7 +52,7 @@ pub use occupied::OccupiedCell;
 pub use point_view::PointView;
 pub use pressed::pressure_over_shear;
 pub use regularised::{FieldNodes, FieldPoint, FieldStart, FollowedBody, follow};
-pub use scatter::{PassInput, Sums, TangentSums, finish_tangent};
+pub use scatter::{PassInput, Sums, TangentSums, finish_tangent, leave_to_owners};
 pub use shipped::{InSpace, ShippedBasis, ShippedLaw};
 pub use space::Space;
 pub use start::{PointStart, RefusedStart};

@@ -281,3 +281,18 @@ pub fn finish_tangent<const D: usize>(
         }
     }
 }
+
+/// Clears the diagonal of prescribed components of nodes that are not `owned`: where several sum a matrix together, the
+/// owner of a node gives it.
+pub fn leave_to_owners<const D: usize>(
+    pattern: &SparsityPattern<D>,
+    constraints: &Constraints<D>,
+    values: &mut [f64],
+    owned: &[bool],
+) {
+    for node in (0..constraints.n_nodes()).filter(|&node| !owned[node]) {
+        for i in (0..D).filter(|&i| constraints.is_prescribed(node, i)) {
+            values[pattern.diagonal(node_equation::<D>(node, i))] = 0.0;
+        }
+    }
+}

@@ -4,6 +4,7 @@ use super::line_search::{Correction, Taken};
 use super::problem::{Equilibrium, Iterate, Problem, Wanted};
 use super::system::{Solver, singular};
 use crate::error::StepFailure;
+use crate::ranks::any;
 use crate::timing::Phase;
 use mpm_assembly::UnknownVector;
 use mpm_grid::Vector;
@@ -51,7 +52,7 @@ pub(crate) fn solve<const D: usize>(
         let mut guessed = rest.clone();
         guessed.increment = increment;
         guessed.is_first = false;
-        let start = Start { iterate: guessed, lift: &[], patience: Patience::UntilSlow };
+        let start = Start { iterate: guessed, lift: None, patience: Patience::UntilSlow };
         match iterate(start, problem, solver) {
             Err(failure) if failure != StepFailure::Cancelled => {}
             outcome => return outcome.map(Iterate::into_equilibrium),
@@ -60,7 +61,7 @@ pub(crate) fn solve<const D: usize>(
         solver.restart();
     }
     solver.weakest_pivot = None;
-    let lift = problem.constraints.increment();
+    let lift = Some(problem.constraints.increment());
     let start = Start { iterate: rest, lift, patience: Patience::ToTheEnd };
     let found = iterate(start, problem, solver).map(Iterate::into_equilibrium);
     found.map_err(|failure| match solver.weakest_pivot {
@@ -85,7 +86,7 @@ pub(crate) fn go_on<const D: usize>(
     let mut start = solver.at_rest(problem);
     start.increment = found.increment;
     start.is_first = false;
-    let start = Start { iterate: start, lift: &[], patience: Patience::ToTheEnd };
+    let start = Start { iterate: start, lift: None, patience: Patience::ToTheEnd };
     let mut next = iterate(start, problem, solver)?.into_equilibrium();
     next.effort.add_earlier(found.effort);
     Ok(next)
@@ -94,8 +95,8 @@ pub(crate) fn go_on<const D: usize>(
 /// Where Newton's iteration begins.
 pub(crate) struct Start<'a, const D: usize> {
     pub iterate: Iterate<D>,
-    /// Prescribed increments that are still to be made, whole by the first correction; none if empty `[L]`.
-    pub lift: &'a [Vector<D>],
+    /// Prescribed increments that are still to be made, whole by the first correction `[L]`.
+    pub lift: Option<&'a [Vector<D>]>,
     pub patience: Patience,
 }
 
@@ -181,17 +182,18 @@ enum Verdict {
 }
 
 impl<const D: usize> Newton<'_, '_, D> {
-    fn run(&mut self, lift: &[Vector<D>]) -> Result<(), StepFailure> {
-        self.solver.check_cancellation()?;
-        let driven = if self.problem.constraints.is_driven() { lift } else { &[] };
+    fn run(&mut self, lift: Option<&[Vector<D>]>) -> Result<(), StepFailure> {
+        self.solver.check_cancellation(self.problem)?;
+        let is_driven = any(&*self.problem.connected.shared.ranks, self.problem.constraints.is_driven());
+        let driven = lift.filter(|_| is_driven);
         if self.begin(driven)? == Verdict::Balanced {
             return Ok(());
         }
         for iteration in 1..=self.problem.tolerance.iterations {
             let is_first = iteration == 1;
             // A short first correction would leave prescribed displacements to the points next to them.
-            let least_part = if is_first && !driven.is_empty() { 1.0 } else { LEAST_PART };
-            match self.correct(if is_first { lift } else { &[] }, least_part)? {
+            let least_part = if is_first && driven.is_some() { 1.0 } else { LEAST_PART };
+            match self.correct(lift.filter(|_| is_first), least_part)? {
                 Verdict::Balanced => return Ok(()),
                 Verdict::GoOn => {}
                 Verdict::GiveUp => break,
@@ -202,11 +204,11 @@ impl<const D: usize> Newton<'_, '_, D> {
 
     /// Forces and tangent at the start. Prescribed increments that are still to be made (`lift`) enter once, through
     /// the tangent.
-    fn begin(&mut self, lift: &[Vector<D>]) -> Result<Verdict, StepFailure> {
+    fn begin(&mut self, lift: Option<&[Vector<D>]>) -> Result<Verdict, StepFailure> {
         let Self { problem, solver, iterate, .. } = self;
-        let mut lifted = (!lift.is_empty()).then(|| UnknownVector::zeros(problem.unknowns()));
+        let mut lifted = lift.map(|_| UnknownVector::zeros(problem.unknowns()));
         solver.evaluate(problem, iterate, Wanted::ForceAndTangent, lifted.as_mut())?;
-        if lift.is_empty() {
+        if lift.is_none() {
             iterate.effort.residual = problem.residual(iterate);
             if problem.is_balanced(iterate, self.goal) {
                 return Ok(Verdict::Balanced);
@@ -220,7 +222,7 @@ impl<const D: usize> Newton<'_, '_, D> {
     }
 
     /// One iteration: a correction, the forces after it, and whether they are balanced.
-    fn correct(&mut self, lift: &[Vector<D>], least_part: f64) -> Result<Verdict, StepFailure> {
+    fn correct(&mut self, lift: Option<&[Vector<D>]>, least_part: f64) -> Result<Verdict, StepFailure> {
         self.prepare_factor()?;
         let Self { problem, solver, iterate, .. } = self;
         let accuracy = accuracy(&iterate.effort.residuals, self.goal);
@@ -250,8 +252,8 @@ impl<const D: usize> Newton<'_, '_, D> {
         let correction = Correction {
             start: &self.before,
             free: &self.correction,
-            lift,
-            work: self.correction.dot(&iterate.out_of_balance),
+            lift: lift.unwrap_or_default(),
+            work: problem.connected.shared.dot(&self.correction, &iterate.out_of_balance),
             least_part,
             whole: self.patience == Patience::UntilSlow && !is_almost_balanced,
         };

@@ -15,11 +15,12 @@
 //! One factorisation serves both right-hand sides; K stays symmetric and may be indefinite.
 
 use super::newton;
-use super::problem::{Equilibrium, Iterate, Problem, Wanted, dot, inadmissible};
+use super::problem::{Equilibrium, Iterate, Problem, Wanted, inadmissible};
 use super::system::{BorderRow, BorderedSolution, Solver};
 use crate::error::{PathFailure, StepFailure};
 use crate::loading::{HALF_DIFFERENCE, LoadingAt, StepLoading, impose};
 use crate::predictor::Predictor;
+use crate::ranks::{Shared, agreed, total};
 use crate::timing::Phase;
 use mpm_assembly::UnknownVector;
 use mpm_grid::{LoadFraction, Vector};
@@ -145,8 +146,8 @@ struct Gauge<const D: usize> {
 }
 
 impl<const D: usize> Gauge<D> {
-    fn slope(&self, direction: &[Vector<D>]) -> f64 {
-        dot(&self.gradient, direction)
+    fn slope(&self, direction: &[Vector<D>], shared: &Shared<D>) -> f64 {
+        shared.dot_nodes(&self.gradient, direction)
     }
 }
 
@@ -168,16 +169,17 @@ impl<const D: usize> PathIteration<'_, '_, D> {
         let mut trial = self.evaluate(&mut iterate, at)?;
         let mut gauge = self.gauge(step.measure, &iterate.increment)?;
         let aim = step.aim.expect("the first guess sets it");
+        let shared = &self.problem.connected.shared;
 
         for _ in 0..self.problem.tolerance.iterations {
             let solution = self.directions(&trial, &mut iterate)?;
             // The row of the load fraction: the length is to become `aim`.
             let row = BorderRow {
                 gradient: &gauge.gradient,
-                border: vec![gauge.slope(trial.loading.rates.increment())],
+                border: vec![gauge.slope(trial.loading.rates.increment(), shared)],
                 wanted: aim - gauge.length,
             };
-            let change = solution.border_unknowns(&[row]);
+            let change = solution.border_unknowns(&[row], shared);
             let change = change.ok_or(StepFailure::Path(PathFailure::NoLength))?;
             // Far from the path the linear model of the length is worth nothing; half its way is.
             let mut part = f64::min(1.0, step.reach / change[0].abs());
@@ -246,7 +248,9 @@ impl<const D: usize> PathIteration<'_, '_, D> {
     }
 
     fn weighted(&self, a: &[Vector<D>], b: &[Vector<D>]) -> f64 {
-        self.weights.iter().zip(a.iter().zip(b)).map(|(weight, (a, b))| weight * a.dot(b)).sum()
+        let shared = &self.problem.connected.shared;
+        let nodes = shared.counted(self.weights.iter().zip(a.iter().zip(b)));
+        total(&*shared.ranks, nodes.map(|(_, (weight, (a, b)))| weight * a.dot(b)).sum())
     }
 
     /// Sets the iterate to the first guess of displacement; returns that of the load fraction.
@@ -329,8 +333,9 @@ impl<const D: usize> PathIteration<'_, '_, D> {
         let unit = gauge(self.problem, &self.weights, Length::Displacement, per_fraction, &[])?;
         let aim = *step.aim.get_or_insert(unit.length * step.seed);
         // Onwards is where the last step went.
-        let onwards =
-            step.predictor.as_ref().map_or(1.0, |last| unit.slope(&last.carried(self.problem.connected)));
+        let connected = self.problem.connected;
+        let along = |last: &Arc<Predictor<D>>| unit.slope(&last.carried(connected), &connected.shared);
+        let onwards = step.predictor.as_ref().map_or(1.0, along);
         Ok((aim / unit.length).copysign(onwards))
     }
 
@@ -385,7 +390,9 @@ fn weights<const D: usize>(problem: &Problem<'_, D>) -> Vec<f64> {
     for (named, assembly_plan) in problem.bodies.iter().zip(&problem.connected.assembly_plans) {
         named.body.stiffness_force(assembly_plan.connectivity(), &mut weights);
     }
-    let sum: f64 = weights.iter().sum();
+    let shared = &problem.connected.shared;
+    shared.ranks.complete_numbers(&mut weights);
+    let sum = total(&*shared.ranks, shared.counted(weights.iter()).map(|it| it.1).sum());
     weights.iter_mut().for_each(|weight| *weight /= sum);
     weights
 }
@@ -398,7 +405,7 @@ fn gauge<const D: usize>(
     origin: &[Vector<D>],
 ) -> Result<Gauge<D>, StepFailure> {
     let UnknownVector { nodes: increment, own } = increment;
-    let mut gradient = vec![Vector::zeros(); increment.len()];
+    let (mut gradient, shared) = (vec![Vector::zeros(); increment.len()], &problem.connected.shared);
     let mut length = 0.0;
     match measure {
         Length::Displacement => {
@@ -407,23 +414,23 @@ fn gauge<const D: usize>(
                 *u -= origin;
             }
             problem.constraints.free_part(&mut gradient);
-            for (u, weight) in gradient.iter_mut().zip(weights) {
+            for (_, (u, weight)) in shared.counted(gradient.iter().zip(weights)) {
                 length += weight * u.norm_squared();
-                *u *= *weight;
             }
-            length = length.sqrt();
+            length = total(&*shared.ranks, length).sqrt();
+            gradient.iter_mut().zip(weights).for_each(|(u, weight)| *u *= *weight);
             if length > 0.0 {
                 gradient.iter_mut().for_each(|g| *g /= length);
             }
         }
         Length::Dissipation => {
-            for (named, assembly_plan) in problem.bodies.iter().zip(&problem.connected.assembly_plans) {
-                let energy = named
-                    .body
-                    .dissipation(assembly_plan, (increment, own), &mut gradient)
-                    .map_err(|it| inadmissible(named, it))?;
-                length += energy;
+            let bodies = problem.bodies.iter().enumerate().zip(&problem.connected.assembly_plans);
+            for (body, assembly_plan) in bodies {
+                let energy = body.1.body.dissipation(assembly_plan, (increment, own), &mut gradient);
+                length += agreed(&*shared.ranks, energy.map_err(|it| inadmissible(body, it, &*shared.ranks)))?;
             }
+            length = total(&*shared.ranks, length);
+            shared.ranks.complete(&mut gradient);
         }
     }
     Ok(Gauge { length, gradient })

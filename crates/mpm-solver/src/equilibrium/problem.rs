@@ -1,9 +1,10 @@
 //! The equations of a load step: out-of-balance force and tangent of a trial displacement.
 
-use super::round_off::{RoundOff, norm};
+use super::round_off::{BodyScale, RoundOff};
 use crate::connection::Connected;
 use crate::error::StepFailure;
 use crate::model::{NamedBody, NamedContribution, Tolerance};
+use crate::ranks::{Ranks, agreed, least, norm};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     Constraints, Contribution, Inadmissible, InadmissiblePoint, InadmissibleState, SystemSums, SystemTangent,
@@ -203,15 +204,17 @@ impl<const D: usize> Problem<'_, D> {
         for named in self.bodies {
             timings.skipped.count_pass(&*named.body);
         }
-        let pattern = &self.connected.pattern;
+        let (pattern, shared) = (&self.connected.pattern, &self.connected.shared);
         timings.time(phase, || {
             iterate.reaction.clear();
             if wanted == Wanted::ForceAndTangent {
                 values.fill(0.0);
             }
             let is_first = std::mem::take(&mut iterate.is_first);
-            let tangent =
-                (wanted == Wanted::ForceAndTangent).then_some(SystemTangent { values: &mut *values, lift });
+            let mut lift = lift;
+            let lifted = lift.as_deref_mut();
+            let tangent = (wanted == Wanted::ForceAndTangent)
+                .then_some(SystemTangent { values: &mut *values, lift: lifted });
             let mut sums = SystemSums::new(&mut iterate.reaction, tangent);
             iterate.scales.clear();
             let trial = self.trial(&iterate.increment, is_first);
@@ -221,19 +224,27 @@ impl<const D: usize> Problem<'_, D> {
                 for &v in own.iter().flat_map(|body| &body.nodes) {
                     iterate.out_of_balance.nodes[v as usize] = sums.force.nodes[v as usize];
                 }
-                contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
+                agreed(&*shared.ranks, self.added(index, contribution.add(&trial, &mut sums)))?;
                 // Forces of a first trial are a prediction.
                 iterate.scales.push(sums.scale.take().filter(|_| !is_first));
                 if let Some(body) = own {
-                    let before = &iterate.out_of_balance.nodes;
-                    let force = body.nodes.iter().map(|&v| sums.force.nodes[v as usize] - before[v as usize]);
+                    let force = &mut iterate.out_of_balance.nodes;
+                    for &v in &body.nodes {
+                        force[v as usize] = sums.force.nodes[v as usize] - force[v as usize];
+                    }
+                    shared.ranks.complete(force);
                     iterate.body_forces.resize(self.round_off.bodies.len(), 0.0);
-                    iterate.body_forces[index] = norm(force);
+                    iterate.body_forces[index] = norm(&*shared.ranks, self.counted(body).map(|v| force[v]));
                 }
             }
-            iterate.smallest_determinant = sums.smallest_determinant;
+            iterate.smallest_determinant = least(&*shared.ranks, sums.smallest_determinant);
             if wanted == Wanted::ForceAndTangent {
                 finish_tangent(pattern, self.constraints, values);
+                shared.leave_to_owners(pattern, self.constraints, values);
+            }
+            shared.ranks.complete(&mut iterate.reaction.nodes);
+            if let Some(lift) = lift {
+                shared.ranks.complete(&mut lift.nodes);
             }
             // Internal force becomes f_int - f_ext; its free components must vanish.
             let Iterate { reaction, out_of_balance, .. } = iterate;
@@ -255,7 +266,7 @@ impl<const D: usize> Problem<'_, D> {
     /// # Errors
     /// As [`Self::evaluate`].
     pub(crate) fn force_rate(&self, iterate: &Iterate<D>, half: f64) -> Result<UnknownVector<D>, StepFailure> {
-        let mut rate = UnknownVector::zeros(self.unknowns());
+        let (mut rate, ranks) = (UnknownVector::zeros(self.unknowns()), &self.connected.shared.ranks);
         let (before, after) =
             (self.end.with_value(self.end.get() - half), self.end.with_value(self.end.get() + half));
         for (index, contribution) in self.contributions.iter().enumerate().filter(|it| it.1.moves_with_load()) {
@@ -263,28 +274,35 @@ impl<const D: usize> Problem<'_, D> {
                 let mut force = UnknownVector::zeros(self.unknowns());
                 let trial = Trial { end, ..self.trial(&iterate.increment, false) };
                 let mut sums = SystemSums::new(&mut force, None);
-                contribution.add(&trial, &mut sums).map_err(|it| refuse(self.bodies, self.named, index, it))?;
+                agreed(&**ranks, self.added(index, contribution.add(&trial, &mut sums)))?;
                 rate.add(sign / (after.get() - before.get()), &force);
             }
         }
+        ranks.complete(&mut rate.nodes);
         Ok(rate)
     }
-}
 
-/// Sum of the scalar products, node by node.
-pub(crate) fn dot<const D: usize>(a: &[Vector<D>], b: &[Vector<D>]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+    /// What the contribution with this index has answered, as a failure of the step.
+    fn added(&self, index: usize, answer: Result<(), Inadmissible>) -> Result<(), StepFailure> {
+        answer.map_err(|it| refuse((self.bodies, self.named), index, it, &*self.connected.shared.ranks))
+    }
+
+    /// Those of the nodes of a body that this rank counts.
+    pub(super) fn counted<'b>(&'b self, body: &'b BodyScale) -> impl Iterator<Item = usize> + Clone + 'b {
+        let shared = &self.connected.shared;
+        body.nodes.iter().map(|&v| v as usize).filter(|&v| shared.counts(v))
+    }
 }
 
 /// The failure of a trial that is not admissible for the contribution with this index: the bodies come first.
 pub(crate) fn refuse<const D: usize>(
-    bodies: &[NamedBody<D>],
-    named: &[NamedContribution<D>],
+    (bodies, named): (&[NamedBody<D>], &[NamedContribution<D>]),
     index: usize,
     it: Inadmissible,
+    ranks: &dyn Ranks<D>,
 ) -> StepFailure {
     match it {
-        Inadmissible::Point(it) => inadmissible(&bodies[index], it),
+        Inadmissible::Point(it) => inadmissible((index, &bodies[index]), it, ranks),
         Inadmissible::Contribution(reason) => {
             StepFailure::Inadmissible { contribution: named[index - bodies.len()].name.clone(), reason }
         }
@@ -292,9 +310,14 @@ pub(crate) fn refuse<const D: usize>(
 }
 
 /// The failure of a trial under which a point has no admissible state.
-pub(crate) fn inadmissible<const D: usize>(named: &NamedBody<D>, it: InadmissiblePoint) -> StepFailure {
-    let (body, basis, point) = (named.name.clone(), named.body.basis(), it.point);
-    let position = named.body.point(point).position.iter().copied().collect();
+pub(crate) fn inadmissible<const D: usize>(
+    (index, named): (usize, &NamedBody<D>),
+    it: InadmissiblePoint,
+    ranks: &dyn Ranks<D>,
+) -> StepFailure {
+    let (body, basis) = (named.name.clone(), named.body.basis());
+    let position = named.body.point(it.point).position.iter().copied().collect();
+    let point = ranks.number_of_point(index, it.point);
     match it.reason {
         InadmissibleState::Inverted { determinant } => {
             StepFailure::Inverted { body, basis, point, position, determinant }

@@ -32,7 +32,7 @@ pub(crate) fn solve<const D: usize>(
     solver.evaluate(problem, &mut state, Wanted::Force, None)?;
     let imbalance = state.out_of_balance.nodes.clone();
     let mut residuals = Vec::new();
-    let mut lift = problem.constraints.increment();
+    let mut lift = Some(problem.constraints.increment());
     // Parts grow until one is too large.
     let (mut released, mut part, mut growth) = (0.0, 0.0, 2.0);
     loop {
@@ -53,9 +53,9 @@ pub(crate) fn solve<const D: usize>(
                     state.effort.residuals = residuals;
                     return Ok(state.into_equilibrium());
                 }
-                part = if lift.is_empty() { growth * part } else { FIRST_PART };
+                part = if lift.is_none() { growth * part } else { FIRST_PART };
                 released = aim;
-                lift = &[];
+                lift = None;
             }
             Err(StepFailure::Cancelled) => return Err(StepFailure::Cancelled),
             Err(failure) if 0.5 * part < LEAST_PART => return Err(failure),

@@ -5,8 +5,9 @@
 //! keep a node from coming nearer: it then counts as balanced at the round-off of the stresses around it.
 
 use super::problem::{Iterate, Problem};
-use super::round_off::{BodyScale, norm, norm_of};
+use super::round_off::BodyScale;
 use crate::connection::NodalField;
+use crate::ranks::{any, norm, norm_of};
 use mpm_assembly::FieldStart;
 use mpm_grid::Vector;
 
@@ -42,7 +43,8 @@ impl<const D: usize> Problem<'_, D> {
     }
 
     fn total_residual(&self, iterate: &Iterate<D>) -> f64 {
-        let supported = iterate.reaction.nodes.iter().enumerate().flat_map(|(v, force)| {
+        let shared = &self.connected.shared;
+        let supported = shared.counted(iterate.reaction.nodes.iter()).flat_map(|(v, force)| {
             let prescribed = (0..D).filter(move |&i| self.constraints.is_prescribed(v, i));
             prescribed.map(move |i| Vector::<1>::new(force[i]))
         });
@@ -50,16 +52,16 @@ impl<const D: usize> Problem<'_, D> {
         let told = |index: usize| iterate.scales.get(index).copied().flatten();
         let scales = self.contributions.iter().enumerate();
         let of_contributions: f64 = scales.map(|(k, it)| told(k).unwrap_or_else(|| it.scale(&trial))).sum();
-        let scale = norm(self.external.iter().copied()) + norm(supported) + of_contributions;
-        let force = norm(iterate.out_of_balance.nodes.iter().copied());
+        let scale = shared.norm(self.external) + norm(&*shared.ranks, supported) + of_contributions;
+        let force = shared.norm(&iterate.out_of_balance.nodes);
         if force == 0.0 { 0.0 } else { force / scale }
     }
 
     /// Relative out-of-balance force of those of a body's nodes that count.
     fn body_residual(&self, iterate: &Iterate<D>, body: usize, counts: impl Fn(usize) -> bool + Clone) -> f64 {
-        let BodyScale { nodes, stiffness } = &self.round_off.bodies[body];
-        let counted = nodes.iter().map(|&v| v as usize).filter(|&v| counts(v));
-        let force = norm(counted.map(|v| iterate.out_of_balance.nodes[v]));
+        let scale @ BodyScale { stiffness, .. } = &self.round_off.bodies[body];
+        let counted = self.counted(scale).filter(|&v| counts(v));
+        let force = norm(&*self.connected.shared.ranks, counted.map(|v| iterate.out_of_balance.nodes[v]));
         // Rounding leaves a body without stress a residual below the tolerance.
         let scale = iterate.body_forces[body] + NO_STRAIN / self.tolerance.residual * stiffness;
         if force == 0.0 { 0.0 } else { force / scale }
@@ -107,7 +109,8 @@ impl<const D: usize> Problem<'_, D> {
         }
         let is_own_rounding = self.own_residuals(iterate).all(|(residual, rounding)| residual <= rounding);
         let total = self.total_residual(iterate);
-        let is_rounding = norm(iterate.out_of_balance.nodes.iter().copied()) <= self.round_off.all;
+        let shared = &self.connected.shared;
+        let is_rounding = shared.norm(&iterate.out_of_balance.nodes) <= self.round_off.all;
         if !(is_own_rounding && (total < goal || is_rounding)) {
             return false;
         }
@@ -122,7 +125,8 @@ impl<const D: usize> Problem<'_, D> {
         let own = self.node_round_off(iterate, is_stagnant);
         let is_beyond = |v: usize| iterate.out_of_balance.nodes[v].amax() > own[v];
         let bodies = 0..self.round_off.bodies.len();
-        (total < tolerance || !(0..own.len()).any(is_beyond))
+        let any_is_beyond = any(&*shared.ranks, (0..own.len()).any(is_beyond));
+        (total < tolerance || !any_is_beyond)
             && bodies.into_iter().all(|body| self.body_residual(iterate, body, is_beyond) < tolerance)
     }
 
@@ -132,6 +136,7 @@ impl<const D: usize> Problem<'_, D> {
         for (named, plan) in self.bodies.iter().zip(&self.connected.assembly_plans) {
             named.body.strain_force(plan.connectivity(), &iterate.increment.nodes, &mut scale);
         }
+        self.connected.shared.ranks.complete_numbers(&mut scale);
         for ((scale, external), stiffness) in scale.iter_mut().zip(self.external).zip(&self.round_off.stiffness)
         {
             *scale = UNITS * f64::EPSILON * (*scale + external.norm());

@@ -11,12 +11,13 @@
 //! One factorisation of K serves all right-hand sides, and the border unknowns follow from the small dense Schur
 //! complement: `(E + C K⁻¹B) δλ = g - C K⁻¹f`, then `δu = K⁻¹f + K⁻¹B δλ`.
 
-use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, dot, larger};
+use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, larger};
 use crate::cancellation::Cancellation;
 use crate::error::StepFailure;
+use crate::ranks::{Shared, agreed, any, largest, least};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Space, SparsityPattern, UnknownVector};
-use mpm_grid::Vector;
+use mpm_grid::{NodeId, Vector};
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
 /// Part of the right-hand side that the linear solutions of a bordered system leave.
@@ -102,8 +103,9 @@ impl<const D: usize> Solver<D> {
 
     /// # Errors
     /// The run was asked to stop.
-    pub(crate) fn check_cancellation(&self) -> Result<(), StepFailure> {
-        if self.cancellation.is_cancelled() { Err(StepFailure::Cancelled) } else { Ok(()) }
+    pub(crate) fn check_cancellation(&self, problem: &Problem<'_, D>) -> Result<(), StepFailure> {
+        let is_cancelled = any(&*problem.connected.shared.ranks, self.cancellation.is_cancelled());
+        if is_cancelled { Err(StepFailure::Cancelled) } else { Ok(()) }
     }
 
     /// Forces of the iterate, and the tangent, whose product with the prescribed increments goes to `lift`, if there is
@@ -132,16 +134,15 @@ impl<const D: usize> Solver<D> {
         problem: &Problem<'_, D>,
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
-        self.check_cancellation()?;
-        self.scale = scale(&self.values);
+        self.check_cancellation(problem)?;
+        let ranks = &*problem.connected.shared.ranks;
+        self.scale = scale(largest(ranks, largest_size(&self.values)));
         if self.scale != 1.0 {
             self.values.iter_mut().for_each(|value| *value *= self.scale);
         }
         let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values };
-        let factored = self
-            .timings
-            .time(Phase::Factorise, || self.linear.factorise(matrix))
-            .map_err(|error| linear_failure(problem, error))?;
+        let factored = self.timings.time(Phase::Factorise, || self.linear.factorise(matrix));
+        let factored = agreed(ranks, factored.map_err(|error| linear_failure(problem, error)))?;
         effort.method = factored.method;
         effort.is_unstable |= factored.shows_instability();
         self.weakest_pivot = factored.weakest;
@@ -149,7 +150,10 @@ impl<const D: usize> Solver<D> {
         if let Some(pivot) = factored.not_positive {
             let node = problem.unknowns().node_of(pivot.equation).map(|(node, _)| node);
             let node = node.or_else(|| problem.connected.field_node(pivot.equation));
-            effort.unstable_node = node.map(|node| problem.connected.active.nodes()[node]);
+            // A rank may not have the node.
+            let number = node.map(|node| problem.connected.active.nodes()[node].index() as f64);
+            let number = least(ranks, number.unwrap_or(f64::INFINITY));
+            effort.unstable_node = number.is_finite().then(|| NodeId::from_index(number as usize)).flatten();
         }
         Ok(())
     }
@@ -173,9 +177,9 @@ impl<const D: usize> Solver<D> {
             rhs.iter_mut().for_each(|force| *force *= *scale);
         }
         let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values };
-        let solved = timings
-            .time(Phase::Solve, || linear.solve(matrix, rhs, accuracy))
-            .map_err(|error| linear_failure(problem, error))?;
+        let solved = timings.time(Phase::Solve, || linear.solve(matrix, rhs, accuracy));
+        let ranks = &*problem.connected.shared.ranks;
+        let solved = agreed(ranks, solved.map_err(|error| linear_failure(problem, error)))?;
         effort.linear_iterations += u64::from(solved.iterations);
         effort.method = solved.method;
         effort.is_unstable |= solved.taken_over.is_some_and(|factored| factored.shows_instability());
@@ -228,7 +232,8 @@ pub(crate) struct BorderRow<'a, const D: usize> {
 
 impl<const D: usize> BorderedSolution<D> {
     /// The border unknowns δλ; none where the Schur complement is singular.
-    pub(crate) fn border_unknowns(&self, rows: &[BorderRow<'_, D>]) -> Option<Vec<f64>> {
+    pub(crate) fn border_unknowns(&self, rows: &[BorderRow<'_, D>], shared: &Shared<D>) -> Option<Vec<f64>> {
+        let dot = |a: &[Vector<D>], b: &[Vector<D>]| shared.dot_nodes(a, b);
         let slopes = |row: &BorderRow<'_, D>| {
             self.of_columns
                 .iter()
@@ -266,11 +271,15 @@ impl<const D: usize> BorderedSolution<D> {
     }
 }
 
+/// Size of the largest entry.
+fn largest_size(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |most, value| most.max(value.abs()))
+}
+
 /// Power of two that brings the largest entry near 1, if squares of entries could overflow or vanish; else 1.
 ///
 /// Solutions of a system and its bits stay what they are under a power of two.
-fn scale(values: &[f64]) -> f64 {
-    let largest = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+fn scale(largest: f64) -> f64 {
     if largest == 0.0 || !largest.is_finite() || (SMALL..=SMALL.recip()).contains(&largest) {
         return 1.0;
     }
@@ -359,6 +368,8 @@ pub(crate) fn singular<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ranks::{Alone, Ranks};
+    use std::rc::Rc;
 
     #[test]
     fn a_border_of_two_unknowns_is_solved_as_the_whole_system() {
@@ -372,7 +383,8 @@ mod tests {
         let solution = BorderedSolution { of_force: inverse(f), of_columns: b.map(inverse).to_vec() };
         let gradients = c.map(field);
         let row = |i: usize| BorderRow { gradient: &gradients[i], border: e[i].to_vec(), wanted: g[i] };
-        let lambda = solution.border_unknowns(&[row(0), row(1)]).unwrap();
+        let alone: Rc<dyn Ranks<2>> = Rc::new(Alone);
+        let lambda = solution.border_unknowns(&[row(0), row(1)], &Shared::of(&alone)).unwrap();
         let u: Vec<f64> = (0..2)
             .flat_map(|node| solution.displacement(node, &lambda).iter().copied().collect::<Vec<_>>())
             .collect();

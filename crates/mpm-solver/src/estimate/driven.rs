@@ -1,6 +1,7 @@
 //! Supports that are not at their body, or will lose it, and driven nodes that material can pass.
 
 use crate::model::{Model, Prescribed, Support};
+use crate::ranks::Alone;
 use crate::record::departures::{Departures, cell_around, neighbours};
 use crate::record::grip::{MOST, Nodes, departed, is_driven, is_held_in_moving_mesh, taken_away};
 use mpm_basis::ActiveNodes;
@@ -46,13 +47,13 @@ fn leaves<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>
     if !is_driven && !is_held_in_moving_mesh(model, support) {
         return None;
     }
-    let nodes = Nodes::near(model, support, mesh);
+    let nodes = Nodes::near(model, support, mesh, &Alone);
     let (mut most, mut lost) = (0.0, None);
     for at in fractions(model, support) {
         let Ok(moved) = model.motion.mesh_at(&model.layout, at) else { continue };
         let gone = match is_driven {
             true => departed(&Departures::of(model, support, (&moved, at)), nodes.carrying()),
-            false => taken_away(model, support, (&moved, at)),
+            false => taken_away(model, support, (&moved, at), &Alone),
         };
         most = f64::max(most, gone);
         if gone > MOST && lost.is_none() {
@@ -93,7 +94,7 @@ fn is_far<const D: usize>(
     if !acts || !support.nodes.iter().any(|&node| active.number(node).is_some()) {
         return None;
     }
-    let gap = Nodes::near(model, support, mesh).gap();
+    let gap = Nodes::near(model, support, mesh, &Alone).gap();
     (gap > FAR_HELD).then(|| {
         let cells = if gap < 1.0 { format!("{} cells", six_digits(gap)) } else { "nearly a cell".into() };
         format!(

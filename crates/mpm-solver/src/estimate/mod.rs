@@ -9,6 +9,7 @@ use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, places};
 use crate::error::{Error, StepFailure};
 use crate::model::{Active, Model, NamedBody, UnheldMotion};
+use crate::ranks::{Alone, Ranks, count};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
@@ -19,6 +20,7 @@ use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
 use rehearsal::{Rehearsal, factor_size, is_iterative, rehearse};
 pub use remarks::doubts;
+use std::rc::Rc;
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -294,10 +296,11 @@ fn kept_records(n_points: usize, steps: u32) -> usize {
 fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
     let steps = model.stages.first().map_or(1, |stage| stage.steps);
     let mut length = 1.0 / f64::from(steps);
+    let alone: Rc<dyn Ranks<D>> = Rc::new(Alone);
     let mut once = || loop {
         let clock = processor_seconds();
         let interval = Interval { from: LoadFraction::START, to: LoadFraction::START.with_value(length) };
-        match connect(model, mesh, interval, None) {
+        match connect(model, mesh, interval, None, &alone) {
             Ok((connected, _)) => return Ok((connected, processor_seconds() - clock)),
             // The run will cut the step, too.
             Err(StepFailure::Refused { is_step_too_long: true, .. }) if length > SHORTEST => length *= 0.5,
@@ -334,9 +337,13 @@ pub(crate) fn columns_not_stored<const D: usize>(bodies: &[NamedBody<D>]) -> Vec
 }
 
 /// Cells of the mesh at a load fraction in which no material point lies; 0 where there is no mesh.
-pub(crate) fn cells_without_material<const D: usize>(model: &Model<D>, at: LoadFraction) -> u64 {
+pub(crate) fn cells_without_material<const D: usize>(
+    model: &Model<D>,
+    at: LoadFraction,
+    ranks: &dyn Ranks<D>,
+) -> u64 {
     let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return 0 };
-    (mesh.lattice().n_cells() - cells_with_material(model, &mesh)) as u64
+    mesh.lattice().n_cells() as u64 - count(ranks, cells_with_material(model, &mesh) as u64)
 }
 
 fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usize {

@@ -5,6 +5,7 @@ use crate::connection::Connected;
 use crate::equilibrium::problem::refuse;
 use crate::error::{Error, StepFailure};
 use crate::model::Model;
+use crate::ranks::Alone;
 use mpm_assembly::{
     Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent, views,
 };
@@ -151,7 +152,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
         let trial = Trial { pattern, constraints, increment, end: LoadFraction::START, is_first: false };
         for (index, connected) in bodies.iter().enumerate() {
             let summed = connected.add(&trial, &mut sums);
-            summed.map_err(|it| refuse(&model.bodies, &model.contributions, index, it))?;
+            summed.map_err(|it| refuse((&model.bodies, &model.contributions), index, it, &Alone))?;
         }
         Ok::<_, StepFailure>(())
     };

@@ -3,6 +3,7 @@
 use super::driven;
 use crate::connection::stencils;
 use crate::model::{Model, NamedBody, Support};
+use crate::ranks::Alone;
 use crate::steps::stations;
 use mpm_assembly::{Space, views};
 use mpm_basis::ActiveNodes;
@@ -24,7 +25,7 @@ const ACROSS: f64 = 6.0;
 /// runs nothing; nothing is said of a model that cannot begin to run.
 pub fn doubts<const D: usize>(model: &Model<D>) -> Vec<String> {
     let Ok(mesh) = model.motion.mesh_at(&model.layout, LoadFraction::START) else { return Vec::new() };
-    let Ok(stencils) = stencils(model, &mesh) else { return Vec::new() };
+    let Ok(stencils) = stencils(model, &mesh, &Alone) else { return Vec::new() };
     of(model, &mesh, &ActiveNodes::of(&model.nodes, &stencils))
 }
 

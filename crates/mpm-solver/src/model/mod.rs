@@ -148,7 +148,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// A linear solver for a run.
-    pub(crate) fn linear_solver(&self) -> Box<dyn LinearSolver> {
+    pub fn linear_solver(&self) -> Box<dyn LinearSolver> {
         match (&self.solver, self.choice()) {
             (SolverChoice::Custom(make), _) => make(),
             (_, choice) => Box::new(Automatic::new(choice.unwrap_or_default())),
@@ -184,14 +184,6 @@ impl<const D: usize> Model<D> {
     pub(crate) fn commit(&mut self) {
         self.bodies.iter_mut().for_each(|named| named.body.commit());
         self.contributions.iter_mut().for_each(|named| named.contribution.commit());
-    }
-
-    /// Makes the present positions those from which displacements count.
-    pub(crate) fn reset_displacements(&mut self) {
-        self.bodies.iter_mut().for_each(|named| named.body.reset_displacements());
-        for k in 0..self.probes.len() {
-            self.probes[k].rest = self.probes[k].mean_position(&self.bodies);
-        }
     }
 
     /// Puts a support of the nodes in a region (at rest) behind the others.

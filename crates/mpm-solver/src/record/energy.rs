@@ -4,6 +4,7 @@ use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible, refuse};
 use crate::error::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::NamedBody;
+use crate::ranks::agreed;
 use mpm_assembly::{Constraints, Contribution, SystemSums, Trial, views};
 use mpm_grid::{LoadFraction, Vector};
 
@@ -31,7 +32,8 @@ impl StepEnergy {
     ) -> Result<Self, StepFailure> {
         let (before, after) = (loading.external_force(start), loading.external_force(end));
         let problem = &Problem { external: &after, end, ..*problem };
-        let increment = &equilibrium.increment.nodes;
+        let (increment, shared) = (&equilibrium.increment.nodes, &problem.connected.shared);
+        let ranks = &*shared.ranks;
         let rest = problem.connected.at_rest();
         let free = Constraints::none(increment.len());
         let (mut internal, mut unused) = (rest.clone(), vec![Vector::zeros(); increment.len()]);
@@ -42,14 +44,16 @@ impl StepEnergy {
         let bodies = problem.connected.bodies(problem.bodies);
         for (index, (named, connected)) in problem.bodies.iter().zip(&bodies).enumerate() {
             let added = connected.add(&at_rest, &mut sums);
-            added.map_err(|it| refuse(problem.bodies, problem.named, index, it))?;
+            let all = (problem.bodies, problem.named);
+            agreed(ranks, added.map_err(|it| refuse(all, index, it, ranks)))?;
             let trial = (&increment[..], &equilibrium.increment.own[..]);
             let energy = named.body.dissipation(connected.plan, trial, &mut unused);
-            dissipated += energy.map_err(|it| inadmissible(named, it))?;
+            dissipated += agreed(ranks, energy.map_err(|it| inadmissible((index, named), it, ranks)))?;
         }
-        let internal = internal.nodes;
+        let mut internal = internal.nodes;
+        ranks.complete(&mut internal);
         let mut work = 0.0;
-        for (v, u) in increment.iter().enumerate() {
+        for (v, u) in shared.counted(increment.iter()) {
             for i in 0..D {
                 // On prescribed components what holds the body is internal force and external force in one.
                 let prescribed = problem.constraints.is_prescribed(v, i);
@@ -66,6 +70,9 @@ impl StepEnergy {
             dissipated += energy.dissipated;
             work += energy.work;
         }
+        let mut all = [dissipated, work, stored];
+        ranks.sum(&mut all);
+        let [dissipated, work, stored] = all;
         Ok(Self { dissipated, work, stored })
     }
 }

@@ -11,6 +11,7 @@
 
 use super::departures::{Departures, cell_around};
 use crate::model::{Model, Prescribed, Support};
+use crate::ranks::Ranks;
 use mpm_assembly::{PointView, determinant, views};
 use mpm_grid::{Block, LoadFraction, Mesh, MeshMotion, NodeId, NodeKind, Vector, inverse};
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,7 @@ pub(crate) fn taken_away<const D: usize>(
     model: &Model<D>,
     support: &Support<D>,
     (mesh, at): (&Mesh<D>, LoadFraction),
+    ranks: &dyn Ranks<D>,
 ) -> f64 {
     if !is_held_in_moving_mesh(model, support) {
         return 0.0;
@@ -58,7 +60,7 @@ pub(crate) fn taken_away<const D: usize>(
     if !departures.any() {
         return 0.0;
     }
-    let nodes = Nodes::near(model, support, mesh);
+    let nodes = Nodes::near(model, support, mesh, ranks);
     departed(&departures, nodes.carrying()).min(nodes.gap())
 }
 
@@ -73,8 +75,13 @@ pub(crate) fn is_held_in_moving_mesh<const D: usize>(model: &Model<D>, support: 
 
 impl Grip {
     /// At the start, in the mesh there.
-    pub(crate) fn at_start<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Self {
-        let nodes = Nodes::near(model, support, mesh);
+    pub(crate) fn at_start<const D: usize>(
+        model: &Model<D>,
+        support: &Support<D>,
+        mesh: &Mesh<D>,
+        ranks: &dyn Ranks<D>,
+    ) -> Self {
+        let nodes = Nodes::near(model, support, mesh, ranks);
         let (gap, weight) = (nodes.gap(), nodes.carrying().map(|node| node.weight).sum());
         Self { at_start: gap, near: gap, passed: 0.0, weight }
     }
@@ -90,8 +97,9 @@ impl Grip {
         model: &Model<D>,
         support: &Support<D>,
         (mesh, at): (&Mesh<D>, LoadFraction),
+        ranks: &dyn Ranks<D>,
     ) {
-        let nodes = Nodes::near(model, support, mesh);
+        let nodes = Nodes::near(model, support, mesh, ranks);
         self.near = within(nodes.carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * self.weight);
         self.passed = departed(&Departures::of(model, support, (mesh, at)), nodes.carrying());
     }
@@ -170,7 +178,12 @@ impl Nodes {
         within(self.carrying().map(|node| (node.gap, node.weight)).collect(), 0.5 * weight)
     }
 
-    pub(crate) fn near<const D: usize>(model: &Model<D>, support: &Support<D>, mesh: &Mesh<D>) -> Self {
+    pub(crate) fn near<const D: usize>(
+        model: &Model<D>,
+        support: &Support<D>,
+        mesh: &Mesh<D>,
+        ranks: &dyn Ranks<D>,
+    ) -> Self {
         let (lattice, rest) = (mesh.lattice(), Mesh::at_rest(&model.layout));
         let mut gaps = vec![1.0; support.nodes.len()];
         let mut filled = vec![0_u8; support.nodes.len()];
@@ -198,6 +211,8 @@ impl Nodes {
                 filled[k] |= 1 << c;
             }
         }
+        ranks.least(&mut gaps);
+        ranks.unite(&mut filled);
         let near = |(k, &id): (usize, &NodeId)| {
             let index = lattice.node_index(id);
             let around =

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::model::{Model, NamedContribution, Support};
 use crate::observe::{Column, ColumnKind, Counted, Entry, LoadStep, Observer, Resumed, RunStart, Space};
 use crate::progress::{Progress, Totals};
+use crate::ranks::{Ranks, count, largest, least, total};
 use crate::timing::{MOST_COUNTED, Phase, Timings};
 use mpm_assembly::{Recorded, RecordedValues, views};
 use mpm_basis::DomainReport;
@@ -156,7 +157,7 @@ impl Record {
 
     /// Begins a stage, whose supports take hold of what they now find, and sets displacements to zero where the stage wants
     /// that.
-    pub(crate) fn begin_stage<const D: usize>(&mut self, model: &Model<D>, number: u32) {
+    pub(crate) fn begin_stage<const D: usize>(&mut self, model: &Model<D>, number: u32, ranks: &dyn Ranks<D>) {
         let stage = &model.stages[number as usize];
         if stage.resets_displacements {
             self.displacement.iter_mut().for_each(|displacement| displacement.fill(0.0));
@@ -164,7 +165,7 @@ impl Record {
         let mesh = mesh_after(model, LoadFraction::start_of(number), &Mesh::at_rest(&model.layout));
         for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
             if support.active.from == number {
-                *grip = Grip::at_start(model, support, &mesh);
+                *grip = Grip::at_start(model, support, &mesh, ranks);
             }
         }
     }
@@ -184,7 +185,7 @@ impl Record {
         &mut self,
         model: &Model<D>,
         observer: &mut dyn Observer,
-        timings: &mut Timings,
+        (timings, ranks): (&mut Timings, &dyn Ranks<D>),
     ) -> Result<(), Error> {
         let mut row: Vec<Entry> = self
             .columns
@@ -196,7 +197,8 @@ impl Record {
                 ColumnKind::Real => Entry::Real(vec![0.0; column.width]),
             })
             .collect();
-        let probes: Vec<Entry> = model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)).collect();
+        let probes: Vec<Entry> =
+            model.probes.iter().flat_map(|probe| probe.entries(&model.bodies, ranks)).collect();
         row.truncate(row.len() - probes.len());
         row.extend(probes);
         let told = model.contributions.iter().flat_map(|named| named.contribution.history());
@@ -206,7 +208,7 @@ impl Record {
         }
         let mesh = mesh_after(model, LoadFraction::START, &Mesh::at_rest(&model.layout));
         let grip = |support: &Support<D>| match support.acts_in(0) {
-            true => Grip::at_start(model, support, &mesh),
+            true => Grip::at_start(model, support, &mesh, ranks),
             false => Grip::default(),
         };
         self.grips = driven(model).map(grip).collect();
@@ -242,9 +244,10 @@ impl Record {
         }
         row.extend(total_reaction(&model.supports, result, model.turns()));
         let mesh_after = mesh_after(model, result.balanced.end, &result.mesh);
+        let ranks = &*result.connected.shared.ranks;
         for (grip, support) in self.grips.iter_mut().zip(driven(model)) {
             match support.acts_in(stage) {
-                true => grip.look(model, support, (&mesh_after, result.balanced.end)),
+                true => grip.look(model, support, (&mesh_after, result.balanced.end), ranks),
                 false => grip.rest(),
             }
         }
@@ -253,7 +256,7 @@ impl Record {
             row.extend(support_entries(support, result, model.turns(), displacement));
         }
         row.extend(self.optional_entries(model, result, &mesh_after));
-        row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies)));
+        row.extend(model.probes.iter().flat_map(|probe| probe.entries(&model.bodies, ranks)));
 
         self.at = result.balanced.end;
         self.totals.cuts = cuts;
@@ -271,7 +274,12 @@ impl Record {
     ///
     /// # Errors
     /// [`Error::LostBody`] for the first of them.
-    pub(crate) fn check_grips<const D: usize>(&self, model: &Model<D>, stage: u32) -> Result<(), Error> {
+    pub(crate) fn check_grips<const D: usize>(
+        &self,
+        model: &Model<D>,
+        stage: u32,
+        ranks: &dyn Ranks<D>,
+    ) -> Result<(), Error> {
         if !model.needs_grip {
             return Ok(());
         }
@@ -288,7 +296,7 @@ impl Record {
         }
         let mesh = mesh_after(model, self.at, &Mesh::at_rest(&model.layout));
         for support in model.supports.iter().filter(|support| support.acts_in(stage)) {
-            let gap = taken_away(model, support, (&mesh, self.at));
+            let gap = taken_away(model, support, (&mesh, self.at), ranks);
             if gap > MOST {
                 return lost((gap, 0.0), support);
             }
@@ -303,7 +311,8 @@ impl Record {
         result: &StepResult<D>,
         mesh_after: &Mesh<D>,
     ) -> Vec<Entry> {
-        let StepResult { balanced, domains, .. } = result;
+        let StepResult { balanced, domains, connected, .. } = result;
+        let ranks = &*connected.shared.ranks;
         let mut entries = Vec::new();
         if model.domain_limit.is_some() {
             entries.push(Entry::Count(vec![domains.capped + domains.split]));
@@ -311,11 +320,11 @@ impl Record {
         entries.extend(model.contributions.iter().flat_map(contribution_entries));
         if self.has_apex {
             let counts = model.bodies.iter().filter_map(|named| named.body.points_at_apex());
-            entries.push(Entry::Count(vec![counts.map(|count| count as u64).sum()]));
+            entries.push(Entry::Count(vec![count(ranks, counts.map(|count| count as u64).sum())]));
         }
         if self.can_yield {
             let strains = model.bodies.iter().map(|named| named.body.largest_step_strain());
-            entries.push(Entry::Real(vec![strains.fold(0.0, f64::max)]));
+            entries.push(Entry::Real(vec![largest(ranks, strains.fold(0.0, f64::max))]));
         }
         if model.condition_history {
             entries.push(Entry::Real(vec![balanced.condition.unwrap_or(0.0)]));
@@ -324,13 +333,13 @@ impl Record {
             entries.push(Entry::Count(vec![balanced.equilibrium.effort.linear_iterations]));
         }
         if model.domain_history {
-            entries.extend(domain_entries(model, mesh_after));
+            entries.extend(domain_entries(model, mesh_after, ranks));
         }
         if let Some(energy) = &balanced.energy {
             let totals = &mut self.totals;
             totals.dissipated += energy.dissipated;
             totals.external_work += energy.work;
-            let stored = elastic(&model.bodies) + energy.stored;
+            let stored = total(ranks, elastic(&model.bodies)) + energy.stored;
             let (dissipated, work) = (totals.dissipated, totals.external_work);
             let unbalanced = work - (stored - totals.stored_before) - dissipated;
             entries.extend([stored, dissipated, work, unbalanced].map(|it| Entry::Real(vec![it])));
@@ -355,8 +364,13 @@ impl Record {
     }
 
     /// The run in a few numbers.
-    pub(crate) fn summary<const D: usize>(&self, model: &Model<D>, timings: &Timings) -> Summary {
-        Summary::of((self.rows.saturating_sub(1), self.at()), &self.totals, model, timings)
+    pub(crate) fn summary<const D: usize>(
+        &self,
+        model: &Model<D>,
+        timings: &Timings,
+        ranks: &dyn Ranks<D>,
+    ) -> Summary {
+        Summary::of((self.rows.saturating_sub(1), self.at()), &self.totals, model, timings, ranks)
     }
 }
 
@@ -385,8 +399,8 @@ fn solution_entries<const D: usize>(result: &StepResult<D>, cuts: u64, seconds: 
         Entry::Real(vec![end.total()]),
         Entry::Count(vec![effort.residuals.len() as u64]),
         Entry::Real(vec![effort.residual]),
-        Entry::Count(vec![*equations as u64]),
-        Entry::Count(vec![result.connected.active.len() as u64]),
+        Entry::Count(vec![*equations]),
+        Entry::Count(vec![result.connected.n_nodes()]),
         Entry::Count(vec![u64::from(*analysis == Analysis::Reused)]),
         Entry::Count(vec![method]),
         // Number of the node from 1; 0 where the tangent was positive definite.
@@ -417,10 +431,11 @@ fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Ent
 }
 
 /// The worst of the points' domains in a mesh.
-fn domain_entries<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> [Entry; 7] {
+fn domain_entries<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, ranks: &dyn Ranks<D>) -> [Entry; 7] {
     let reports: Vec<DomainReport> = model.bodies.iter().flat_map(|named| named.body.diagnose(mesh)).collect();
-    let least = |of: fn(&DomainReport) -> f64| reports.iter().map(of).fold(f64::INFINITY, f64::min);
-    let sum = |of: fn(&DomainReport) -> usize| reports.iter().map(|it| of(it) as u64).sum();
+    let least_of =
+        |of: fn(&DomainReport) -> f64| least(ranks, reports.iter().map(of).fold(f64::INFINITY, f64::min));
+    let sum = |of: fn(&DomainReport) -> usize| count(ranks, reports.iter().map(|it| of(it) as u64).sum());
     let volume_ratio = model
         .bodies
         .iter()
@@ -428,12 +443,12 @@ fn domain_entries<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> [Entry; 7
         .map(|view| view.volume_ratio)
         .fold(f64::INFINITY, f64::min);
     [
-        Entry::Real(vec![least(|it| it.measure)]),
-        Entry::Real(vec![least(|it| it.smallest_weight)]),
-        Entry::Real(vec![-least(|it| -it.distortion)]),
+        Entry::Real(vec![least_of(|it| it.measure)]),
+        Entry::Real(vec![least_of(|it| it.smallest_weight)]),
+        Entry::Real(vec![-least_of(|it| -it.distortion)]),
         Entry::Count(vec![sum(|it| it.single_corner_nodes)]),
         Entry::Count(vec![sum(|it| it.corners_outside)]),
         Entry::Count(vec![sum(|it| usize::from(it.fallen_back))]),
-        Entry::Real(vec![volume_ratio]),
+        Entry::Real(vec![least(ranks, volume_ratio)]),
     ]
 }

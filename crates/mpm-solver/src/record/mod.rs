@@ -33,7 +33,7 @@ pub(crate) struct Balanced<const D: usize> {
     pub end: LoadFraction,
     pub equilibrium: Equilibrium<D>,
     /// Free components of displacement.
-    pub equations: usize,
+    pub equations: u64,
     /// Whether order and structure of the factor could be kept.
     pub analysis: Analysis,
     /// Where energies are recorded.

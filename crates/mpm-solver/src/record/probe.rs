@@ -2,6 +2,7 @@
 
 use crate::model::{NamedBody, Probe};
 use crate::observe::{Column, ColumnKind, Entry};
+use crate::ranks::{Alone, Ranks, total};
 use mpm_assembly::{PointView, Space};
 use mpm_grid::Vector;
 use mpm_material::SymmetricTensor;
@@ -10,7 +11,7 @@ impl<const D: usize> Probe<D> {
     /// Follows points of a body, ascending, from where they are.
     pub fn new(name: impl Into<String>, body: usize, points: Vec<usize>, bodies: &[NamedBody<D>]) -> Self {
         let mut probe = Self { name: name.into(), body, points, rest: Vector::zeros() };
-        probe.rest = probe.mean_position(bodies);
+        probe.rest = probe.mean_position(bodies, &Alone);
         probe
     }
 
@@ -31,8 +32,8 @@ impl<const D: usize> Probe<D> {
 
     /// Mean position and displacement, weighted by the volume at rest `[L]`; mean Cauchy stress `[F/L²]`, weighted
     /// by the present volume: `Σ V⁰ τ / Σ V`; of bodies that turn about their axis the mean angle `[degrees]`.
-    pub(crate) fn entries(&self, bodies: &[NamedBody<D>]) -> Vec<Entry> {
-        let position = self.mean_position(bodies);
+    pub(crate) fn entries(&self, bodies: &[NamedBody<D>], ranks: &dyn Ranks<D>) -> Vec<Entry> {
+        let position = self.mean_position(bodies, ranks);
         let (mut stress, mut volume) = ([0.0; 9], 0.0);
         let width = bodies[self.body].body.space().coordinates::<D>();
         for view in self.views(bodies) {
@@ -41,6 +42,8 @@ impl<const D: usize> Probe<D> {
                 *sum += view.reference_volume * tau;
             }
         }
+        ranks.sum(&mut stress);
+        let volume = total(ranks, volume);
         let in_place = |x: Vector<D>| Entry::Real(x.iter().take(width).copied().collect());
         let mut entries = vec![
             in_place(position),
@@ -48,21 +51,23 @@ impl<const D: usize> Probe<D> {
             Entry::Real(stress.iter().map(|sum| sum / volume).collect()),
         ];
         let turned = self.views(bodies).filter_map(|view| Some((view.reference_volume, view.angle?)));
-        let (whole, sum) = turned.fold((0.0, 0.0), |(whole, sum), (v, angle)| (whole + v, sum + v * angle));
-        if whole > 0.0 {
-            entries.push(Entry::Real(vec![(sum / whole).to_degrees()]));
+        let mut sums = turned.fold([0.0, 0.0], |[whole, sum], (v, angle)| [whole + v, sum + v * angle]);
+        ranks.sum(&mut sums);
+        if sums[0] > 0.0 {
+            entries.push(Entry::Real(vec![(sums[1] / sums[0]).to_degrees()]));
         }
         entries
     }
 
     /// Mean position of its points `[L]`.
-    pub(crate) fn mean_position(&self, bodies: &[NamedBody<D>]) -> Vector<D> {
-        let (mut sum, mut volume) = (Vector::zeros(), 0.0);
+    pub(crate) fn mean_position(&self, bodies: &[NamedBody<D>], ranks: &dyn Ranks<D>) -> Vector<D> {
+        let (mut sum, mut volume) = (Vector::<D>::zeros(), 0.0);
         for view in self.views(bodies) {
             sum += view.position * view.reference_volume;
             volume += view.reference_volume;
         }
-        sum / volume
+        ranks.sum(sum.as_mut_slice());
+        sum / total(ranks, volume)
     }
 
     fn views(&self, bodies: &[NamedBody<D>]) -> impl Iterator<Item = PointView<D>> {

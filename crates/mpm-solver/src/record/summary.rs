@@ -4,6 +4,7 @@ use super::{Balanced, StepResult};
 use crate::equilibrium::problem::larger;
 use crate::model::Model;
 use crate::progress::Totals;
+use crate::ranks::{Ranks, count};
 use crate::remedy::{crowding_over_shear, pressure_over_shear};
 use crate::timing::{Timing, Timings};
 use mpm_grid::LoadFraction;
@@ -64,7 +65,9 @@ impl Summary {
         totals: &Totals,
         model: &Model<D>,
         timings: &Timings,
+        ranks: &dyn Ranks<D>,
     ) -> Self {
+        let points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
         Self {
             steps,
             iterations: totals.iterations,
@@ -81,9 +84,9 @@ impl Summary {
             refinements: totals.refinements,
             pivot_spread: totals.pivot_spread,
             condition: totals.condition,
-            pressure_over_shear: pressure_over_shear(model),
-            crowding_over_shear: crowding_over_shear(model, at),
-            points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+            pressure_over_shear: pressure_over_shear(model, ranks),
+            crowding_over_shear: crowding_over_shear(model, at, ranks),
+            points: count(ranks, points as u64) as usize,
             timings: timings.phases().to_vec(),
             skipped: timings.skipped.list().to_vec(),
         }

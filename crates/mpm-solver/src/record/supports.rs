@@ -3,6 +3,7 @@
 use super::StepResult;
 use crate::model::Support;
 use crate::observe::Entry;
+use crate::ranks::count;
 use mpm_grid::Vector;
 use std::array::from_fn;
 
@@ -16,11 +17,12 @@ pub(super) fn support_entries<const D: usize>(
 ) -> Vec<Entry> {
     let StepResult { mesh, connected, balanced, .. } = result;
     let equilibrium = &balanced.equilibrium;
-    let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0);
+    let (ranks, shared) = (&*connected.shared.ranks, &connected.shared);
+    let (mut reaction, mut moved, mut carrying) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0_u64);
     let mut moment = [0.0; 3];
     let acts = support.acts_in(balanced.end.stage());
     for &node in support.nodes.iter().filter(|_| acts) {
-        let Some(number) = connected.active.number(node) else { continue };
+        let Some(number) = connected.active.number(node).filter(|&it| shared.counts(it)) else { continue };
         moved += equilibrium.increment.nodes[number];
         carrying += 1;
         let mut force = equilibrium.reaction.nodes[number];
@@ -39,8 +41,12 @@ pub(super) fn support_entries<const D: usize>(
             }
         }
     }
+    ranks.sum(reaction.as_mut_slice());
+    ranks.sum(moved.as_mut_slice());
+    ranks.sum(&mut moment);
+    let carrying = count(ranks, carrying).max(1) as f64;
     for (total, moved) in displacement.iter_mut().zip(moved.iter()) {
-        *total += moved / f64::from(carrying.max(1));
+        *total += moved / carrying;
     }
     let mut entries = match turns {
         false => vec![Entry::Real(reaction.iter().copied().collect()), Entry::Real(displacement.to_vec())],
@@ -69,10 +75,12 @@ pub(super) fn total_reaction<const D: usize>(
         return Vec::new();
     }
     let StepResult { connected, balanced, .. } = result;
+    let shared = &connected.shared;
     let mut counted = vec![[false; D]; connected.active.len()];
     let mut total = vec![0.0; D];
     for support in supports.iter().filter(|support| support.acts_in(balanced.end.stage())) {
-        for number in support.nodes.iter().filter_map(|&node| connected.active.number(node)) {
+        let numbers = support.nodes.iter().filter_map(|&node| connected.active.number(node));
+        for number in numbers.filter(|&number| shared.counts(number)) {
             for i in (0..D).filter(|&i| support.components[i].is_some()) {
                 if !std::mem::replace(&mut counted[number][i], true) {
                     total[i] += balanced.equilibrium.reaction.nodes[number][i];
@@ -80,6 +88,7 @@ pub(super) fn total_reaction<const D: usize>(
             }
         }
     }
+    shared.ranks.sum(&mut total);
     let torque = if turns { Some(Entry::Real(total.split_off(D - 1))) } else { None };
     std::iter::once(Entry::Real(total)).chain(torque).collect()
 }

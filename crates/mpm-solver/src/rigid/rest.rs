@@ -37,6 +37,9 @@ pub(crate) fn unheld<const D: usize>(
     problem: &Problem<'_, D>,
 ) -> Result<AtRest<D>, StepFailure> {
     let Problem { mesh, connected, constraints, external, .. } = *problem;
+    if !connected.shared.ranks.sees_all() {
+        return Ok(AtRest::default());
+    }
     if connected.is_analysed.get() && model.unheld_motion == UnheldMotion::Refuse {
         return Ok(AtRest::default());
     }

@@ -1,0 +1,216 @@
+//! A rank of several that share a model.
+
+use crate::cuts::Cuts;
+use crate::exchange::Exchange;
+use crate::gathered::Gathered;
+use crate::observer::Whole;
+use crate::points::{Key, Keys, Named, keep, migrate};
+use crate::refusals::refused;
+use crate::wire::Wire;
+use mpm_basis::{ActiveNodes, Stencils};
+use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
+use mpm_linear::LinearSolver;
+use mpm_solver::observe::{Field, Observer};
+use mpm_solver::{Model, NamedBody, Ranks, Share, StepFailure};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Makes the linear solver of a rank, for a model, of what ranks exchange.
+pub type SolverOfRanks<const D: usize, W> = dyn Fn(&Model<D>, Rc<Exchange<D, W>>) -> Box<dyn LinearSolver>;
+
+/// Ranks take new boxes where one has more than this times the mean number of points.
+const UNEVEN: f64 = 1.2;
+
+/// A rank of several that share a model, for [`mpm_solver::run_on`].
+pub struct Cluster<const D: usize, W: Wire> {
+    exchange: Rc<Exchange<D, W>>,
+    solver: Box<SolverOfRanks<D, W>>,
+    points: Rc<RefCell<Points<D>>>,
+}
+
+/// What a rank knows of points.
+pub(crate) struct Points<const D: usize> {
+    pub(crate) keys: Keys,
+    named: Named<D>,
+    /// All fields that points have.
+    pub(crate) fields: Vec<Field>,
+}
+
+impl<const D: usize> Points<D> {
+    /// The loads' shares among points of these keys.
+    pub(crate) fn shares(&self, keys: &Keys) -> Vec<Vec<Share<D>>> {
+        self.named.shares(keys)
+    }
+}
+
+impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
+    /// A rank whose linear systems are solved on rank 0, see [`Gathered`].
+    pub fn new(wire: W, model: &Model<D>) -> Self {
+        let cells = Mesh::at_rest(&model.layout).lattice().cells();
+        let fields = Field::OF_POINTS.into_iter().chain(further_fields(model)).collect();
+        let points = Rc::new(RefCell::new(Points { keys: Vec::new(), named: Named::of(model), fields }));
+        let solver =
+            |model: &Model<D>, exchange| Box::new(Gathered::new(model, exchange)) as Box<dyn LinearSolver>;
+        Self { exchange: Rc::new(Exchange::new(wire, cells)), solver: Box::new(solver), points }
+    }
+
+    /// The same with a linear solver of the ranks' own.
+    pub fn with_solver(
+        self,
+        solver: impl Fn(&Model<D>, Rc<Exchange<D, W>>) -> Box<dyn LinearSolver> + 'static,
+    ) -> Self {
+        Self { solver: Box::new(solver), ..self }
+    }
+
+    /// What the ranks exchange.
+    pub fn exchange(&self) -> &Rc<Exchange<D, W>> {
+        &self.exchange
+    }
+
+    /// Keys of the points that this rank has, body by body.
+    pub fn keys(&self) -> Vec<Vec<Key>> {
+        self.points.borrow().keys.clone()
+    }
+
+    /// An observer for this rank that shows `inner` the points of all ranks, on rank 0; on the others it is told nothing.
+    pub fn whole<'a>(&self, inner: &'a mut dyn Observer) -> Whole<'a, D, W> {
+        Whole { exchange: self.exchange.clone(), points: self.points.clone(), inner }
+    }
+
+    /// The cell of every point, body by body; none where it lies outside the mesh.
+    fn cells(model: &Model<D>, mesh: &Mesh<D>) -> Vec<Vec<Option<[u32; D]>>> {
+        let cell = |x: Vector<D>| mesh.locate(&x, 0.5).ok().map(|place| place.cell);
+        let of_body = |named: &NamedBody<D>| {
+            (0..named.body.n_points()).map(|p| cell(named.body.extent(p).position)).collect()
+        };
+        model.bodies.iter().map(of_body).collect()
+    }
+
+    /// The owner of every point; where it lies outside the mesh, this rank.
+    fn owners(&self, cells: &[Vec<Option<[u32; D]>>]) -> Vec<Vec<usize>> {
+        let (cuts, me) = (self.exchange.cuts(), self.exchange.wire().rank());
+        let owner = |cell: &Option<[u32; D]>| cell.map_or(me, |cell| cuts.owner(cell));
+        cells.iter().map(|cells| cells.iter().map(owner).collect()).collect()
+    }
+}
+
+impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
+    fn size(&self) -> usize {
+        self.exchange.wire().size()
+    }
+
+    fn divide(&self, model: &mut Model<D>, at: LoadFraction) -> Result<(), String> {
+        let wire = self.exchange.wire();
+        if let Some(reason) = refused(model).filter(|_| wire.size() > 1) {
+            return Err(reason);
+        }
+        let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| format!("the mesh: {it}"))?;
+        let cells = Self::cells(model, &mesh);
+        // Every rank has all points; each gives its share of them, as if they were dealt out in turn.
+        let in_turn = cells.iter().flatten().skip(wire.rank()).step_by(wire.size());
+        let in_turn: Vec<[u32; D]> = in_turn.flatten().copied().collect();
+        self.exchange.set_cuts(Cuts::balanced(mesh.lattice().cells(), &in_turn, wire));
+        // A point outside the mesh is refused by the first load step, on one rank.
+        let mut owners = self.owners(&cells);
+        for (cells, owners) in cells.iter().zip(&mut owners) {
+            cells.iter().zip(owners).filter(|it| it.0.is_none()).for_each(|(_, owner)| *owner = 0);
+        }
+        let mut points = self.points.borrow_mut();
+        points.keys = keep(model, &owners, wire.rank());
+        points.named.write(model, &points.keys);
+        Ok(())
+    }
+
+    fn activate(&self, space: &NodeSpace<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
+        self.exchange.activate(space, stencils)
+    }
+
+    fn owned(&self) -> Option<Rc<[bool]>> {
+        Some(self.exchange.numbering().owned.clone())
+    }
+
+    fn complete(&self, field: &mut [Vector<D>]) {
+        self.exchange.complete_vectors(field);
+    }
+
+    fn complete_numbers(&self, field: &mut [f64]) {
+        self.exchange.complete(field, 1);
+    }
+
+    fn spread(&self, field: &mut [f64], width: usize) {
+        self.exchange.spread(field, width);
+    }
+
+    fn sum(&self, values: &mut [f64]) {
+        self.exchange.sum(values);
+    }
+
+    fn least(&self, values: &mut [f64]) {
+        self.exchange.least(values);
+    }
+
+    fn unite(&self, bits: &mut [u8]) {
+        let mut apart: Vec<f64> =
+            bits.iter().flat_map(|byte| (0..8).map(move |bit| f64::from(byte >> bit & 1))).collect();
+        self.exchange.sum(&mut apart);
+        for (byte, apart) in bits.iter_mut().zip(apart.chunks_exact(8)) {
+            *byte = (0..8).filter(|&bit| apart[bit] > 0.0).fold(0, |all, bit| all | 1 << bit);
+        }
+    }
+
+    fn tell(&self, failure: Option<StepFailure>) -> Option<StepFailure> {
+        let wire = self.exchange.wire();
+        let mut failed = vec![0.0; wire.size()];
+        wire.gather(&[f64::from(u8::from(failure.is_some()))], &mut failed);
+        let first = failed.iter().position(|&it| it > 0.0)?;
+        let bytes = failure.filter(|_| first == wire.rank()).map(|failure| failure.to_bytes());
+        let out = bytes.map(|bytes| (0..wire.size()).map(|rank| (rank, bytes.clone())).collect());
+        let told: Vec<(usize, Vec<u8>)> = wire.exchange(&out.unwrap_or_else(Vec::new));
+        told.first().map(|(_, bytes)| StepFailure::from_bytes(bytes))
+    }
+
+    fn settle(&self, model: &mut Model<D>, at: LoadFraction) {
+        // Where there is no mesh the next load step says so.
+        let Ok(mesh) = model.motion.mesh_at(&model.layout, at) else { return };
+        let wire = self.exchange.wire();
+        let cells = Self::cells(model, &mesh);
+        let mut owners = self.owners(&cells);
+        let mut counts = vec![0.0; wire.size()];
+        owners.iter().flatten().for_each(|&owner| counts[owner] += 1.0);
+        self.exchange.sum(&mut counts);
+        let most = counts.iter().copied().fold(0.0, f64::max);
+        if most * wire.size() as f64 > UNEVEN * counts.iter().sum::<f64>() {
+            let own: Vec<[u32; D]> = cells.iter().flatten().flatten().copied().collect();
+            self.exchange.set_cuts(Cuts::balanced(mesh.lattice().cells(), &own, wire));
+            owners = self.owners(&cells);
+        }
+        let mut leaving = [owners.iter().flatten().filter(|&&owner| owner != wire.rank()).count() as f64];
+        self.exchange.sum(&mut leaving);
+        if leaving[0] > 0.0 {
+            let mut points = self.points.borrow_mut();
+            migrate(model, &mut points.keys, &owners, wire);
+            points.named.write(model, &points.keys);
+        }
+    }
+
+    fn sees_all(&self) -> bool {
+        self.size() == 1
+    }
+
+    fn number_of_point(&self, body: usize, point: usize) -> usize {
+        let points = self.points.borrow();
+        points.keys.get(body).and_then(|keys| keys.get(point)).map_or(point, |key| key.number as usize)
+    }
+
+    fn solver(&self, model: &Model<D>) -> Option<Box<dyn LinearSolver>> {
+        Some((self.solver)(model, self.exchange.clone()))
+    }
+}
+
+/// What the laws of the bodies remember, and what contributions know of points.
+fn further_fields<const D: usize>(model: &Model<D>) -> Vec<Field> {
+    let of_laws = model.bodies.iter().flat_map(|named| named.body.history_fields());
+    let of_contributions =
+        model.contributions.iter().flat_map(|named| named.contribution.point_fields()).map(|it| it.info);
+    of_laws.chain(of_contributions).map(Field::from).collect()
+}
