@@ -5,15 +5,17 @@ use crate::handles::Mat;
 use crate::numbering::Numbering;
 use crate::session::Session;
 use crate::solver::Owners;
-use crate::Wire;
+use mpm_cluster::Wire;
 use mpm_linear::{LatticeLines, LatticePlaces};
 use std::rc::Rc;
 
 /// Nodes of the coarsest level, whose matrix every rank factorises for itself, at most.
 pub(crate) const COARSEST: usize = 400;
 
-/// Interpolations from each coarser lattice, the finest first. Held components of the finest nodes are interpolated from
-/// nothing: bit i of `held` says that component i of an own node is.
+/// Interpolations from each coarser lattice, the finest first. Bit i of `held` says that component i of an own node is held.
+///
+/// Held components couple with nothing and are interpolated from no others. Where all that a coarse component would move is
+/// held, it is, too: it is interpolated to held ones alone, so that coarse matrices have a diagonal everywhere.
 pub(crate) fn interpolations(
     session: &Rc<Session>,
     (wire, owners): (&dyn Wire, &dyn Owners),
@@ -41,14 +43,22 @@ pub(crate) fn interpolations(
             owners.owner(std::array::from_fn(|d| ((it[d] << shift[d]) + offset[d]).min(high[d])))
         };
         let coarse = Numbering::of(wire, &wanted, owner);
+        let mut free = vec![0_u8; wanted.len()];
+        let place = |parent: [u32; 3]| wanted.binary_search(&parent).expect("parents are listed");
+        for (&index, held) in fine.iter().zip(&held) {
+            coarsening.for_each_parent(index, |parent, _| free[place(parent)] |= !held);
+        }
+        let free_of_own = coarse.unite(wire, &mut free);
         let sizes = [fine.len() * block, coarse.own.len() * block];
         let interpolation = Mat::rectangular(session, sizes, 1 << block.min(3), block)?;
         for (k, &index) in fine.iter().enumerate() {
             let mut done = Ok(());
             coarsening.for_each_parent(index, |parent, weight| {
-                let at = wanted.binary_search(&parent).expect("parents are listed");
+                let at = place(parent);
                 let column = coarse.number[at] as usize * block;
-                for i in (0..block).filter(|i| held[k] & (1 << i) == 0) {
+                // Free from free, held from held.
+                let of_its_kind = held[k] ^ free[at];
+                for i in (0..block).filter(|i| of_its_kind & (1 << i) != 0) {
                     if done.is_ok() {
                         done = interpolation.put((first + k) * block + i, column + i, weight);
                     }
@@ -58,7 +68,8 @@ pub(crate) fn interpolations(
         }
         interpolation.assemble()?;
         interpolations.push(interpolation);
-        (first, total, held) = (coarse.first, coarse.total, vec![0; coarse.own.len()]);
+        held = free_of_own.iter().map(|free| !free).collect();
+        (first, total) = (coarse.first, coarse.total);
         fine = coarse.own;
         lines = coarsening.lines;
     }

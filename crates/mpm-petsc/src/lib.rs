@@ -19,16 +19,4 @@ mod wire;
 pub use error::PetscError;
 pub use session::Session;
 pub use solver::{Owners, Petsc};
-pub use wire::MpiWire;
-
-/// Bytes between ranks; a copy until mpm-cluster is there.
-pub trait Wire {
-    /// Number of this rank.
-    fn rank(&self) -> usize;
-    /// Number of ranks.
-    fn size(&self) -> usize;
-    /// All ranks' numbers, in the order of the ranks.
-    fn gather(&self, own: &[f64], all: &mut [f64]);
-    /// Messages to some ranks; those from others, in the order of the ranks.
-    fn exchange(&self, out: &[(usize, Vec<u8>)]) -> Vec<(usize, Vec<u8>)>;
-}
+pub use wire::{MpiWire, Traffic};

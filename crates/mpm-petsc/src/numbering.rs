@@ -1,6 +1,6 @@
 //! Numbers of the nodes of all ranks: those of a rank behind those of lower ranks.
 
-use crate::Wire;
+use mpm_cluster::Wire;
 
 /// Order of nodes among themselves: as lattices number them.
 fn key(index: &[u32; 3]) -> [u32; 3] {
@@ -77,6 +77,18 @@ impl Numbering {
                 (0..width).for_each(|i| see(place as usize, i, values.next().expect("a number for each")));
             }
         }
+    }
+
+    /// The bits of every node of the list that are set on any rank which lists it; returns those of own nodes.
+    pub(crate) fn unite(&self, wire: &dyn Wire, bits: &mut [u8]) -> Vec<u8> {
+        let message = |places: &[u32]| places.iter().map(|&place| bits[place as usize]).collect::<Vec<u8>>();
+        let out: Vec<(usize, Vec<u8>)> = self.asking.iter().map(|(rank, it)| (*rank, message(it))).collect();
+        let mut own = vec![0; self.own.len()];
+        for ((_, bytes), (_, places)) in wire.exchange(&out).iter().zip(&self.asked) {
+            places.iter().zip(bytes).for_each(|(&k, byte)| own[k as usize] |= byte);
+        }
+        self.spread(wire, 1, |k, _| f64::from(own[k]), |place, _, it| bits[place] = it as u8);
+        own
     }
 
     /// Of every own node of the finest list: its place there.

@@ -109,7 +109,7 @@ impl Session {
     }
 
     /// The value of an option that the user has given.
-    pub(crate) fn option(&self, name: &CStr) -> Option<String> {
+    pub fn option(&self, name: &CStr) -> Option<String> {
         let mut text = [0 as c_char; 256];
         let mut is_set = ffi::PETSC_FALSE;
         // SAFETY: room for as many letters as are said.

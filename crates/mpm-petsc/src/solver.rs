@@ -4,7 +4,7 @@ use crate::error::PetscError;
 use crate::ffi::PetscInt;
 use crate::session::Session;
 use crate::system::{Outcome, System};
-use crate::Wire;
+use mpm_cluster::Wire;
 use mpm_linear::{
     Analysis, Cause, Choice, Factored, Hints, Inertia, LinearSolver, Matrix, Method, OutOfMemory, Pattern, Singular,
     Solved,
@@ -204,7 +204,8 @@ impl LinearSolver for Petsc {
         self.is_factorised = false;
         let infinite = matrix.first_not_finite();
         if self.any(infinite.is_some()) {
-            let equation = infinite.unwrap_or(0);
+            // The ranks that have none hear of it.
+            let Some(equation) = infinite else { return Ok(Factored::by(self.first_method())) };
             return Err(Singular { equation, ..singular(Cause::MatrixNotFinite) });
         }
         self.system().take_values(matrix).map_err(failed)?;
@@ -220,7 +221,8 @@ impl LinearSolver for Petsc {
     fn solve(&mut self, _: Matrix<'_>, rhs: &mut [f64], tolerance: f64) -> Result<Solved, Singular> {
         let infinite = rhs.iter().position(|it| !it.is_finite());
         if self.any(infinite.is_some()) {
-            let equation = infinite.unwrap_or(0);
+            let nothing = Outcome { is_solved: false, iterations: 0, refinements: 0, residual: f64::NAN };
+            let Some(equation) = infinite else { return Ok(solved(self.first_method(), &nothing, None)) };
             return Err(Singular { equation, ..singular(Cause::RightHandSideNotFinite) });
         }
         self.system().take_rhs(rhs).map_err(failed)?;

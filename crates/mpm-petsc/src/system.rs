@@ -7,7 +7,7 @@ use crate::lattices::interpolations;
 use crate::numbering::Numbering;
 use crate::session::Session;
 use crate::solver::Owners;
-use crate::Wire;
+use mpm_cluster::Wire;
 use mpm_linear::{Hints, Matrix, Method, Pattern, SystemSize};
 use std::ffi::CStr;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -34,7 +34,6 @@ pub(crate) struct System {
     pub(crate) method: Method,
     /// Entries of its factor, about.
     pub(crate) factor_entries: f64,
-    session: Rc<Session>,
     wire: Rc<dyn Wire>,
     numbering: Numbering,
     /// Of every own node its place in the caller's numbering.
@@ -136,7 +135,6 @@ impl System {
             fingerprint,
             method: if is_symmetric { Method::ConjugateGradients } else { Method::Gmres },
             factor_entries: size.predict().factor_entries,
-            session: session.clone(),
             wire: wire.clone(),
             spare: [b.alike()?, b.alike()?],
             entries: vec![0.0; n_entries],

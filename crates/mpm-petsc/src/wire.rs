@@ -3,7 +3,8 @@
 use mpi::collective::CommunicatorCollectives;
 use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, SimpleCommunicator};
-use crate::Wire;
+use mpm_cluster::Wire;
+use std::cell::Cell;
 
 /// Longest part in which a message is sent `[B]`: MPI counts in 32 bits.
 const PART: usize = 1 << 30;
@@ -11,11 +12,31 @@ const PART: usize = 1 << 30;
 /// A [`Wire`] over a communicator of its own.
 pub struct MpiWire {
     world: SimpleCommunicator,
+    traffic: Cell<Traffic>,
+}
+
+/// What a rank has sent to others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Bytes of messages, and of numbers that were gathered.
+    pub bytes: u64,
+    /// Messages.
+    pub messages: u64,
 }
 
 impl MpiWire {
     pub(crate) fn of(world: SimpleCommunicator) -> Self {
-        Self { world }
+        Self { world, traffic: Cell::default() }
+    }
+
+    /// What this rank has sent so far.
+    pub fn traffic(&self) -> Traffic {
+        self.traffic.get()
+    }
+
+    fn count(&self, bytes: usize, messages: usize) {
+        let Traffic { bytes: before, messages: earlier } = self.traffic.get();
+        self.traffic.set(Traffic { bytes: before + bytes as u64, messages: earlier + messages as u64 });
     }
 }
 
@@ -31,6 +52,7 @@ impl Wire for MpiWire {
     fn gather(&self, own: &[f64], all: &mut [f64]) {
         assert_eq!(all.len(), own.len() * self.size(), "room for the numbers of every rank");
         if !own.is_empty() {
+            self.count(size_of_val(own), 0);
             self.world.all_gather_into(own, all);
         }
     }
@@ -50,6 +72,8 @@ impl Wire for MpiWire {
             from.map(|(rank, &length)| (rank, vec![0; length as usize - 1])).collect();
         let parts = |bytes: &[u8]| bytes.len().div_ceil(PART);
         let others = |it: &&(usize, Vec<u8>)| it.0 != own;
+        let sent = out.iter().filter(others);
+        self.count(sent.clone().map(|it| it.1.len()).sum(), sent.count());
         let n_out: usize = out.iter().filter(others).map(|it| parts(&it.1)).sum();
         let n_in: usize = messages.iter().filter(others).map(|it| parts(&it.1)).sum();
         mpi::request::multiple_scope(n_out + n_in, |scope, requests| {
