@@ -210,7 +210,9 @@ fn faer_has_no_parallel_variant() {
 fn both_workspaces_agree() {
     let read = |path: &str| fs::read_to_string(root().join(path)).expect("a readable manifest");
     let (ours, theirs) = (read("Cargo.toml"), read("apps/mpm-mpi/Cargo.toml"));
-    for header in ["[workspace.package]", "[workspace.lints.rust]", "[workspace.lints.clippy]", "[profile.quick]"] {
+    for header in
+        ["[workspace.package]", "[workspace.lints.rust]", "[workspace.lints.clippy]", "[profile.quick]"]
+    {
         for (key, value) in table(&theirs, header) {
             assert_eq!(table(&ours, header).get(&key), Some(&value), "{header} {key}");
         }

@@ -338,7 +338,9 @@ fn failed(error: Error, watch: &Watch, state: Option<&State>, files: &Paths<'_>)
         // The scene is none that ranks can share.
         Error::Ranks(reason) => Complaint::input(format!("{}: {reason}", files.scene.display())),
         // The existing results file does not fit the checkpoint.
-        Error::Observer(error) if state.is_some() && !watch.has_started() => Complaint::input(error.to_string()),
+        Error::Observer(error) if state.is_some() && !watch.has_started() => {
+            Complaint::input(error.to_string())
+        }
         error => {
             let results = files.results.display();
             let before = match watch.steps() {

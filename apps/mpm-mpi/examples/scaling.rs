@@ -53,7 +53,10 @@ fn main() {
     let number = |k: usize, default: u32| arguments.get(k).map_or(default, |it| it.parse().expect("a number"));
     let (cells, most) = (number(1, 48), number(2, 2));
     let folder = tempfile::tempdir().expect("a folder");
-    println!("{:>10} {:>8} {:>8} {:>9} {:>7} {:>7}  phases [s]", "law", "ranks", "wall s", "peak MB", "Newton", "linear");
+    println!(
+        "{:>10} {:>8} {:>8} {:>9} {:>7} {:>7}  phases [s]",
+        "law", "ranks", "wall s", "peak MB", "Newton", "linear"
+    );
     for (name, law) in LAWS {
         let path = folder.path().join("block.ron");
         fs::write(&path, scene(cells, law)).expect("it is writable");
@@ -84,7 +87,8 @@ fn measured(name: &str, ranks: u32, scene: &Path, results: &Path) {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     let wall = clock.elapsed().as_secs_f64();
-    let peaks = String::from_utf8_lossy(&output.stdout).split_whitespace().map(String::from).collect::<Vec<_>>();
+    let peaks =
+        String::from_utf8_lossy(&output.stdout).split_whitespace().map(String::from).collect::<Vec<_>>();
     let found = Results::open(results).expect("results");
     let phases = found.timings().expect("timings");
     let phases = phases.iter().filter(|it| it.seconds > 0.01);

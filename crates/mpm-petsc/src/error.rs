@@ -27,7 +27,11 @@ impl PetscError {
         // SAFETY: PETSc sets the pointer to a text of its own that is never freed, or to null.
         let reason = unsafe {
             ffi::PetscErrorMessage(code, &mut text, null_mut());
-            if text.is_null() { "unknown error".into() } else { CStr::from_ptr(text).to_string_lossy().into_owned() }
+            if text.is_null() {
+                "unknown error".into()
+            } else {
+                CStr::from_ptr(text).to_string_lossy().into_owned()
+            }
         };
         Err(Self { call, code, reason: reason.trim().to_owned() })
     }

@@ -51,7 +51,12 @@ impl Numbering {
         let mut numbering = Self { first, total, own, asked, asking, number: vec![0; list.len()] };
         let numbers: Vec<u64> = (0..numbering.own.len()).map(|k| (first + k) as u64).collect();
         let mut number = std::mem::take(&mut numbering.number);
-        numbering.spread(wire, 1, |k, _| f64::from_bits(numbers[k]), |place, _, it| number[place] = it.to_bits());
+        numbering.spread(
+            wire,
+            1,
+            |k, _| f64::from_bits(numbers[k]),
+            |place, _, it| number[place] = it.to_bits(),
+        );
         numbering.number = number;
         numbering
     }

@@ -70,8 +70,8 @@ impl Session {
     }
 
     /// Messages between the ranks.
-    pub fn wire(&self) -> MpiWire {
-        MpiWire::of(self.universe.world().duplicate())
+    pub fn wire(self: &Rc<Self>) -> MpiWire {
+        MpiWire::of(self.universe.world().duplicate(), self.clone())
     }
 
     /// Ends all ranks at once, without any of them taking part.

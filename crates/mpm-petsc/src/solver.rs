@@ -6,8 +6,8 @@ use crate::session::Session;
 use crate::system::{Outcome, System};
 use mpm_cluster::Wire;
 use mpm_linear::{
-    Analysis, Cause, Choice, Factored, Hints, Inertia, LinearSolver, Matrix, Method, OutOfMemory, Pattern, Singular,
-    Solved,
+    Analysis, Cause, Choice, Factored, Hints, Inertia, LinearSolver, Matrix, Method, OutOfMemory, Pattern,
+    Singular, Solved,
 };
 use std::rc::Rc;
 
@@ -58,7 +58,10 @@ pub struct Petsc {
 enum Coarse {
     Old,
     /// Iterations for each factor of e that the first solution with them has taken off its residual.
-    Kept { is_of_this: bool, first: Option<f64> },
+    Kept {
+        is_of_this: bool,
+        first: Option<f64>,
+    },
 }
 
 impl Coarse {

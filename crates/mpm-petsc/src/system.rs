@@ -119,9 +119,7 @@ impl System {
             .collect();
         let iteration = Ksp::of(&matrix, None)?;
         let coarser = match session.option(c"-pc_type").as_deref() {
-            None | Some("mg") => {
-                interpolations(session, (&**wire, owners), places, &numbering, &masks, block)?
-            }
+            None | Some("mg") => interpolations(session, (&**wire, owners), places, &numbering, &masks, block)?,
             Some(_) => Vec::new(),
         };
         let is_small = coarser.is_empty() && numbering.total <= crate::lattices::COARSEST;

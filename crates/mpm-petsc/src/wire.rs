@@ -1,10 +1,12 @@
 //! Messages by MPI.
 
+use crate::session::Session;
 use mpi::collective::CommunicatorCollectives;
 use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, SimpleCommunicator};
 use mpm_cluster::Wire;
 use std::cell::Cell;
+use std::rc::Rc;
 
 /// Longest part in which a message is sent `[B]`: MPI counts in 32 bits.
 const PART: usize = 1 << 30;
@@ -13,6 +15,8 @@ const PART: usize = 1 << 30;
 pub struct MpiWire {
     world: SimpleCommunicator,
     traffic: Cell<Traffic>,
+    /// MPI ends after its communicators.
+    _session: Rc<Session>,
 }
 
 /// What a rank has sent to others.
@@ -25,8 +29,8 @@ pub struct Traffic {
 }
 
 impl MpiWire {
-    pub(crate) fn of(world: SimpleCommunicator) -> Self {
-        Self { world, traffic: Cell::default() }
+    pub(crate) fn of(world: SimpleCommunicator, session: Rc<Session>) -> Self {
+        Self { world, traffic: Cell::default(), _session: session }
     }
 
     /// What this rank has sent so far.

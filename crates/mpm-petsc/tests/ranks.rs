@@ -55,7 +55,11 @@ fn main() -> ExitCode {
             command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
             command.env("OMP_NUM_THREADS", "1");
             let is_well = command.status().expect("mpirun is installed").success();
-            println!("{} {case} {} on {ranks} ranks", if is_well { "ok    " } else { "FAILED" }, options.join(" "));
+            println!(
+                "{} {case} {} on {ranks} ranks",
+                if is_well { "ok    " } else { "FAILED" },
+                options.join(" ")
+            );
             failed += i32::from(!is_well);
         }
     }
@@ -81,7 +85,8 @@ fn wire(wire: &dyn Wire) {
     wire.gather(&[me as f64, 7.0], &mut all);
     assert!(all.chunks_exact(2).enumerate().all(|(rank, it)| it == [rank as f64, 7.0]));
     // Rank q sends q + 1 times the number of the receiver to every rank that is not above it, an empty message to itself.
-    let bytes = |from: usize, to: usize| if from == to { Vec::new() } else { vec![to as u8; 1000 * (from + 1)] };
+    let bytes =
+        |from: usize, to: usize| if from == to { Vec::new() } else { vec![to as u8; 1000 * (from + 1)] };
     let out: Vec<(usize, Vec<u8>)> = (0..=me).map(|to| (to, bytes(me, to))).collect();
     let incoming = wire.exchange(&out);
     let expected: Vec<(usize, Vec<u8>)> = (me..n).map(|from| (from, bytes(from, me))).collect();

@@ -122,7 +122,8 @@ impl<const D: usize> Lattice<D> {
         let (lambda, mu, n) = (1.5, 1.0, 1 << D);
         let mut sum = vec![vec![[[0.0; D]; D]; n]; n];
         for point in 0..n {
-            let x: [f64; D] = std::array::from_fn(|d| 0.5 + (f64::from((point >> d & 1) as u8) - 0.5) / 3_f64.sqrt());
+            let x: [f64; D] =
+                std::array::from_fn(|d| 0.5 + (f64::from((point >> d & 1) as u8) - 0.5) / 3_f64.sqrt());
             let shape = |a: usize, d: usize| if a >> d & 1 == 1 { x[d] } else { 1.0 - x[d] };
             let value = |a: usize| (0..D).map(|d| shape(a, d)).product::<f64>();
             let slope = |a: usize, along: usize| {
