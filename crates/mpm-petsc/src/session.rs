@@ -12,17 +12,19 @@ use std::rc::Rc;
 
 /// Options that hold unless the user's say otherwise.
 ///
-/// The Galerkin products add what comes from several ranks in a fixed order only in one of their variants. Signals are the
-/// program's. The factorisation counts the signs of its pivots only where the last front is not parallel, and 20 % more room
+/// Signals are the program's. The factorisation counts the signs of its pivots only where the last front is not parallel, and 20 % more room
 /// than predicted is too little for the pivots of indefinite matrices.
-const DEFAULTS: [(&CStr, &CStr); 6] = [
+const DEFAULTS: [(&CStr, &CStr); 4] = [
     (c"-no_signal_handler", c"true"),
-    (c"-matptap_via", c"allatonce"),
-    (c"-mat_product_algorithm", c"allatonce"),
     (c"-direct_mat_mumps_icntl_13", c"1"),
     (c"-direct_mat_mumps_icntl_14", c"50"),
     (c"-direct_mat_mumps_icntl_24", c"1"),
 ];
+
+/// The same on several ranks: Galerkin products add what comes from other ranks in a fixed order only in this variant, which
+/// matrices of one rank do not have.
+const OF_SEVERAL: [(&CStr, &CStr); 2] =
+    [(c"-matptap_via", c"allatonce"), (c"-mat_product_algorithm", c"allatonce")];
 
 /// MPI and PETSc between their start and their end. Everything of this crate is used on the thread that started it.
 pub struct Session {
@@ -41,7 +43,8 @@ impl Session {
             code: 0,
             reason: "MPI was started before".into(),
         })?;
-        for (name, value) in DEFAULTS {
+        let of_several = if universe.world().size() > 1 { &OF_SEVERAL[..] } else { &[] };
+        for (name, value) in DEFAULTS.iter().chain(of_several) {
             // SAFETY: texts that end in NUL; this function may be called before the others.
             call!(PetscOptionsSetValue(null_mut(), name.as_ptr(), value.as_ptr()))?;
         }
@@ -101,7 +104,7 @@ impl Session {
         // SAFETY: as above.
         let unused = (0..count as usize)
             .map(|k| unsafe { CStr::from_ptr(*names.add(k)) }.to_string_lossy().into_owned())
-            .filter(|name| !DEFAULTS.iter().any(|it| it.0.to_bytes()[1..] == *name.as_bytes()))
+            .filter(|name| !DEFAULTS.iter().chain(&OF_SEVERAL).any(|it| it.0.to_bytes()[1..] == *name.as_bytes()))
             .collect();
         // SAFETY: the lists of above, which are not used any more.
         call!(PetscOptionsLeftRestore(null_mut(), &mut count, &mut names, &mut values))?;

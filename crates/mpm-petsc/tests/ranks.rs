@@ -137,8 +137,8 @@ fn agrees<const D: usize>(session: &Rc<Session>, lattice: &Lattice<D>, choice: C
                 assert!(!part.held[v * D + i] || found == 0.0, "held components stay");
             }
         }
-        // Same bits where everything is the same.
-        if round == 1 {
+        // Same bits where everything is the same; MUMPS and algebraic multigrid of three ranks do not promise that.
+        if round == 1 && choice == Choice::Auto && session.option(c"-pc_type").is_none() {
             assert_eq!(before, x);
         }
         before = x;
