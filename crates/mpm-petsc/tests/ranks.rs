@@ -25,7 +25,7 @@ const CASES: &[(&str, &[&str])] = &[
             "-pc_hypre_boomeramg_nodal_coarsen",
             "6",
             "-pc_hypre_boomeramg_vec_interp_variant",
-            "3",
+            "2",
         ],
     ),
     ("space", &["-ksp_type", "preonly", "-pc_type", "cholesky", "-pc_factor_mat_solver_type", "mumps"]),
