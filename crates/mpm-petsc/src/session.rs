@@ -104,7 +104,9 @@ impl Session {
         // SAFETY: as above.
         let unused = (0..count as usize)
             .map(|k| unsafe { CStr::from_ptr(*names.add(k)) }.to_string_lossy().into_owned())
-            .filter(|name| !DEFAULTS.iter().chain(&OF_SEVERAL).any(|it| it.0.to_bytes()[1..] == *name.as_bytes()))
+            .filter(|name| {
+                !DEFAULTS.iter().chain(&OF_SEVERAL).any(|it| it.0.to_bytes()[1..] == *name.as_bytes())
+            })
             .collect();
         // SAFETY: the lists of above, which are not used any more.
         call!(PetscOptionsLeftRestore(null_mut(), &mut count, &mut names, &mut values))?;

@@ -120,7 +120,8 @@ impl Lattice {
             .map(|chunk| {
                 let (mut start, mut entry) = (vec![0], Vec::with_capacity(4 * chunk.len()));
                 for &fine in chunk {
-                    coarsening.for_each_parent(fine, |parent, weight| entry.push((number[place(parent)], weight)));
+                    coarsening
+                        .for_each_parent(fine, |parent, weight| entry.push((number[place(parent)], weight)));
                     start.push(entry.len());
                 }
                 Weights { start, entry }
