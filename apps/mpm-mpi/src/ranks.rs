@@ -18,13 +18,13 @@ pub(crate) struct MpiCrew {
 
 impl MpiCrew {
     pub(crate) fn of(session: Rc<Session>) -> Self {
-        Self { wire: session.wire(), session }
+        Self { wire: MpiWire::of(&session), session }
     }
 
     /// This rank of a model.
     fn cluster<const D: usize>(&self, model: &Model<D>) -> Rc<Cluster<D, MpiWire>> {
         let session = self.session.clone();
-        let cluster = Cluster::new(session.wire(), model).with_solver(move |model, exchange| {
+        let cluster = Cluster::new(MpiWire::of(&session), model).with_solver(move |model, exchange| {
             let nodes = Rc::new(NodesOfRanks(exchange));
             let choice = model.choice().unwrap_or(Choice::Auto);
             Box::new(Petsc::new(session.clone(), nodes.clone(), nodes, choice))

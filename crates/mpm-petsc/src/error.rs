@@ -41,3 +41,15 @@ impl PetscError {
         self.code == ffi::PETSC_ERR_MEM as i32
     }
 }
+
+/// Calls a function of PETSc; its code becomes a `Result`.
+macro_rules! call {
+    ($name:ident($($argument:expr),* $(,)?)) => {
+        $crate::error::PetscError::check(
+            stringify!($name),
+            // SAFETY: handles are alive while their wrapper is; what else is passed is explained at the call.
+            unsafe { $crate::ffi::$name($($argument),*) },
+        )
+    };
+}
+pub(crate) use call;

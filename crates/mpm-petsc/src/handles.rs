@@ -1,23 +1,11 @@
 //! PETSc's objects, which are given back when dropped. Each holds the [`Session`], which ends after them.
 
-use crate::error::PetscError;
+use crate::error::{PetscError, call};
 use crate::ffi;
 use crate::session::Session;
 use std::ffi::CStr;
 use std::ptr::null_mut;
 use std::rc::Rc;
-
-/// Calls a function of PETSc; its code becomes a `Result`.
-macro_rules! call {
-    ($name:ident($($argument:expr),* $(,)?)) => {
-        $crate::error::PetscError::check(
-            stringify!($name),
-            // SAFETY: handles are alive while their wrapper is; what else is passed is explained at the call.
-            unsafe { $crate::ffi::$name($($argument),*) },
-        )
-    };
-}
-pub(crate) use call;
 
 /// A number of rows or columns as PETSc counts them.
 pub(crate) fn int(n: usize) -> ffi::PetscInt {

@@ -3,8 +3,8 @@
 use crate::error::PetscError;
 use crate::handles::Mat;
 use crate::numbering::Numbering;
+use crate::owners::Owners;
 use crate::session::Session;
-use crate::solver::Owners;
 use mpm_cluster::Wire;
 use mpm_linear::{LatticeLines, LatticePlaces};
 use std::rc::Rc;

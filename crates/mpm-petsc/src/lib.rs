@@ -11,12 +11,14 @@ mod ffi;
 mod handles;
 mod lattices;
 mod numbering;
+mod owners;
 mod session;
 mod solver;
 mod system;
 mod wire;
 
 pub use error::PetscError;
+pub use owners::Owners;
 pub use session::Session;
-pub use solver::{Owners, Petsc};
+pub use solver::Petsc;
 pub use wire::{MpiWire, Traffic};

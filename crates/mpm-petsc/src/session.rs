@@ -1,11 +1,9 @@
 //! MPI and PETSc, from the start of a program to its end.
 
-use crate::error::PetscError;
+use crate::error::{PetscError, call};
 use crate::ffi;
-use crate::handles::call;
-use crate::wire::MpiWire;
 use mpi::environment::Universe;
-use mpi::topology::Communicator;
+use mpi::topology::{Communicator, SimpleCommunicator};
 use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
@@ -72,9 +70,9 @@ impl Session {
         self.universe.world().size() as usize
     }
 
-    /// Messages between the ranks.
-    pub fn wire(self: &Rc<Self>) -> MpiWire {
-        MpiWire::of(self.universe.world().duplicate(), self.clone())
+    /// A communicator of all ranks, for one use.
+    pub(crate) fn communicator(&self) -> SimpleCommunicator {
+        self.universe.world().duplicate()
     }
 
     /// Ends all ranks at once, without any of them taking part.

@@ -2,6 +2,7 @@
 
 use crate::error::PetscError;
 use crate::ffi::PetscInt;
+use crate::owners::Owners;
 use crate::session::Session;
 use crate::system::{Outcome, System};
 use mpm_cluster::Wire;
@@ -19,18 +20,6 @@ const MOST_ENTRIES_AS_HELP: f64 = 1e9;
 
 /// Coarse matrices are renewed when a solution took more than this times the iterations of the first with them.
 const SLOWER: f64 = 1.3;
-
-/// Which rank owns a node.
-pub trait Owners {
-    /// The owner of the node at these lattice lines.
-    fn owner(&self, node: [u32; 3]) -> usize;
-}
-
-impl<F: Fn([u32; 3]) -> usize> Owners for F {
-    fn owner(&self, node: [u32; 3]) -> usize {
-        self(node)
-    }
-}
 
 /// Linear systems of all ranks by PETSc: conjugate gradients, or GMRES where the matrix is not symmetric, with multigrid on the
 /// lattice; what they do not solve is factorised by MUMPS, if the factor is small enough. The user's options choose otherwise

@@ -29,8 +29,9 @@ pub struct Traffic {
 }
 
 impl MpiWire {
-    pub(crate) fn of(world: SimpleCommunicator, session: Rc<Session>) -> Self {
-        Self { world, traffic: Cell::default(), _session: session }
+    /// Messages between all ranks.
+    pub fn of(session: &Rc<Session>) -> Self {
+        Self { world: session.communicator(), traffic: Cell::default(), _session: session.clone() }
     }
 
     /// What this rank has sent so far.

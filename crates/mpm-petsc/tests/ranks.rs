@@ -5,7 +5,7 @@ mod elasticity;
 use elasticity::Lattice;
 use mpm_cluster::Wire;
 use mpm_linear::{Choice, Factorization, Hints, LatticePlaces, LinearSolver, Matrix, Method, Pattern};
-use mpm_petsc::{Petsc, Session};
+use mpm_petsc::{MpiWire, Petsc, Session};
 use std::process::{Command, ExitCode};
 use std::rc::Rc;
 
@@ -68,7 +68,7 @@ fn main() -> ExitCode {
 
 fn run(case: &str, session: &Rc<Session>) {
     match case {
-        "wire" => wire(&session.wire()),
+        "wire" => wire(&MpiWire::of(session)),
         "plane" => agrees(session, &Lattice::<2>::of([40, 30]), Choice::Auto, 1e-10),
         "space" => agrees(session, &Lattice::<3>::of([14, 9, 7]), Choice::Auto, 1e-10),
         "direct" => agrees(session, &Lattice::<3>::of([8, 6, 5]), Choice::Direct, 1e-10),
@@ -107,7 +107,7 @@ struct Part {
 
 /// Solves on all ranks and on this one alone; compares the solutions on all nodes of this rank.
 fn agrees<const D: usize>(session: &Rc<Session>, lattice: &Lattice<D>, choice: Choice, within: f64) {
-    let wire: Rc<dyn Wire> = Rc::new(session.wire());
+    let wire: Rc<dyn Wire> = Rc::new(MpiWire::of(session));
     let n = wire.size();
     let owner = lattice.owner(n);
     let expected = alone(lattice);
@@ -187,7 +187,7 @@ fn lattice_part<const D: usize>(lattice: &Lattice<D>, rank: usize, ranks: usize)
 /// What the iteration cannot solve is factorised, and the signs of the pivots are those that one rank finds.
 fn indefinite(session: &Rc<Session>) {
     let lattice = Lattice::<3>::of([9, 6, 5]).shifted();
-    let wire: Rc<dyn Wire> = Rc::new(session.wire());
+    let wire: Rc<dyn Wire> = Rc::new(MpiWire::of(session));
     let part = lattice_part(&lattice, wire.rank(), wire.size());
     let owner = lattice.owner(wire.size());
     let mut solver = Petsc::new(session.clone(), wire.clone(), Rc::new(owner), Choice::Iterative);
@@ -217,7 +217,7 @@ fn indefinite(session: &Rc<Session>) {
 /// What fails on one rank ends the call on all, with a reason on the one; a singular matrix on all.
 fn failures(session: &Rc<Session>) {
     let lattice = Lattice::<2>::of([30, 20]);
-    let wire: Rc<dyn Wire> = Rc::new(session.wire());
+    let wire: Rc<dyn Wire> = Rc::new(MpiWire::of(session));
     let last = wire.rank() + 1 == wire.size();
     let part = lattice_part(&lattice, wire.rank(), wire.size());
     let owner = lattice.owner(wire.size());
