@@ -5,11 +5,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Libraries and applications by package name: the names of what they depend on, and the lines that
-/// say so. Development dependencies are apart.
+/// say so. Dependencies of tests and of build scripts are apart.
 struct Manifest {
     dependencies: BTreeMap<String, String>,
     dev_dependencies: BTreeMap<String, String>,
+    build_dependencies: BTreeMap<String, String>,
 }
+
+/// The tables of dependencies that a manifest may have; a workspace's say which versions there are.
+const TABLES: [&str; 4] =
+    ["[dependencies]", "[dev-dependencies]", "[build-dependencies]", "[workspace.dependencies]"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -41,21 +46,23 @@ fn manifests() -> BTreeMap<String, Manifest> {
         for line in
             text.lines().map(str::trim).filter(|line| line.starts_with('[') && line.contains("dependencies"))
         {
-            let plain = ["[dependencies]", "[dev-dependencies]"].contains(&line);
-            assert!(plain, "{}: this test cannot read the table {line}", path.display());
+            assert!(TABLES.contains(&line), "{}: this test cannot read the table {line}", path.display());
         }
         let name = table(&text, "[package]")["name"].trim_matches('"').to_owned();
         let dependencies = table(&text, "[dependencies]");
         let dev_dependencies = table(&text, "[dev-dependencies]");
-        manifests.insert(name, Manifest { dependencies, dev_dependencies });
+        let build_dependencies = table(&text, "[build-dependencies]");
+        manifests.insert(name, Manifest { dependencies, dev_dependencies, build_dependencies });
     }
     manifests
 }
 
-/// Packages that depend on `dependency`, in their code or their tests.
+/// Packages that depend on `dependency`, in their code, their tests or their build scripts.
 fn users(dependency: &str) -> BTreeSet<String> {
     let uses = |it: &Manifest| {
-        it.dependencies.contains_key(dependency) || it.dev_dependencies.contains_key(dependency)
+        [&it.dependencies, &it.dev_dependencies, &it.build_dependencies]
+            .iter()
+            .any(|table| table.contains_key(dependency))
     };
     manifests().into_iter().filter(|(_, manifest)| uses(manifest)).map(|(name, _)| name).collect()
 }
@@ -66,7 +73,8 @@ fn only(dependency: &str, allowed: &[&str]) {
     assert!(strangers.is_empty(), "{strangers:?} may not depend on {dependency}; only {allowed:?} may");
 }
 
-const APPLICATIONS: [&str; 5] = ["mpm-cli", "mpm-python", "mpm-validation", "mpm-benchmarks", "mpm-examples"];
+const APPLICATIONS: [&str; 6] =
+    ["mpm-cli", "mpm-mpi", "mpm-python", "mpm-validation", "mpm-benchmarks", "mpm-examples"];
 
 #[test]
 fn the_manifests_are_read() {
@@ -113,7 +121,6 @@ fn workspace_crates_depend_downwards_only() {
         "mpm-assembly",
         "mpm-solver",
     ];
-    const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
     const CLUSTER: &[&str] = &[
         "mpm-grid",
         "mpm-basis",
@@ -124,7 +131,8 @@ fn workspace_crates_depend_downwards_only() {
         // Only its tests.
         "mpm-scene",
     ];
-    let below: [(&str, &[&str]); 13] = [
+    const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
+    let below: [(&str, &[&str]); 14] = [
         ("mpm-plot", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
@@ -136,6 +144,7 @@ fn workspace_crates_depend_downwards_only() {
         ("mpm-solver", SOLVER),
         ("mpm-scene", SCENE),
         ("mpm-cluster", CLUSTER),
+        ("mpm-petsc", &["mpm-cluster", "mpm-linear"]),
         ("mpm-io", IO),
         ("mpm-pictures", &["mpm-grid", "mpm-plot", "mpm-solver", "mpm-scene", "mpm-io"]),
     ];
@@ -164,6 +173,8 @@ fn foreign_crates_enter_at_one_place() {
     only("clap", &["mpm-cli", "mpm-validation", "mpm-benchmarks"]);
     only("pyo3", &["mpm-python"]);
     only("numpy", &["mpm-python"]);
+    only("mpi", &["mpm-petsc"]);
+    only("bindgen", &["mpm-petsc"]);
     only("plotters", &["mpm-plot"]);
     only("serde", &["mpm-solver", "mpm-scene", "mpm-benchmarks"]);
     // Scenes, and how far a run has come: the one text of checkpoints, in which every number keeps its bits.
@@ -199,5 +210,28 @@ fn faer_has_no_parallel_variant() {
         for line in asked.into_iter().flatten() {
             assert!(!line.contains("features"), "{name} changes the features of faer: {line}");
         }
+    }
+}
+
+/// The other workspace has the compiler settings and the versions of this one.
+#[test]
+fn both_workspaces_agree() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).expect("a readable manifest");
+    let (ours, theirs) = (read("Cargo.toml"), read("apps/mpm-mpi/Cargo.toml"));
+    for header in
+        ["[workspace.package]", "[workspace.lints.rust]", "[workspace.lints.clippy]", "[profile.quick]"]
+    {
+        for (key, value) in table(&theirs, header) {
+            assert_eq!(table(&ours, header).get(&key), Some(&value), "{header} {key}");
+        }
+    }
+    let (ours, theirs) = (read("Cargo.lock"), read("apps/mpm-mpi/Cargo.lock"));
+    let version = |lock: &str, name: &str| {
+        let entry = format!("name = \"{name}\"\nversion = \"");
+        let version = lock.split(&entry).nth(1).and_then(|rest| rest.split('"').next());
+        version.expect("the package is locked").to_owned()
+    };
+    for name in ["faer", "nalgebra", "rayon", "hdf5-metno", "ron"] {
+        assert_eq!(version(&theirs, name), version(&ours, name), "{name}");
     }
 }

@@ -1,6 +1,7 @@
 //! `mpm check`.
 
 use crate::complaint::Complaint;
+use crate::crew::{Crew, agreed};
 use crate::input::{self, Settings};
 use crate::report::count;
 use crate::run::{files_of, start_threads};
@@ -29,18 +30,24 @@ pub struct CheckArguments {
     json: bool,
 }
 
-/// Says how large a scene with these settings is.
-pub fn check(arguments: &CheckArguments) -> Result<(), Complaint> {
+/// Says how large a scene with these settings is, and what each rank has of it, where several share it.
+pub fn check(arguments: &CheckArguments, crew: &dyn Crew) -> Result<(), Complaint> {
     let CheckArguments { scene, settings, threads, json, .. } = arguments;
-    start_threads(*threads)?;
+    start_threads(threads.or(crew.threads()))?;
     let files = files_of(scene, arguments.files.as_deref());
-    let mut input = input::read(scene, &settings.set, &files)?;
-    let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()))?;
-    if *json {
+    let mut input = agreed(crew, input::read(scene, &settings.set, &files))?;
+    let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()));
+    let estimate = agreed(crew, estimate)?;
+    if crew.leads() && *json {
         let json = serde_json::to_string_pretty(&Check::of(&estimate, &input.scene, &input.notes));
-        return say(&(json.expect("numbers, texts and lists") + "\n"));
+        say(&(json.expect("numbers, texts and lists") + "\n"))?;
+    } else if crew.leads() {
+        say(&sizes(&estimate, &input.scene, &unwritten_fields(&input.scene), &input.notes))?;
     }
-    say(&sizes(&estimate, &input.scene, &unwritten_fields(&input.scene), &input.notes))
+    match crew.shares(&mut input.compiled)? {
+        Some(shares) if crew.leads() && !*json => say(&shares),
+        _ => Ok(()),
+    }
 }
 
 fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -> String {

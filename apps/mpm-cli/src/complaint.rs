@@ -19,7 +19,7 @@ const WIDEST: usize = 2000;
 
 /// Why the program ends early: a message and an exit code.
 pub struct Complaint {
-    /// `None` where the child process has printed the message already.
+    /// `None` where another process prints the message.
     report: Option<Report>,
     code: u8,
 }
@@ -35,7 +35,7 @@ impl Complaint {
         Self { report: Some(Report::new(MietteDiagnostic::new(rounded(&message)))), code: 2 }
     }
 
-    /// The child process has printed the message already.
+    /// Another process prints the message.
     pub fn told(code: u8) -> Self {
         Self { report: None, code }
     }
@@ -56,6 +56,11 @@ impl Complaint {
         let diagnostic = MietteDiagnostic::new(rounded(&message)).with_label(label);
         let source = Source { name: file.display().to_string(), text: text.to_string() };
         Self { report: Some(Report::new(diagnostic).with_source_code(source)), code: 2 }
+    }
+
+    /// The exit code.
+    pub fn code(&self) -> u8 {
+        self.code
     }
 
     /// Prints the message to standard error.

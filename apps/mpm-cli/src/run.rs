@@ -1,6 +1,7 @@
 //! `mpm run` and `mpm resume`.
 
 use crate::complaint::Complaint;
+use crate::crew::{Crew, agreed};
 use crate::input::{Input, Settings};
 use crate::keeper::{self, CheckpointArguments};
 use crate::reading::{self, Kind};
@@ -13,6 +14,7 @@ use mpm_io::{
     ResultsWriter, check_places, is_same,
 };
 use mpm_scene::{AddedStages, Scene, doubts};
+use mpm_solver::observe::{Cancellation, LoadStep, Observer, ObserverError};
 use mpm_solver::{Error, State};
 use std::ffi::OsStr;
 use std::io::{IsTerminal, Write};
@@ -82,59 +84,112 @@ pub fn named_after(name: &OsStr, extension: &str) -> PathBuf {
 }
 
 /// Runs a scene from file to file.
-pub fn run(arguments: &RunArguments) -> Result<(), Complaint> {
-    start_threads(arguments.threads)?;
+pub fn run(arguments: &RunArguments, crew: &dyn Crew) -> Result<(), Complaint> {
+    let threads = arguments.threads.or(crew.threads());
+    start_threads(threads)?;
     let files = files_of(&arguments.scene, arguments.files.as_deref());
-    let input = input::read(&arguments.scene, &arguments.settings.set, &files)?;
+    let input = agreed(crew, input::read(&arguments.scene, &arguments.settings.set, &files))?;
     let path = arguments
         .output
         .clone()
         .unwrap_or_else(|| named_after(arguments.scene.file_stem().unwrap_or_default(), "h5"));
+    let written = crew.leads().then(|| begin(arguments, &input, &path, &files, threads)).transpose();
+    let written = agreed(crew, written)?;
+    let files = Paths { scene: &arguments.scene, results: &path };
+    let outcome = carry_out(input, None, written, &files, arguments.quiet || arguments.json, crew);
+    // The reason why the run ended is more important than an error in reading its results back.
+    let said = if arguments.json && crew.leads() {
+        inspect::inspect(&path, true).and_then(|text| say(&text))
+    } else {
+        Ok(())
+    };
+    outcome.and(agreed(crew, said))
+}
+
+/// Creates the files of a run.
+fn begin(
+    arguments: &RunArguments,
+    input: &Input,
+    path: &Path,
+    files: &FolderFiles,
+    threads: Option<u16>,
+) -> Result<(ResultsWriter, Keeper), Complaint> {
     let head = CheckpointHead {
         scene: input.text.clone(),
-        folder: folder(&input.scene, &files),
+        folder: folder(&input.scene, files),
         program: PROGRAM.into(),
-        results: path.clone(),
+        results: path.to_path_buf(),
         interval: CheckpointInterval::of(&input.scene),
     };
-    let mut read = named(&input.scene, &files);
+    let mut read = named(&input.scene, files);
     read.push(("scene", arguments.scene.clone()));
-    let checkpoint = arguments.checkpoints.checkpoint.clone().unwrap_or_else(|| Keeper::beside(&path));
-    check_places(&read, Some(&path), Some(&checkpoint)).map_err(Complaint::input)?;
+    let checkpoint = arguments.checkpoints.checkpoint.clone().unwrap_or_else(|| Keeper::beside(path));
+    check_places(&read, Some(path), Some(&checkpoint)).map_err(Complaint::input)?;
     if !arguments.force {
-        previous::protect(&input.scene, &input.text, &path, &checkpoint)?;
+        previous::protect(&input.scene, &input.text, path, &checkpoint)?;
     }
     let keeper = arguments.checkpoints.keeper(checkpoint, head)?;
-    let writer = ResultsWriter::create(&path, options(&input, arguments.threads));
-    let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
-    let files = Paths { scene: &arguments.scene, results: &path };
-    let outcome = carry_out(input, None, writer, keeper, &files, arguments.quiet || arguments.json);
-    // The reason why the run ended is more important than an error in reading its results back.
-    let said = if arguments.json { inspect::inspect(&path, true).and_then(|text| say(&text)) } else { Ok(()) };
-    outcome.and(said)
+    let writer = ResultsWriter::create(path, options(input, threads));
+    Ok((writer.map_err(|error| Complaint::input(error.to_string()))?, keeper))
 }
 
 /// Goes on with a run from its checkpoint.
-pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
-    start_threads(arguments.threads)?;
+pub fn resume(arguments: &ResumeArguments, crew: &dyn Crew) -> Result<(), Complaint> {
+    let threads = arguments.threads.or(crew.threads());
+    start_threads(threads)?;
     let file = &arguments.checkpoint_file;
-    let refuse = |error: CheckpointError| Complaint::input(error.to_string());
-    reading::survives(file, Kind::Checkpoint)?;
-    let checkpoint = Checkpoint::open(file).map_err(refuse)?;
-    let mut head = checkpoint.head().clone();
-    if let Some(folder) = &arguments.files {
-        head.folder.clone_from(folder);
+    let survives = if crew.leads() { reading::survives(file, Kind::Checkpoint) } else { Ok(()) };
+    agreed(crew, survives)?;
+    let mut found = agreed(crew, Found::of(arguments))?;
+    let path = arguments.output.clone().unwrap_or(found.head.results.clone());
+    let written = crew.leads().then(|| go_on(arguments, &mut found, &path, threads)).transpose();
+    let written = agreed(crew, written)?;
+    let files = Paths { scene: file, results: &path };
+    carry_out(found.input, Some(&found.state), written, &files, arguments.quiet, crew)
+}
+
+/// What a checkpoint holds.
+struct Found {
+    head: CheckpointHead,
+    files: FolderFiles,
+    input: Input,
+    state: State,
+    /// The scene of the checkpoint, where the run goes on with another.
+    earlier_scene: Option<String>,
+}
+
+impl Found {
+    fn of(arguments: &ResumeArguments) -> Result<Self, Complaint> {
+        let file = &arguments.checkpoint_file;
+        let refuse = |error: CheckpointError| Complaint::input(error.to_string());
+        let checkpoint = Checkpoint::open(file).map_err(refuse)?;
+        let mut head = checkpoint.head().clone();
+        if let Some(folder) = &arguments.files {
+            head.folder.clone_from(folder);
+        }
+        let files = FolderFiles::new(&head.folder);
+        let mut input = input::parse(file, head.scene.clone(), &files)?;
+        head.folder = folder(&input.scene, &files);
+        let mut state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
+        let mut earlier_scene = None;
+        if let Some(scene) = &arguments.scene {
+            let added = with_stages(scene, input, state, file, &files)?;
+            (input, state) = added;
+            earlier_scene = Some(std::mem::replace(&mut head.scene, input.text.clone()));
+        }
+        Ok(Self { head, files, input, state, earlier_scene })
     }
-    let files = FolderFiles::new(&head.folder);
-    let mut input = input::parse(file, head.scene.clone(), &files)?;
-    head.folder = folder(&input.scene, &files);
-    let mut state = checkpoint.state(&input.compiled.state_layout()).map_err(refuse)?;
-    let mut earlier_scene = None;
-    if let Some(scene) = &arguments.scene {
-        let added = with_stages(scene, input, state, file, &files)?;
-        (input, state) = added;
-        earlier_scene = Some(std::mem::replace(&mut head.scene, input.text.clone()));
-    }
+}
+
+/// Goes on with the files of a run.
+fn go_on(
+    arguments: &ResumeArguments,
+    found: &mut Found,
+    path: &Path,
+    threads: Option<u16>,
+) -> Result<(ResultsWriter, Keeper), Complaint> {
+    let Found { head, files, input, state, earlier_scene } = found;
+    let file = &arguments.checkpoint_file;
     if head.program != PROGRAM {
         let note = format!(
             "{} was written by {}, this is {PROGRAM}: the rest may differ in its last digits",
@@ -144,30 +199,28 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Complaint> {
         // If standard error is closed, there is nowhere to report it.
         let _ = writeln!(std::io::stderr(), "warning: {note}");
     }
-    let path = arguments.output.clone().unwrap_or(head.results);
     if arguments.output.is_none() && !path.exists() {
         return Err(Complaint::input(format!(
             "the results file {} is not there: name it by --output, or a new file for the rest of the history",
             path.display()
         )));
     }
-    if is_same(&path, file) {
+    if is_same(path, file) {
         return Err(Complaint::input(format!("the results file {} is the checkpoint itself", path.display())));
     }
     let checkpoint = arguments.checkpoints.checkpoint.as_ref().unwrap_or(file);
-    let mut read = named(&input.scene, &files);
+    let mut read = named(&input.scene, files);
     read.extend(arguments.scene.iter().map(|scene| ("scene", scene.clone())));
-    check_places(&read, Some(&path), Some(checkpoint)).map_err(Complaint::input)?;
-    (head.program, head.results) = (PROGRAM.into(), path.clone());
-    let mut keeper = arguments.checkpoints.keeper(checkpoint.clone(), head)?;
+    check_places(&read, Some(path), Some(checkpoint)).map_err(Complaint::input)?;
+    (head.program, head.results) = (PROGRAM.into(), path.to_path_buf());
+    let mut keeper = arguments.checkpoints.keeper(checkpoint.clone(), head.clone())?;
     if arguments.checkpoints.checkpoint.is_none() {
         keeper.has_kept(state.progress.rows().saturating_sub(1));
     }
-    reading::survives(&path, Kind::Results)?;
-    let writer = ResultsWriter::resume(&path, Options { earlier_scene, ..options(&input, arguments.threads) });
-    let writer = writer.map_err(|error| Complaint::input(error.to_string()))?;
-    let files = Paths { scene: file, results: &path };
-    carry_out(input, Some(&state), writer, keeper, &files, arguments.quiet)
+    reading::survives(path, Kind::Results)?;
+    let options = Options { earlier_scene: earlier_scene.clone(), ..options(input, threads) };
+    let writer = ResultsWriter::resume(path, options);
+    Ok((writer.map_err(|error| Complaint::input(error.to_string()))?, keeper))
 }
 
 /// The scene in `file`, which has more stages than that of the checkpoint, and the state as one of a run of it.
@@ -199,12 +252,51 @@ struct Paths<'a> {
 }
 
 fn carry_out(
-    mut input: Input,
+    input: Input,
     state: Option<&State>,
-    writer: ResultsWriter,
-    keeper: Keeper,
+    written: Option<(ResultsWriter, Keeper)>,
     files: &Paths<'_>,
     quiet: bool,
+    crew: &dyn Crew,
+) -> Result<(), Complaint> {
+    let done = match written {
+        Some(written) => lead(input, state, written, files, quiet, crew),
+        None => follow(input, state, crew),
+    };
+    agreed(crew, done)
+}
+
+/// Takes part in a run that another process leads.
+fn follow(mut input: Input, state: Option<&State>, crew: &dyn Crew) -> Result<(), Complaint> {
+    let mut listens = Listens(Cancellation::default());
+    keeper::listen(listens.cancellation())?;
+    let outcome = match state {
+        None => crew.run(&mut input.compiled, &mut listens),
+        Some(state) => crew.resume(&mut input.compiled, state, &mut listens),
+    };
+    outcome.map(drop).map_err(|error| Complaint::unfinished(error.to_string()))
+}
+
+/// Sees nothing, and can be asked to stop.
+struct Listens(Cancellation);
+
+impl Observer for Listens {
+    fn cancellation(&self) -> Cancellation {
+        self.0.clone()
+    }
+
+    fn load_step(&mut self, _: &LoadStep<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
+
+fn lead(
+    mut input: Input,
+    state: Option<&State>,
+    (writer, keeper): (ResultsWriter, Keeper),
+    files: &Paths<'_>,
+    quiet: bool,
+    crew: &dyn Crew,
 ) -> Result<(), Complaint> {
     keeper::listen(keeper.cancellation())?;
     if !quiet {
@@ -225,8 +317,8 @@ fn carry_out(
     };
     let mut watch = Watch::new(writer, keeper, show);
     let outcome = match state {
-        None => input.compiled.run(&mut watch),
-        Some(state) => input.compiled.resume(state, &mut watch),
+        None => crew.run(&mut input.compiled, &mut watch),
+        Some(state) => crew.resume(&mut input.compiled, state, &mut watch),
     };
     if !quiet {
         if show == Show::Bar {
@@ -236,16 +328,20 @@ fn carry_out(
             say(&report::summary(summary, &input.scene, files.results))?;
         }
     }
-    match outcome {
-        Ok(_) => Ok(()),
-        Err(Error::State(error)) => {
-            Err(Complaint::input(format!("checkpoint {}: {error}", files.scene.display())))
-        }
+    outcome.map(drop).map_err(|error| failed(error, &watch, state, files))
+}
+
+/// What is said of a run that did not come to its end.
+fn failed(error: Error, watch: &Watch, state: Option<&State>, files: &Paths<'_>) -> Complaint {
+    match error {
+        Error::State(error) => Complaint::input(format!("checkpoint {}: {error}", files.scene.display())),
+        // The scene is none that ranks can share.
+        Error::Ranks(reason) => Complaint::input(format!("{}: {reason}", files.scene.display())),
         // The existing results file does not fit the checkpoint.
-        Err(Error::Observer(error)) if state.is_some() && !watch.has_started() => {
-            Err(Complaint::input(error.to_string()))
+        Error::Observer(error) if state.is_some() && !watch.has_started() => {
+            Complaint::input(error.to_string())
         }
-        Err(error) => {
+        error => {
             let results = files.results.display();
             let before = match watch.steps() {
                 _ if !files.results.exists() => format!("The results file {results} is gone"),
@@ -258,7 +354,7 @@ fn carry_out(
                 (0, None) => format!("\nWhat the scene may lack is told by: mpm check {scene}"),
                 _ => String::new(),
             };
-            Err(Complaint::unfinished(format!("{error}\n{before}{}{hint}", watch.advice())))
+            Complaint::unfinished(format!("{error}\n{before}{}{hint}", watch.advice()))
         }
     }
 }

@@ -11,6 +11,7 @@ mod solver;
 pub use automatic::{Automatic, Choice};
 pub use direct::{FactorSize, Factorization, dense_operation, predict_factor};
 pub use matrix::{Matrix, Pattern, Symmetry};
-pub use prediction::{Prediction, predict};
+pub use multigrid::{Coarsening, LatticeLines};
+pub use prediction::{Prediction, SystemSize, predict};
 pub use report::{Analysis, Cause, Factored, Inertia, Method, OutOfMemory, Pivot, Sign, Singular, Solved};
 pub use solver::{Hints, LatticePlaces, LinearSolver, NotSavedHere, Saved};

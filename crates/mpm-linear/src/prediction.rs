@@ -77,8 +77,8 @@ struct Iteration {
 
 impl Iteration {
     /// With `vector` bytes a vector; `is_space` is 1 in space, else 0.
-    fn of(pattern: Pattern<'_>, vector: f64, is_space: usize) -> Self {
-        if pattern.is_symmetric() {
+    fn of(is_symmetric: bool, vector: f64, is_space: usize) -> Self {
+        if is_symmetric {
             let operations_per_byte = OPERATIONS_PER_BYTE[is_space];
             return Self { number: ITERATIONS, traffic: 0.0, held: 0.0, operations_per_byte };
         }
@@ -92,36 +92,93 @@ impl Iteration {
     }
 }
 
-/// Predicts from the box that the nodes stand in and how many they are. There is one equation a node for
-/// each dimension of space, and behind these at most one more a node, of a further field.
-pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
-    let dimensions = pattern.block;
-    let n = places.index.len();
-    let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
-    for index in places.index {
-        for d in 0..3 {
-            (low[d], high[d]) = (low[d].min(index[d]), high[d].max(index[d]));
+/// All of a system that its cost is predicted from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SystemSize {
+    nodes: f64,
+    equations: f64,
+    stored: f64,
+    block: usize,
+    is_symmetric: bool,
+    has_blocks_only: bool,
+    /// The box of lattice lines in which the nodes stand.
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl SystemSize {
+    /// Of a pattern whose nodes stand on a lattice.
+    pub fn of(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Self {
+        let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
+        for index in places.index {
+            for d in 0..3 {
+                (low[d], high[d]) = (low[d].min(index[d]), high[d].max(index[d]));
+            }
+        }
+        Self {
+            nodes: places.index.len() as f64,
+            equations: pattern.n_equations() as f64,
+            stored: pattern.n_entries() as f64,
+            block: pattern.block,
+            is_symmetric: pattern.is_symmetric(),
+            has_blocks_only: pattern.has_blocks_only(),
+            low: low.map(f64::from),
+            high: high.map(f64::from),
         }
     }
-    let mut sides: [f64; 3] = std::array::from_fn(|d| f64::from(high[d] + 1 - low[d].min(high[d])));
+
+    /// Of a system that several processes share, each with this part of it: `gather` returns the numbers of all of them, one
+    /// process after the other. What two of them have counts twice.
+    pub fn summed(self, gather: impl FnOnce(&[f64]) -> Vec<f64>) -> Self {
+        let [x, y, z] = self.low;
+        let [u, v, w] = self.high;
+        let all = gather(&[self.nodes, self.equations, self.stored, x, y, z, u, v, w]);
+        let mut sum = Self { nodes: 0.0, equations: 0.0, stored: 0.0, ..self };
+        for part in all.as_chunks::<9>().0 {
+            sum.nodes += part[0];
+            sum.equations += part[1];
+            sum.stored += part[2];
+            for d in 0..3 {
+                sum.low[d] = sum.low[d].min(part[3 + d]);
+                sum.high[d] = sum.high[d].max(part[6 + d]);
+            }
+        }
+        sum
+    }
+
+    /// Predicts from the box that the nodes stand in and how many they are. There is one equation a node for
+    /// each dimension of space, and behind these at most one more a node, of a further field.
+    pub fn predict(&self) -> Prediction {
+        predicted(self)
+    }
+}
+
+/// What [`SystemSize::predict`] says of a system of this process.
+pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
+    SystemSize::of(pattern, places).predict()
+}
+
+fn predicted(size: &SystemSize) -> Prediction {
+    let SystemSize { nodes: n, block: dimensions, low, high, .. } = *size;
+    let mut sides: [f64; 3] = std::array::from_fn(|d| high[d] + 1.0 - low[d].min(high[d]));
     // A box of the same proportions with as many nodes as there are.
     let wide = sides.iter().filter(|&&side| side > 1.0).count().max(1);
-    let shrink = (n as f64 / sides.iter().product::<f64>()).powf(1.0 / wide as f64);
+    let shrink = (n / sides.iter().product::<f64>()).powf(1.0 / wide as f64);
     sides.iter_mut().filter(|side| **side > 1.0).for_each(|side| *side = (*side * shrink).max(1.0));
 
     // Both triangles of the matrix have that many blocks; the factors of an unsymmetric one are two.
-    let (stored, factors) = if pattern.is_symmetric() { (2.0, 1.0) } else { (1.0, 2.0) };
-    let equations = pattern.n_equations() as f64 / n as f64;
-    let blocks = pattern.row.len() as f64 / equations.powi(2) * stored;
+    let (stored, factors) = if size.is_symmetric { (2.0, 1.0) } else { (1.0, 2.0) };
+    let equations = size.equations / n;
+    let blocks = size.stored / equations.powi(2) * stored;
     // A layer of nodes thick enough to part a region: half the couplings of a node along one direction.
-    let layer = (0.5 * ((blocks / n as f64).powf(1.0 / dimensions as f64) - 1.0)).max(1.0);
+    let layer = (0.5 * ((blocks / n).powf(1.0 / dimensions as f64) - 1.0)).max(1.0);
     let mut dissection = Dissection { layer, equations, entries: 0.0, operations: 0.0 };
     dissection.cut(sides, [0.0; 3]);
 
     let is_space = usize::from(dimensions > 2);
     // The blocks of the iteration have an equation of the further field at every node.
-    let side = if pattern.has_blocks_only() { dimensions } else { dimensions + 1 };
-    let iteration = Iteration::of(pattern, (n * side * size_of::<f64>()) as f64, is_space);
+    let side = if size.has_blocks_only { dimensions } else { dimensions + 1 };
+    let iteration = Iteration::of(size.is_symmetric, n * (side * size_of::<f64>()) as f64, is_space);
     let block = (side * side * size_of::<f64>() + 4) as f64;
     // In single precision each column of a block fills a register.
     let single = (side * side.next_power_of_two() * size_of::<f32>()) as f64;
@@ -137,13 +194,13 @@ pub fn predict(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Prediction {
         factor_entries,
         factor_operations: dissection.operations * factors,
         iterative_bytes: blocks * (levels * (block + single) + 8.0)
-            + n as f64 * levels * per_node
+            + n * levels * per_node
             + iteration.held
             + interleaved,
         iterative_traffic: blocks * block * PREPARATION + iteration.number * of_one,
         operations_per_byte: iteration.operations_per_byte,
         of_one,
-        is_too_large: !pattern.is_symmetric() && factor_entries > MOST_FACTOR_ENTRIES,
+        is_too_large: !size.is_symmetric && factor_entries > MOST_FACTOR_ENTRIES,
     }
 }
 

@@ -1,20 +1,16 @@
 //! Lattices of every second line, and interpolation from them.
 
 use super::arithmetic::CHUNK;
+use super::lines::LatticeLines;
 use super::strips::Strips;
 use rayon::prelude::*;
-
-/// Directions are coarsened where their lines stand less than this times as far apart as the closest.
-const SIMILAR: f64 = 1.5;
 
 /// Nodes of one level, in the order of its strips.
 #[derive(Clone, Debug)]
 pub(crate) struct Lattice {
     /// Multi-index of each node, from 0 in each direction that is not periodic.
     pub index: Vec<[u32; 3]>,
-    /// Coordinates of the lines.
-    pub lines: [Vec<f64>; 3],
-    pub periodic: [Option<u32>; 3],
+    pub lines: LatticeLines,
     /// Lines that a coupling spans in each direction.
     pub reach: [u32; 3],
     pub strips: Strips,
@@ -75,44 +71,35 @@ impl Lattice {
         periodic: [Option<u32>; 3],
         reach: [u32; 3],
     ) -> (Self, Vec<usize>) {
-        let mut low = [0; 3];
-        let mut lines = lines.clone();
+        let (mut low, mut high) = ([0; 3], [0; 3]);
         for d in (0..3).filter(|&d| periodic[d].is_none()) {
             low[d] = index.iter().map(|index| index[d]).min().unwrap_or(0);
-            let high = index.iter().map(|index| index[d]).max().unwrap_or(0);
-            lines[d] = lines[d][low[d] as usize..=high as usize].to_vec();
+            high[d] = index.iter().map(|index| index[d]).max().unwrap_or(0);
         }
+        let lines = LatticeLines::of(lines, periodic, low, high);
         let index: Vec<[u32; 3]> =
             index.iter().map(|index| std::array::from_fn(|d| index[d] - low[d])).collect();
         let (strips, order) = Strips::sort(&index, reach, periodic);
         let index = order.iter().map(|&node| index[node]).collect();
-        (Self { index, lines, periodic, reach, strips }, order)
+        (Self { index, lines, reach, strips }, order)
     }
 
     /// The next coarser lattice with the interpolation from it; none where no direction can be coarsened.
     pub(crate) fn coarser(&self) -> Option<(Self, Interpolation)> {
-        let directions = self.coarsened();
-        if directions == [false; 3] {
-            return None;
-        }
-        let steps: [Vec<Step>; 3] =
-            std::array::from_fn(|d| steps(&self.lines[d], self.periodic[d], directions[d]));
-        let mut coarse = self.lines.clone();
-        let (mut periodic, mut reach) = (self.periodic, self.reach);
-        for d in (0..3).filter(|&d| directions[d]) {
-            coarse[d] = coarse_lines(&self.lines[d], periodic[d]);
-            periodic[d] = periodic[d].map(|n| n / 2);
+        let coarsening = self.lines.coarser()?;
+        let mut reach = self.reach;
+        for d in (0..3).filter(|&d| coarsening.directions[d]) {
             reach[d] = (reach[d] + 2) / 2;
         }
 
         // Numbers of the coarse nodes by their place in the box of coarse lines.
-        let extent: [usize; 3] = std::array::from_fn(|d| coarse[d].len());
+        let extent = coarsening.lines.extent();
         let place = |index: [u32; 3]| {
             index[0] as usize + extent[0] * (index[1] as usize + extent[1] * index[2] as usize)
         };
         let mut number = vec![u32::MAX; extent.iter().product()];
         for fine in &self.index {
-            for_each_parent(&steps, *fine, |parent, _| number[place(parent)] = 0);
+            coarsening.for_each_parent(*fine, |parent, _| number[place(parent)] = 0);
         }
         let mut index = Vec::new();
         for z in 0..extent[2] as u32 {
@@ -121,7 +108,7 @@ impl Lattice {
                 index.extend(row.filter(|&index| number[place(index)] == 0));
             }
         }
-        let (strips, order) = Strips::sort(&index, reach, periodic);
+        let (strips, order) = Strips::sort(&index, reach, coarsening.lines.periods());
         let index: Vec<[u32; 3]> = order.iter().map(|&node| index[node]).collect();
         for (node, &index) in index.iter().enumerate() {
             number[place(index)] = node as u32;
@@ -133,7 +120,8 @@ impl Lattice {
             .map(|chunk| {
                 let (mut start, mut entry) = (vec![0], Vec::with_capacity(4 * chunk.len()));
                 for &fine in chunk {
-                    for_each_parent(&steps, fine, |parent, weight| entry.push((number[place(parent)], weight)));
+                    coarsening
+                        .for_each_parent(fine, |parent, weight| entry.push((number[place(parent)], weight)));
                     start.push(entry.len());
                 }
                 Weights { start, entry }
@@ -146,81 +134,6 @@ impl Lattice {
             parents.entry.extend(part.entry);
         }
         let children = parents.transposed(index.len());
-        Some((Self { index, lines: coarse, periodic, reach, strips }, Interpolation { parents, children }))
-    }
-
-    /// Which directions lose every second line: those whose lines stand closest, if they can.
-    fn coarsened(&self) -> [bool; 3] {
-        let spacing: [f64; 3] = std::array::from_fn(|d| {
-            let lines = &self.lines[d];
-            let can = match self.periodic[d] {
-                Some(n) => n % 2 == 0 && n >= 8,
-                None => lines.len() > 2,
-            };
-            if can {
-                (lines[lines.len() - 1] - lines[0]).abs() / (lines.len() - 1) as f64
-            } else {
-                f64::INFINITY
-            }
-        });
-        let least = spacing.iter().copied().fold(f64::INFINITY, f64::min);
-        spacing.map(|spacing| spacing.is_finite() && spacing <= SIMILAR * least)
-    }
-}
-
-/// Where the value on a fine line comes from: one coarse line, or two.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    coarse: [u32; 2],
-    weight: [f64; 2],
-}
-
-fn steps(lines: &[f64], periodic: Option<u32>, coarsened: bool) -> Vec<Step> {
-    let n = periodic.map_or(lines.len(), |n| n as usize);
-    (0..n)
-        .map(|i| {
-            let (low, high) = (i as u32 / 2, i as u32 / 2 + 1);
-            if !coarsened {
-                return Step { coarse: [i as u32; 2], weight: [1.0, 0.0] };
-            }
-            if i % 2 == 0 {
-                return Step { coarse: [low; 2], weight: [1.0, 0.0] };
-            }
-            match periodic {
-                // Lines that close on themselves are equally spaced.
-                Some(n) => Step { coarse: [low, high % (n / 2)], weight: [0.5; 2] },
-                None if i + 1 == n => Step { coarse: [low, high], weight: [0.5; 2] },
-                None => {
-                    let upper = (lines[i] - lines[i - 1]) / (lines[i + 1] - lines[i - 1]);
-                    Step { coarse: [low, high], weight: [1.0 - upper, upper] }
-                }
-            }
-        })
-        .collect()
-}
-
-/// Every second line, and one beyond the last where that is not one of them.
-fn coarse_lines(lines: &[f64], periodic: Option<u32>) -> Vec<f64> {
-    let mut coarse: Vec<f64> = lines.iter().copied().step_by(2).collect();
-    match periodic {
-        Some(n) => coarse.truncate(n as usize / 2),
-        None if lines.len().is_multiple_of(2) => {
-            let n = lines.len();
-            coarse.push(lines[n - 1] + (lines[n - 1] - lines[n - 2]));
-        }
-        None => {}
-    }
-    coarse
-}
-
-/// Calls `see` with the coarse nodes that a fine node's value comes from, and their weights.
-fn for_each_parent(steps: &[Vec<Step>; 3], fine: [u32; 3], mut see: impl FnMut([u32; 3], f64)) {
-    let [x, y, z] = std::array::from_fn(|d| steps[d][fine[d] as usize]);
-    for (&kz, &wz) in z.coarse.iter().zip(&z.weight).filter(|it| *it.1 != 0.0) {
-        for (&ky, &wy) in y.coarse.iter().zip(&y.weight).filter(|it| *it.1 != 0.0) {
-            for (&kx, &wx) in x.coarse.iter().zip(&x.weight).filter(|it| *it.1 != 0.0) {
-                see([kx, ky, kz], wx * wy * wz);
-            }
-        }
+        Some((Self { index, lines: coarsening.lines, reach, strips }, Interpolation { parents, children }))
     }
 }

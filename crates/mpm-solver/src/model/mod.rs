@@ -125,7 +125,7 @@ impl<const D: usize> Model<D> {
 
     /// The choice among the shipped solvers, if one of them is to be taken. Path control takes the signs of pivots to see
     /// limit points, which conjugate gradients in the plane can pass without notice, and GMRES never sees.
-    pub(crate) fn choice(&self) -> Option<Choice> {
+    pub fn choice(&self) -> Option<Choice> {
         let needs_pivots =
             || self.follows_path() && (self.coordinates() == 2 || self.symmetry() == Symmetry::Unsymmetric);
         match self.solver {

@@ -1,0 +1,136 @@
+//! Scenes on one to four ranks against one process.
+
+mod common;
+
+use common::{alone, compare, ranks, resume_alone, root, run_on, scene};
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Largest difference to one process, of the largest entry.
+const WITHIN: f64 = 1e-9;
+
+/// Scenes in the plane and in space, elastic and plastic, of several bases, with and without a mesh that moves.
+const SCENES: [&str; 5] = [
+    "scenes/column.ron",
+    "scenes/cantilever.ron",
+    "scenes/column_solid.ron",
+    "scenes/simple_stretch.ron",
+    "scenes/doughnut_elastic.ron",
+];
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("paths are UTF-8")
+}
+
+#[test]
+fn results_are_those_of_one_process() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in SCENES {
+        let path = scene(name);
+        let expected = folder.path().join("alone.h5");
+        alone(&path, &expected);
+        for n in [1, 2, 3, 4] {
+            let found = folder.path().join(format!("{n}.h5"));
+            run_on(n, &["run", text(&path), "--quiet", "--force", "-o", text(&found)]);
+            println!("{name} on {n} ranks");
+            compare(&found, &expected, WITHIN);
+        }
+        fs::remove_file(expected).expect("it is there");
+    }
+}
+
+#[test]
+fn the_same_ranks_give_the_same_bits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = scene("scenes/column_solid.ron");
+    for n in [2, 3, 4] {
+        let [first, second] = ["first.h5", "second.h5"].map(|it| folder.path().join(it));
+        for results in [&first, &second] {
+            run_on(n, &["run", text(&path), "--quiet", "--force", "-o", text(results)]);
+        }
+        compare(&first, &second, 0.0);
+    }
+}
+
+#[test]
+fn a_checkpoint_goes_on_with_any_number_of_ranks_and_with_one_process() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = scene("scenes/column.ron");
+    let expected = folder.path().join("alone.h5");
+    alone(&path, &expected);
+    // Ends after the checkpoint: a load step that cannot be written.
+    let (results, checkpoint) = (folder.path().join("3.h5"), folder.path().join("3.checkpoint.h5"));
+    let every = ["--checkpoint-every", "4"];
+    let arguments = ["run", text(&path), "--quiet", "--force", "-o", text(&results)];
+    run_on(3, &[&arguments[..], &every[..]].concat());
+    for n in [1, 2, 4] {
+        let found = folder.path().join(format!("{n}.h5"));
+        let copy = folder.path().join(format!("{n}.checkpoint.h5"));
+        fs::copy(&results, &found).expect("a copy");
+        fs::copy(&checkpoint, &copy).expect("a copy");
+        run_on(n, &["resume", text(&copy), "--quiet", "-o", text(&found)]);
+        compare(&found, &expected, WITHIN);
+    }
+    let found = folder.path().join("one.h5");
+    fs::copy(&results, &found).expect("a copy");
+    resume_alone(&checkpoint, &found);
+    compare(&found, &expected, WITHIN);
+}
+
+/// Expects one message, an exit code, and an end soon.
+fn refused(n: usize, arguments: &[&str], code: i32, message: &str) {
+    let clock = Instant::now();
+    let output = ranks(n, arguments).output().expect("mpirun is installed");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    assert_eq!(said.matches(message).count(), 1, "{message:?} is not said once: {said}");
+    assert!(clock.elapsed() < Duration::from_secs(20));
+}
+
+#[test]
+fn what_is_wrong_is_said_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let broken = folder.path().join("broken.ron");
+    fs::write(&broken, "Plane(nothing: 1)").expect("it is writable");
+    refused(3, &["run", text(&broken)], 2, "broken.ron");
+    refused(2, &["run"], 2, "Usage");
+    let path = scene("scenes/column.ron");
+    let nowhere = folder.path().join("nowhere/results.h5");
+    refused(3, &["run", text(&path), "-o", text(&nowhere)], 2, "nowhere");
+    // Tools are not shared yet.
+    let tools = scene("scenes/plough.ron");
+    let results = folder.path().join("plough.h5");
+    refused(2, &["run", text(&tools), "-o", text(&results)], 2, "expected supports and loads only");
+}
+
+#[test]
+fn a_signal_ends_all_ranks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = scene("scenes/collapse.ron");
+    let results = folder.path().join("collapse.h5");
+    let mut command = ranks(3, &["run", text(&path), "--quiet", "-o", text(&results)]);
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("mpirun is installed");
+    sleep(Duration::from_secs(8));
+    let kill = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    assert!(kill.expect("kill is there").success());
+    let clock = Instant::now();
+    while child.try_wait().expect("it is a child").is_none() {
+        assert!(clock.elapsed() < Duration::from_secs(20), "ranks go on");
+        sleep(Duration::from_millis(100));
+    }
+}
+
+#[test]
+fn check_tells_what_every_rank_has() {
+    let path = root().join("scenes/column_solid.ron");
+    let output = run_on(3, &["check", text(&path)]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let table: Vec<&str> = said.lines().skip_while(|it| !it.trim_start().starts_with("rank")).collect();
+    assert_eq!(table.len(), 4, "{said}");
+    let points = |line: &&str| line.split_whitespace().nth(1).and_then(|it| it.parse::<usize>().ok());
+    let points: Vec<usize> = table[1..].iter().filter_map(points).collect();
+    assert!(points.iter().all(|&it| it > 0) && points.len() == 3, "{said}");
+}

@@ -1,0 +1,312 @@
+//! One system of equations: its parts of all ranks, and what solves it.
+
+use crate::error::PetscError;
+use crate::ffi::PetscInt;
+use crate::handles::{Field, Ksp, Mat};
+use crate::lattices::interpolations;
+use crate::numbering::Numbering;
+use crate::owners::Owners;
+use crate::session::Session;
+use mpm_cluster::Wire;
+use mpm_linear::{Hints, Matrix, Method, Pattern, SystemSize};
+use std::ffi::CStr;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::rc::Rc;
+
+/// Iterations after which one is given up.
+const MOST_ITERATIONS: u32 = 1000;
+
+/// Vectors of GMRES before it begins anew.
+const RESTART: u32 = 100;
+
+/// Residual by which a solution may miss what was asked for, because an iteration looks at one that it carries along.
+const MISSED: f64 = 10.0;
+
+/// A solution by factorisation is good enough with a residual of this size, whatever was asked for.
+const GOOD_ENOUGH: f64 = 1e-9;
+
+/// Steps of refinement after a factorisation, at most.
+const REFINEMENTS: usize = 3;
+
+/// A system whose pattern has been analysed.
+pub(crate) struct System {
+    fingerprint: u64,
+    pub(crate) method: Method,
+    /// Entries of its factor, about.
+    pub(crate) factor_entries: f64,
+    wire: Rc<dyn Wire>,
+    numbering: Numbering,
+    /// Of every own node its place in the caller's numbering.
+    place: Vec<usize>,
+    block: usize,
+    /// Whether each of the caller's equations is held.
+    held: Vec<bool>,
+    /// Values of the entries in the order in which PETSc was told of them.
+    entries: Vec<f64>,
+    matrix: Mat,
+    x: Field,
+    b: Field,
+    /// For residuals and corrections.
+    spare: [Field; 2],
+    iteration: Ksp,
+    factorisation: Option<Ksp>,
+}
+
+/// How a solution went.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    pub(crate) is_solved: bool,
+    pub(crate) iterations: u32,
+    pub(crate) refinements: usize,
+    /// `|b − A x| / |b|`.
+    pub(crate) residual: f64,
+}
+
+impl System {
+    /// Of all that a system depends on but what is held.
+    pub(crate) fn fingerprint(pattern: Pattern<'_>, hints: &Hints<'_>, owners: &dyn Owners) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        (pattern.column_start, pattern.row, pattern.block).hash(&mut hasher);
+        pattern.is_symmetric().hash(&mut hasher);
+        for index in hints.lattice.iter().flat_map(|it| it.index) {
+            (index, owners.owner(*index)).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    /// Whether this is the system of a fingerprint, with the same equations held.
+    pub(crate) fn is_of(&self, fingerprint: u64, pattern: Pattern<'_>, hints: &Hints<'_>) -> bool {
+        self.fingerprint == fingerprint && self.held == held(pattern, hints)
+    }
+
+    /// Numbers the nodes of all ranks, and prepares for matrices of the pattern.
+    pub(crate) fn of(
+        session: &Rc<Session>,
+        (wire, owners): (&Rc<dyn Wire>, &dyn Owners),
+        (pattern, hints): (Pattern<'_>, &Hints<'_>),
+        fingerprint: u64,
+    ) -> Result<Self, PetscError> {
+        let places = hints.lattice.expect("patterns without places are refused");
+        let block = pattern.block;
+        let numbering = Numbering::of(&**wire, places.index, |it| owners.owner(it));
+        if PetscInt::try_from(numbering.total * block).is_err() {
+            let reason = format!("{} equations are too many for 32 bits", numbering.total * block);
+            return Err(PetscError { call: "MatCreate", code: 0, reason });
+        }
+        let place = numbering.places_of_own(places.index.len());
+        assert!(!place.contains(&usize::MAX), "an owner has all of its nodes");
+        let (mut row, mut column) = entries(pattern, &numbering.number);
+        let own = numbering.own.len() * block;
+        let matrix = Mat::of_entries(session, (own, block), &mut row, &mut column)?;
+        let n_entries = row.len();
+        drop((row, column));
+        let is_symmetric = pattern.is_symmetric();
+        matrix.say(is_symmetric, is_symmetric)?;
+        let (x, mut b) = matrix.vectors()?;
+        if let Some(position) = hints.position {
+            b.with(|numbers| {
+                for (to, &place) in numbers.chunks_exact_mut(block).zip(&place) {
+                    to.copy_from_slice(&position(place)[..block]);
+                }
+            })?;
+            matrix.move_rigidly(&b, block)?;
+            (b.with(|numbers| numbers.fill(0.0)))?;
+        }
+        let held = held(pattern, hints);
+        let masks: Vec<u8> = place
+            .iter()
+            .map(|place| (0..block).fold(0, |mask, i| mask | u8::from(held[place * block + i]) << i))
+            .collect();
+        let iteration = Ksp::of(&matrix, None)?;
+        let coarser = match session.option(c"-pc_type").as_deref() {
+            None | Some("mg") => interpolations(session, (&**wire, owners), places, &numbering, &masks, block)?,
+            Some(_) => Vec::new(),
+        };
+        let is_small = coarser.is_empty() && numbering.total <= crate::lattices::COARSEST;
+        configure(session, &iteration, is_symmetric, (&coarser, is_small))?;
+        let size = SystemSize::of(pattern, places).summed(|numbers| {
+            let mut all = vec![0.0; numbers.len() * wire.size()];
+            wire.gather(numbers, &mut all);
+            all
+        });
+        Ok(Self {
+            fingerprint,
+            method: if is_symmetric { Method::ConjugateGradients } else { Method::Gmres },
+            factor_entries: size.predict().factor_entries,
+            wire: wire.clone(),
+            spare: [b.alike()?, b.alike()?],
+            entries: vec![0.0; n_entries],
+            numbering,
+            place,
+            block,
+            held,
+            matrix,
+            x,
+            b,
+            iteration,
+            factorisation: None,
+        })
+    }
+
+    /// Takes the values of a matrix of the pattern.
+    pub(crate) fn take_values(&mut self, matrix: Matrix<'_>) -> Result<(), PetscError> {
+        let Matrix { pattern, values } = matrix;
+        let mut next = self.entries.iter_mut();
+        let mut put = |value: f64| *next.next().expect("the pattern is the one analysed") = value;
+        for column in 0..pattern.n_equations() {
+            for k in pattern.column_start[column]..pattern.column_start[column + 1] {
+                put(values[k]);
+                if pattern.is_symmetric() && pattern.row[k] != column {
+                    put(values[k]);
+                }
+            }
+        }
+        self.matrix.set(&self.entries)
+    }
+
+    /// Takes a right-hand side, complete on every rank that has the node.
+    pub(crate) fn take_rhs(&mut self, rhs: &[f64]) -> Result<(), PetscError> {
+        let Self { place, block, b, .. } = self;
+        b.with(|numbers| {
+            for (to, &place) in numbers.chunks_exact_mut(*block).zip(&*place) {
+                to.copy_from_slice(&rhs[place * *block..(place + 1) * *block]);
+            }
+        })
+    }
+
+    /// Hands out the solution, complete on every rank that has the node; held components are zero, which algebraic
+    /// interpolation may have moved: they couple with nothing.
+    pub(crate) fn give(&mut self, solution: &mut [f64]) -> Result<(), PetscError> {
+        let Self { place, block, x, held, numbering, wire, .. } = self;
+        x.with(|numbers| {
+            for (from, &place) in numbers.chunks_exact_mut(*block).zip(&*place) {
+                for (i, value) in from.iter_mut().enumerate().filter(|it| held[place * *block + it.0]) {
+                    debug_assert!(i < *block);
+                    *value = 0.0;
+                }
+            }
+            let (numbers, block) = (&*numbers, *block);
+            numbering.spread(
+                &**wire,
+                block,
+                |k, i| numbers[k * block + i],
+                |place, i, value| solution[place * block + i] = value,
+            );
+        })
+    }
+
+    /// Prepares the iteration for the values at hand, or keeps what is prepared. False where that failed.
+    pub(crate) fn prepare_iteration(&mut self, keeps: bool) -> Result<bool, PetscError> {
+        let is_symmetric = self.method == Method::ConjugateGradients;
+        self.matrix.say(is_symmetric, is_symmetric)?;
+        self.iteration.set_up(&self.matrix, keeps)
+    }
+
+    /// Iterates for the right-hand side at hand.
+    pub(crate) fn iterate(&mut self, tolerance: f64) -> Result<Outcome, PetscError> {
+        let Self { matrix, x, b, spare: [left, _], iteration, .. } = self;
+        let ended = iteration.solve((b, x), tolerance, MOST_ITERATIONS)?;
+        let size = b.size()?;
+        let left = matrix.residual(b, x, left)?;
+        let residual = if size > 0.0 { left / size } else { 0.0 };
+        let is_solved = ended.reason > 0 && residual <= (MISSED * tolerance).max(GOOD_ENOUGH);
+        Ok(Outcome { is_solved, iterations: ended.iterations, refinements: 0, residual })
+    }
+
+    /// Factorises the matrix at hand: numbers of negative, zero and positive pivots where it is symmetric; else whether memory
+    /// was the reason.
+    pub(crate) fn factorise(&mut self) -> Result<Result<Option<[usize; 3]>, bool>, PetscError> {
+        let is_symmetric = self.method == Method::ConjugateGradients;
+        // A definite matrix would be factorised without pivots that may be negative.
+        self.matrix.say(is_symmetric, false)?;
+        if self.factorisation.is_none() {
+            let solver = Ksp::of(&self.matrix, Some(c"direct_"))?;
+            solver.method(c"preonly")?;
+            solver.precondition(if is_symmetric { c"cholesky" } else { c"lu" })?;
+            solver.factorise_by(c"mumps")?;
+            solver.read_options()?;
+            self.factorisation = Some(solver);
+        }
+        let solver = self.factorisation.as_ref().expect("made above");
+        if !solver.set_up(&self.matrix, false)? {
+            return Ok(Err(solver.lacks_memory()?));
+        }
+        let inertia = is_symmetric.then(|| solver.inertia()).transpose()?;
+        match inertia {
+            Some([_, zero, _]) if zero > 0 => Ok(Err(false)),
+            inertia => Ok(Ok(inertia)),
+        }
+    }
+
+    /// Solves with the factors at hand, and refines where that is not accurate enough.
+    pub(crate) fn substitute(&mut self, tolerance: f64) -> Result<Outcome, PetscError> {
+        let Self { matrix, x, b, spare: [left, correction], factorisation, .. } = self;
+        let solver = factorisation.as_ref().expect("factorised before");
+        let wanted = tolerance.min(GOOD_ENOUGH);
+        let size = b.size()?;
+        let mut ended = solver.solve((b, x), wanted, 1)?;
+        let mut residual = matrix.residual(b, x, left)?;
+        let mut refinements = 0;
+        while residual > wanted * size && refinements < REFINEMENTS && ended.reason > 0 {
+            ended = solver.solve((left, correction), wanted, 1)?;
+            x.add(correction)?;
+            let before = std::mem::replace(&mut residual, matrix.residual(b, x, left)?);
+            refinements += 1;
+            if residual > 0.5 * before {
+                break;
+            }
+        }
+        let residual = if size > 0.0 { residual / size } else { 0.0 };
+        let is_solved = ended.reason > 0 && residual <= tolerance.max(GOOD_ENOUGH);
+        Ok(Outcome { is_solved, iterations: 0, refinements, residual })
+    }
+}
+
+/// Chooses what the user's options do not, then reads them.
+fn configure(
+    session: &Session,
+    iteration: &Ksp,
+    is_symmetric: bool,
+    (coarser, is_small): (&[Mat], bool),
+) -> Result<(), PetscError> {
+    iteration.method(if is_symmetric { c"cg" } else { c"gmres" })?;
+    if session.option(c"-ksp_type").is_none_or(|it| it != "preonly") {
+        iteration.look_at_residual((!is_symmetric).then_some(RESTART))?;
+    }
+    let none: Option<&CStr> = match (coarser.is_empty(), is_small) {
+        (false, _) => None,
+        (true, true) => Some(c"redundant"),
+        (true, false) => Some(c"gamg"),
+    };
+    match none {
+        None => iteration.multigrid(coarser, is_symmetric)?,
+        Some(name) => iteration.precondition(name)?,
+    }
+    iteration.read_options()
+}
+
+/// Rows and columns, numbered among all, of the entries that this rank adds; of a symmetric matrix both triangles.
+fn entries(pattern: Pattern<'_>, number: &[u64]) -> (Vec<PetscInt>, Vec<PetscInt>) {
+    let block = pattern.block;
+    let equation = |local: usize| (number[local / block] as usize * block + local % block) as PetscInt;
+    let most = if pattern.is_symmetric() { 2 * pattern.n_entries() } else { pattern.n_entries() };
+    let (mut row, mut column) = (Vec::with_capacity(most), Vec::with_capacity(most));
+    for j in 0..pattern.n_equations() {
+        let c = equation(j);
+        for &i in &pattern.row[pattern.column_start[j]..pattern.column_start[j + 1]] {
+            let r = equation(i);
+            row.push(r);
+            column.push(c);
+            if pattern.is_symmetric() && i != j {
+                row.push(c);
+                column.push(r);
+            }
+        }
+    }
+    (row, column)
+}
+
+fn held(pattern: Pattern<'_>, hints: &Hints<'_>) -> Vec<bool> {
+    let is_held = |equation| hints.is_held.is_some_and(|is_held| is_held(equation));
+    (0..pattern.n_equations()).map(is_held).collect()
+}
