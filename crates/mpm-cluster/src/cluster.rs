@@ -181,8 +181,8 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         wire.gather(&[f64::from(u8::from(failure.is_some()))], &mut failed);
         let first = failed.iter().position(|&it| it > 0.0)?;
         let bytes = failure.filter(|_| first == wire.rank()).map(|failure| failure.to_bytes());
-        let out = bytes.map(|bytes| (0..wire.size()).map(|rank| (rank, bytes.clone())).collect());
-        let told: Vec<(usize, Vec<u8>)> = wire.exchange(&out.unwrap_or_default());
+        let to_all = |bytes: Vec<u8>| (0..wire.size()).map(|rank| (rank, bytes.clone())).collect::<Vec<_>>();
+        let told = wire.exchange(&bytes.map(to_all).unwrap_or_default());
         told.first().map(|(_, bytes)| StepFailure::from_bytes(bytes))
     }
 

@@ -44,8 +44,9 @@ pub(super) fn write(pattern: &Pattern<'_>, hints: &Hints<'_>, numbering: &Number
     to.counts(numbering.nodes.iter().map(|node| node.index() as u64));
     let index: Vec<u64> = numbering.index.iter().flatten().map(|&i| u64::from(i)).collect();
     to.counts(index.into_iter());
-    let position = hints.position.map(|position| (0..numbering.nodes.len()).flat_map(position).collect());
-    to.numbers(&position.unwrap_or_default());
+    let nodes = 0..numbering.nodes.len();
+    let positions: Option<Vec<f64>> = hints.position.map(|position| nodes.flat_map(position).collect());
+    to.numbers(&positions.unwrap_or_default());
     let held = |equation| u64::from(hints.is_held.is_some_and(|is_held| is_held(equation)));
     to.counts((0..pattern.n_equations()).map(held));
     to.counts(pattern.column_start.iter().map(|&start| start as u64));
