@@ -311,10 +311,6 @@ fn ploughs() {
 #[test]
 fn screw_pile() {
     passes("screw pile");
-}
-
-#[test]
-fn screw_pile_installed_and_pulled() {
     passes("screw pile installed and pulled");
 }
 

@@ -30,7 +30,7 @@ pub(crate) fn shares<const D: usize, W: Wire + 'static>(
     let stencils = stencils.map_err(|it| it.to_string())?;
     let points: usize = model.bodies.iter().map(|named| named.body.n_points()).sum();
     let influences = points * INFLUENCES.pow(D as u32);
-    cluster.activate(&model.nodes, &stencils);
+    cluster.activate(model, &mesh, &stencils);
     let exchange = cluster.exchange();
     let numbering = exchange.numbering();
     let (nodes, shared) = (numbering.nodes.len(), numbering.n_shared());

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{alone, compare, ranks, resume_alone, root, run_on, scene};
+use mpm_scene::language::set_value;
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
@@ -29,7 +30,10 @@ fn text(path: &Path) -> &str {
 fn results_are_those_of_one_process() {
     let folder = tempfile::tempdir().expect("a folder");
     for name in SCENES {
-        let path = scene(name);
+        // Otherwise what an iteration leaves over shows in the last Newton iteration.
+        let path = folder.path().join("scene.ron");
+        let exact = set_value(&fs::read_to_string(scene(name)).expect("a scene"), "tolerance.residual", "1e-10");
+        fs::write(&path, exact.expect("a scene").text).expect("it is writable");
         let expected = folder.path().join("alone.h5");
         alone(&path, &expected);
         for n in [1, 2, 3, 4] {
@@ -61,7 +65,6 @@ fn a_checkpoint_goes_on_with_any_number_of_ranks_and_with_one_process() {
     let path = scene("scenes/column.ron");
     let expected = folder.path().join("alone.h5");
     alone(&path, &expected);
-    // Ends after the checkpoint: a load step that cannot be written.
     let (results, checkpoint) = (folder.path().join("3.h5"), folder.path().join("3.checkpoint.h5"));
     let every = ["--checkpoint-every", "4"];
     let arguments = ["run", text(&path), "--quiet", "--force", "-o", text(&results)];
@@ -99,11 +102,11 @@ fn what_is_wrong_is_said_once() {
     refused(2, &["run"], 2, "Usage");
     let path = scene("scenes/column.ron");
     let nowhere = folder.path().join("nowhere/results.h5");
-    refused(3, &["run", text(&path), "-o", text(&nowhere)], 2, "nowhere");
+    refused(3, &["run", text(&path), "-o", text(&nowhere)], 2, "cannot create results file");
     // Tools are not shared yet.
     let tools = scene("scenes/plough.ron");
     let results = folder.path().join("plough.h5");
-    refused(2, &["run", text(&tools), "-o", text(&results)], 2, "expected supports and loads only");
+    refused(2, &["run", text(&tools), "-o", text(&results)], 2, "expected none such");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Points to nodes: what the bodies' points reach in the mesh of a load step, and the pattern of the tangent.
 
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::model::{Model, NamedBody, NamedContribution};
 use crate::ranks::{Ranks, Shared, agreed, all, count};
 use crate::skipped::Skipped;

@@ -17,6 +17,7 @@ mod equilibrium;
 mod error;
 mod estimate;
 mod extension;
+mod failure;
 mod history_notes;
 mod load_step;
 mod loading;
@@ -39,9 +40,10 @@ mod told;
 
 pub use check::ModelError;
 pub use compiled::{estimate, resume, resume_on, run, run_on};
-pub use error::{Error, PathFailure, Remedy, StepFailure, Told};
+pub use error::{Error, Remedy};
 pub use estimate::{BodyVolume, Estimate, Memory, Seconds, StageSteps, doubts};
 pub use extension::{Kept, extended};
+pub use failure::{PathFailure, StepFailure, Told};
 pub use history_notes::HistoryNotes;
 pub use model::{
     Active, BodyForce, DomainLimit, Loads, Model, NamedBody, NamedContribution, PathControl, PathMeasure,

@@ -12,7 +12,7 @@ use crate::connection::{Connected, Former, Interval, connect_step, contributions
 use crate::equilibrium::problem::{Equilibrium, Problem, refuse};
 use crate::equilibrium::system::Solver;
 use crate::equilibrium::{newton, path, relaxation};
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::Model;
 use crate::progress::DomainCounts;

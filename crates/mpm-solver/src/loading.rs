@@ -2,7 +2,7 @@
 
 use crate::connection::Connected;
 use crate::equilibrium::round_off::{BodyScale, RoundOff};
-use crate::error::{PathFailure, StepFailure};
+use crate::failure::{PathFailure, StepFailure};
 use crate::model::{Model, Prescribed};
 use crate::ranks::agreed;
 use mpm_assembly::{BodyLoads, Constraints, SideForces};

@@ -4,7 +4,7 @@
 //! owner, and what they have of it is added there. What the solver decides by is a completed or a gathered number, so that
 //! all ranks decide alike. [`Alone`] nothing is exchanged, and every sum is the plain one.
 
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::model::Model;
 use mpm_assembly::{Constraints, SharedCells, SparsityPattern, UnknownVector, leave_to_owners};
 use mpm_basis::{ActiveNodes, Stencils};

@@ -5,7 +5,7 @@
 
 use crate::connection::contributions;
 use crate::equilibrium::problem::refuse;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::loading::{Carried, StepLoading};
 use crate::ranks::agreed;
 use mpm_assembly::{Constraints, SystemSums, Trial};

@@ -1,6 +1,6 @@
 //! Failures of load steps as ranks tell them to each other.
 
-use crate::error::{StepFailure, Told};
+use crate::failure::{StepFailure, Told};
 
 impl StepFailure {
     /// The failure as other ranks hear it.

@@ -2,7 +2,7 @@
 
 use super::problem::{Iterate, Problem, Wanted};
 use super::system::Solver;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use mpm_assembly::UnknownVector;
 use mpm_grid::Vector;
 

@@ -3,7 +3,7 @@
 use super::line_search::{Correction, Taken};
 use super::problem::{Equilibrium, Iterate, Problem, Wanted};
 use super::system::{Solver, singular};
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::ranks::any;
 use crate::timing::Phase;
 use mpm_assembly::UnknownVector;

@@ -17,7 +17,7 @@
 use super::newton;
 use super::problem::{Equilibrium, Iterate, Problem, Wanted, inadmissible};
 use super::system::{BorderRow, BorderedSolution, Solver};
-use crate::error::{PathFailure, StepFailure};
+use crate::failure::{PathFailure, StepFailure};
 use crate::loading::{HALF_DIFFERENCE, LoadingAt, StepLoading, impose};
 use crate::predictor::Predictor;
 use crate::ranks::{Shared, agreed, total};

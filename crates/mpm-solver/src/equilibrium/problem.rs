@@ -2,7 +2,7 @@
 
 use super::round_off::{BodyScale, RoundOff};
 use crate::connection::Connected;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::model::{NamedBody, NamedContribution, Tolerance};
 use crate::ranks::{Ranks, agreed, least, norm};
 use crate::timing::{Phase, Timings};

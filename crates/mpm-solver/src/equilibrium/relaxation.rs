@@ -6,7 +6,7 @@
 use super::newton::{Patience, Start, iterate};
 use super::problem::{Equilibrium, Iterate, Problem, Wanted};
 use super::system::Solver;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use mpm_grid::Vector;
 
 /// Part of the unbalanced force that is released first.

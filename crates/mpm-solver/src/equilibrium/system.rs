@@ -13,7 +13,7 @@
 
 use super::problem::{Effort, Iterate, Problem, TangentTarget, Wanted, larger};
 use crate::cancellation::Cancellation;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::ranks::{Shared, agreed, any, largest, least};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Space, SparsityPattern, UnknownVector};

@@ -7,7 +7,8 @@ mod remarks;
 
 use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, places};
-use crate::error::{Error, StepFailure};
+use crate::error::Error;
+use crate::failure::StepFailure;
 use crate::model::{Active, Model, NamedBody, UnheldMotion};
 use crate::ranks::{Alone, Ranks, count};
 use crate::remedy::advice;

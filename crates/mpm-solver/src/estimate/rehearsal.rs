@@ -3,7 +3,8 @@
 use crate::clock::processor_seconds;
 use crate::connection::Connected;
 use crate::equilibrium::problem::refuse;
-use crate::error::{Error, StepFailure};
+use crate::error::Error;
+use crate::failure::StepFailure;
 use crate::model::Model;
 use crate::ranks::Alone;
 use mpm_assembly::{

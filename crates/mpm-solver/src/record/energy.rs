@@ -1,7 +1,7 @@
 //! Energies of a run: what is stored, what is dissipated, what was done from outside, and whether they agree.
 
 use crate::equilibrium::problem::{Equilibrium, Problem, inadmissible, refuse};
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::NamedBody;
 use crate::ranks::agreed;

@@ -8,7 +8,7 @@ use super::{FreeMotions, Unheld};
 use crate::connection::Connected;
 use crate::equilibrium::problem::{Equilibrium, Problem};
 use crate::equilibrium::system::solve_dense;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::model::{Model, UnheldMotion};
 use mpm_assembly::{Constraints, SystemSums};
 use mpm_grid::Vector;

@@ -2,7 +2,8 @@
 
 use super::plan::{Before, Plan, StepKind};
 use super::stations::Stations;
-use crate::error::{Error, StepFailure};
+use crate::error::Error;
+use crate::failure::StepFailure;
 use crate::model::{PredictorKind, Stage};
 use crate::predictor::Predictor;
 use crate::progress::{Progress, StepsProgress};

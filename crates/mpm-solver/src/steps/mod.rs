@@ -5,7 +5,8 @@ mod path_control;
 pub(crate) mod plan;
 pub(crate) mod stations;
 
-use crate::error::{Error, StepFailure};
+use crate::error::Error;
+use crate::failure::StepFailure;
 use crate::model::Model;
 use crate::progress::{Progress, StageProgress, StepsProgress};
 use crate::record::StepResult;

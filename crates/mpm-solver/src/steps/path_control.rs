@@ -2,7 +2,8 @@
 
 use super::plan::{Before, Plan, StepKind};
 use crate::equilibrium::path::{FirstGuess, Length, PathStep};
-use crate::error::{Error, PathFailure, StepFailure};
+use crate::error::Error;
+use crate::failure::{PathFailure, StepFailure};
 use crate::model::{PathControl, PathMeasure, Stage};
 use crate::predictor::Predictor;
 use crate::progress::{Progress, StepsProgress};

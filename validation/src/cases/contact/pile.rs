@@ -114,7 +114,7 @@ fn pile(extent: Extent) -> Result<Findings, Broken> {
 const RATIOS: [(f64, f64); 4] = [(0.6, 360.0), (0.8, 360.0), (1.0, 720.0), (1.2, 360.0)];
 
 /// Largest departure of the torque's mean over a quarter of a turn from the sum of the terms, relative.
-const TORQUE_OFF: f64 = 0.45;
+const TORQUE_OFF: f64 = 0.4;
 
 /// What an installation tells.
 struct Installed {
