@@ -11,12 +11,14 @@ use std::rc::Rc;
 /// Options that hold unless the user's say otherwise.
 ///
 /// Signals are the program's. The factorisation counts the signs of its pivots only where the last front is not parallel, and 20 % more room
-/// than predicted is too little for the pivots of indefinite matrices.
-const DEFAULTS: [(&CStr, &CStr); 4] = [
+/// than predicted is too little for the pivots of indefinite matrices. Small pivots are not taken for zeros: bodies that barely reach a node make such,
+/// and what was lost shows in the residual.
+const DEFAULTS: [(&CStr, &CStr); 5] = [
     (c"-no_signal_handler", c"true"),
     (c"-direct_mat_mumps_icntl_13", c"1"),
     (c"-direct_mat_mumps_icntl_14", c"50"),
     (c"-direct_mat_mumps_icntl_24", c"1"),
+    (c"-direct_mat_mumps_cntl_3", c"1e-30"),
 ];
 
 /// The same on several ranks: Galerkin products add what comes from other ranks in a fixed order only in this variant, which

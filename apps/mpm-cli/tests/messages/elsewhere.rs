@@ -112,7 +112,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("input.rs", "it is longer than", "of files, in `diagnostics.rs`"),
     ("input.rs", "scene is not UTF-8", "of files, in `diagnostics.rs`"),
     ("error.rs", "the first load step cannot begin", "the compiler says so before"),
-    ("error.rs", "interrupted", "of signals, in `faults.rs`"),
+    ("mpm-solver/src", "interrupted", "of signals, in `faults.rs`"),
     ("error.rs", "the run's record could not", "of full disks, in `faults.rs`"),
     ("geometry/src/surface.rs", "facet {facet} has no area", "left out before"),
     ("language/any_case.rs", "variant identifier", "what serde expects"),
