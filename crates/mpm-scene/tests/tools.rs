@@ -347,3 +347,23 @@ fn a_body_is_cut_by_the_tool_that_stands_in_it() {
     let error = refused(whole.replace(shape, ring));
     assert!(error.contains("`without`: no tool is named `hand`"), "{error}");
 }
+
+#[test]
+fn a_body_that_moves_to_a_tool_at_rest_meets_it() {
+    let (seen, outcome) = run(r#"PlaneStrain(
+        mesh: Box(axes: [Uniform(from: 0, to: 1, cells: 4), Uniform(from: -0.5, to: 2, cells: 10)]),
+        basis: Cpdi1, stabilisation: Ghost(),
+        materials: { "elastic": Hencky(young: 1e3, poisson: 0) },
+        bodies: [(name: "block", material: "elastic", shape: Box(from: (0, 0), to: (1, 1)), points_per_cell: 2)],
+        supports: [
+            (name: "sides", region: Plane(axis: X, at: 0), fix: [X]),
+            (name: "base", region: Plane(axis: Y, at: 0), displace: [(axis: Y, by: 0.06)]),
+        ],
+        tools: [(name: "lid", parts: [Plane(through: (0, 1.05), normal: (0, -1))], motion: Rest, interface: (stiffness: 20))],
+        schedule: (steps: 1), tolerance: (residual: 1e-12),
+    )"#);
+    outcome.unwrap();
+    // The block is shortened by 0.01 less what it enters the lid: in one load step, over a gap that it crosses.
+    let force = seen.series("tool/lid/force", 1).pop().unwrap();
+    assert!((9.0..10.1).contains(&force), "{force}");
+}
