@@ -20,6 +20,7 @@ fn main() -> ExitCode {
     panic::set_hook(Box::new(move |panic| {
         says(panic);
         Session::abort(PANIC);
+        std::process::exit(PANIC);
     }));
     mpm_cli::main_of_ranks(&|options| {
         let session = Session::start(options).map_err(|error| error.to_string())?;

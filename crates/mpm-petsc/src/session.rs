@@ -77,8 +77,8 @@ impl Session {
         self.universe.world().duplicate()
     }
 
-    /// Ends all ranks at once, without any of them taking part.
-    pub fn abort(code: i32) -> ! {
+    /// Ends all ranks at once, without any of them taking part. Returns where MPI does not run.
+    pub fn abort(code: i32) {
         // SAFETY: MPI may be asked at any time whether it has been started and ended.
         let is_on = unsafe {
             let (mut started, mut ended) = (0, 0);
@@ -90,7 +90,6 @@ impl Session {
             // SAFETY: the communicator of all ranks, which lives while MPI does.
             unsafe { mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, code) };
         }
-        std::process::exit(code)
     }
 
     /// The user's options that nothing has asked for.
