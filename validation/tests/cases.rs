@@ -23,320 +23,104 @@ fn passes(name: &str) {
     }
 }
 
-#[test]
-fn simple_stretch_with_free_sides() {
-    passes("simple stretch, sides free");
+/// A test for each case: its name, and that of the case.
+macro_rules! tests {
+    ($($test:ident($case:literal))*) => {
+        $(#[test]
+        fn $test() {
+            passes($case);
+        })*
+    };
 }
 
-#[test]
-fn simple_stretch_on_rollers() {
-    passes("simple stretch, rollers");
-}
-
-#[test]
-fn corner_stretch_on_the_kite() {
-    passes("corner stretch, kite");
-}
-
-#[test]
-fn corner_stretch_on_squares() {
-    passes("corner stretch, rectilinear");
-}
-
-#[test]
-fn cylinder_that_is_twisted() {
-    passes("cylinder that is twisted");
-}
-
-#[test]
-fn pile_turned_and_pulled() {
-    passes("pile turned and pulled");
-}
-
-#[test]
-fn thick_walls_of_revolution() {
-    passes("thick walls of revolution");
-}
-
-#[test]
-fn cavities_of_revolution() {
-    passes("cavities of revolution");
-}
-
-#[test]
-fn flat_elastic_punch() {
-    passes("flat elastic punch");
-}
-
-#[test]
-fn pile_pushed_and_pulled() {
-    passes("pile pushed and pulled");
-}
-
-#[test]
-fn cone_in_clay() {
-    passes("cone in clay");
-}
-
-#[test]
-fn circular_footing() {
-    passes("circular footing");
-}
-
-#[test]
-fn elastic_doughnut() {
-    passes("doughnut twist, elastic");
-}
-
-#[test]
-fn doughnut_of_rubber() {
-    passes("doughnut twist, rubber");
-}
-
-#[test]
-fn elastic_doughnut_refined() {
-    passes("doughnut twist, error by cause");
-}
-
-#[test]
-fn slides_doughnut() {
-    passes("doughnut twist, the slides'");
-}
-
-#[test]
-fn doughnut_turned_around() {
-    passes("doughnut twist, full turns");
-}
-
-#[test]
-fn doughnut_at_the_limit_torque() {
-    passes("doughnut twist, limit torque");
-}
-
-#[test]
-fn carried_around() {
-    passes("carried around");
-}
-
-#[test]
-fn doughnut_in_space() {
-    passes("doughnut twist in space");
-}
-
-#[test]
-fn remedies() {
-    passes("remedies for distorted domains");
-}
-
-#[test]
-fn health_of_domains() {
-    passes("health of domains");
-}
-
-#[test]
-fn inversion() {
-    passes("a domain that inverts");
-}
-
-#[test]
-fn column() {
-    passes("self-weight column");
-}
-
-#[test]
-fn column_in_space() {
-    passes("self-weight column in space");
-}
-
-#[test]
-fn cantilever() {
-    passes("cantilever");
-}
-
-#[test]
-fn collapse() {
-    passes("collapse");
-}
-
-#[test]
-fn cantilever_in_space() {
-    passes("cantilever in space");
-}
-
-#[test]
-fn collapse_in_space() {
-    passes("collapse in space");
-}
-
-#[test]
-fn round_bodies_and_points_of_a_table() {
-    passes("cylinder, tube, points from a table");
-}
-
-#[test]
-fn bar_of_a_surface() {
-    passes("bar of STL shape");
-}
-
-#[test]
-fn newton_rate() {
-    passes("Newton's rate");
-}
-
-#[test]
-fn tangent() {
-    passes("tangent");
-}
-
-#[test]
-fn rigid_rotation() {
-    passes("rigid rotation");
-}
-
-#[test]
-fn patch_test() {
-    passes("patch test");
-}
-
-#[test]
-fn a_load_step_that_cannot_be_solved() {
-    passes("a load step that cannot be solved");
-}
-
-#[test]
-fn step_control() {
-    passes("step control");
-}
-
-#[test]
-fn domain_control() {
-    passes("domains under large shear");
-}
-
-#[test]
-fn rigid_footing() {
-    passes("rigid footing");
-}
-
-#[test]
-fn ground_at_rest() {
-    passes("ground at rest");
-}
-
-#[test]
-fn circular_footing_in_space() {
-    passes("circular footing in space");
-}
-
-#[test]
-fn columns_of_soil() {
-    passes("columns of soil");
-}
-
-#[test]
-fn cavity_in_a_ring() {
-    passes("cavity in a ring");
-}
-
-#[test]
-fn cavity_in_unbounded_clay() {
-    passes("cavity in unbounded clay");
-}
-
-#[test]
-fn strip_footing_on_clay() {
-    passes("strip footing on clay");
-}
-
-#[test]
-fn strip_footing_on_sand() {
-    passes("strip footing on sand");
-}
-
-#[test]
-fn strip_footing_on_heavy_sand() {
-    passes("strip footing on heavy sand");
-}
-
-#[test]
-fn smooth_wall() {
-    passes("smooth wall");
-}
-
-#[test]
-fn vertical_cut() {
-    passes("vertical cut");
-}
-
-#[test]
-fn infinite_slope() {
-    passes("infinite slope");
-}
-
-#[test]
-fn blocks_under_rigid_plates() {
-    passes("blocks under rigid plates");
-}
-
-#[test]
-fn circle_on_a_block() {
-    passes("circle on a block");
-}
-
-#[test]
-fn cylinder_on_a_block() {
-    passes("cylinder on a block");
-}
-
-#[test]
-fn iterations_with_tools() {
-    passes("iterations with tools");
-}
-
-#[test]
-fn sliding_blocks() {
-    passes("sliding blocks");
-}
-
-#[test]
-fn cylinder_in_clay() {
-    passes("cylinder in clay");
-}
-
-#[test]
-fn ploughs() {
-    passes("ploughs");
+tests! {
+    simple_stretch_with_free_sides("simple stretch, sides free")
+    simple_stretch_on_rollers("simple stretch, rollers")
+    corner_stretch_on_the_kite("corner stretch, kite")
+    corner_stretch_on_squares("corner stretch, rectilinear")
+    cylinder_that_is_twisted("cylinder that is twisted")
+    pile_turned_and_pulled("pile turned and pulled")
+    thick_walls_of_revolution("thick walls of revolution")
+    cavities_of_revolution("cavities of revolution")
+    flat_elastic_punch("flat elastic punch")
+    pile_pushed_and_pulled("pile pushed and pulled")
+    cone_in_clay("cone in clay")
+    circular_footing("circular footing")
+    elastic_doughnut("doughnut twist, elastic")
+    doughnut_of_rubber("doughnut twist, rubber")
+    elastic_doughnut_refined("doughnut twist, error by cause")
+    slides_doughnut("doughnut twist, the slides'")
+    doughnut_turned_around("doughnut twist, full turns")
+    doughnut_at_the_limit_torque("doughnut twist, limit torque")
+    carried_around("carried around")
+    doughnut_in_space("doughnut twist in space")
+    remedies("remedies for distorted domains")
+    health_of_domains("health of domains")
+    inversion("a domain that inverts")
+    column("self-weight column")
+    column_in_space("self-weight column in space")
+    cantilever("cantilever")
+    collapse("collapse")
+    cantilever_in_space("cantilever in space")
+    collapse_in_space("collapse in space")
+    round_bodies_and_points_of_a_table("cylinder, tube, points from a table")
+    bar_of_a_surface("bar of STL shape")
+    newton_rate("Newton's rate")
+    tangent("tangent")
+    rigid_rotation("rigid rotation")
+    patch_test("patch test")
+    a_load_step_that_cannot_be_solved("a load step that cannot be solved")
+    step_control("step control")
+    domain_control("domains under large shear")
+    rigid_footing("rigid footing")
+    ground_at_rest("ground at rest")
+    circular_footing_in_space("circular footing in space")
+    columns_of_soil("columns of soil")
+    cavity_in_a_ring("cavity in a ring")
+    cavity_in_unbounded_clay("cavity in unbounded clay")
+    strip_footing_on_clay("strip footing on clay")
+    strip_footing_on_sand("strip footing on sand")
+    strip_footing_on_heavy_sand("strip footing on heavy sand")
+    smooth_wall("smooth wall")
+    vertical_cut("vertical cut")
+    infinite_slope("infinite slope")
+    blocks_under_rigid_plates("blocks under rigid plates")
+    circle_on_a_block("circle on a block")
+    cylinder_on_a_block("cylinder on a block")
+    iterations_with_tools("iterations with tools")
+    sliding_blocks("sliding blocks")
+    cylinder_in_clay("cylinder in clay")
+    ploughs("ploughs")
+    sphere_on_a_block("sphere on a block")
+    ball_t_bar_and_turned_cylinder_in_space("ball, T-bar and turned cylinder in space")
+    cylinder_pile_and_vane_in_clay("cylinder, pile and vane in clay")
+    screws_and_full_turns("screws and full turns")
+    footing_and_blade("footing and blade")
+    generalised_vortex("generalised vortex")
+    generalised_vortex_of_rubber("generalised vortex, rubber")
+    snap_through("snap-through of an arch")
+    snap_back("snap-back of the doughnut")
+    inputs_easily_answered_wrongly("inputs that are easily answered wrongly")
+    column_on_splines("self-weight column on splines")
+    ring_of_splines("ring of splines")
+    patch_test_on_splines("patch test on splines")
+    vortex_on_splines("generalised vortex on splines")
+    regularised_doughnut("doughnut twist, regularised")
+    regularised_ring_that_softens("ring that softens, regularised")
+    regularised_strip_that_softens("strip that softens, regularised")
+    inclined_column("inclined column")
+    pressurised_cylinder("pressurised cylinder")
+    plate_with_a_hole("plate with a hole")
+    boundaries_in_space("boundaries in space")
+    rolled_cantilever("rolled cantilever")
+    cone_in_sand("cone in sand")
+    screw_pile_in_sand("screw pile in sand")
 }
 
 #[test]
 fn screw_pile() {
     passes("screw pile");
     passes("screw pile installed and pulled");
-}
-
-#[test]
-fn sphere_on_a_block() {
-    passes("sphere on a block");
-}
-
-#[test]
-fn ball_t_bar_and_turned_cylinder_in_space() {
-    passes("ball, T-bar and turned cylinder in space");
-}
-
-#[test]
-fn cylinder_pile_and_vane_in_clay() {
-    passes("cylinder, pile and vane in clay");
-}
-
-#[test]
-fn screws_and_full_turns() {
-    passes("screws and full turns");
-}
-
-#[test]
-fn footing_and_blade() {
-    passes("footing and blade");
 }
 
 #[test]
@@ -363,87 +147,3 @@ fn the_pages_tell_of_every_case() {
     assert_eq!(files, CASES.len(), "a page is left of a case that is no more");
 }
 
-#[test]
-fn generalised_vortex() {
-    passes("generalised vortex");
-}
-
-#[test]
-fn generalised_vortex_of_rubber() {
-    passes("generalised vortex, rubber");
-}
-
-#[test]
-fn snap_through() {
-    passes("snap-through of an arch");
-}
-
-#[test]
-fn snap_back() {
-    passes("snap-back of the doughnut");
-}
-
-#[test]
-fn inputs_easily_answered_wrongly() {
-    passes("inputs that are easily answered wrongly");
-}
-
-#[test]
-fn column_on_splines() {
-    passes("self-weight column on splines");
-}
-
-#[test]
-fn ring_of_splines() {
-    passes("ring of splines");
-}
-
-#[test]
-fn patch_test_on_splines() {
-    passes("patch test on splines");
-}
-
-#[test]
-fn vortex_on_splines() {
-    passes("generalised vortex on splines");
-}
-
-#[test]
-fn regularised_doughnut() {
-    passes("doughnut twist, regularised");
-}
-
-#[test]
-fn regularised_ring_that_softens() {
-    passes("ring that softens, regularised");
-}
-
-#[test]
-fn regularised_strip_that_softens() {
-    passes("strip that softens, regularised");
-}
-
-#[test]
-fn inclined_column() {
-    passes("inclined column");
-}
-
-#[test]
-fn pressurised_cylinder() {
-    passes("pressurised cylinder");
-}
-
-#[test]
-fn plate_with_a_hole() {
-    passes("plate with a hole");
-}
-
-#[test]
-fn boundaries_in_space() {
-    passes("boundaries in space");
-}
-
-#[test]
-fn rolled_cantilever() {
-    passes("rolled cantilever");
-}

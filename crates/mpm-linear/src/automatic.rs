@@ -1,11 +1,14 @@
 //! The linear solver of a run: direct, or iterative where that is asked for or predicted to be quicker.
 
+mod iterative;
+
 use crate::direct::{Factorization, fingerprint};
 use crate::matrix::{Matrix, Pattern};
-use crate::multigrid::{Converged, Failure, Interleaved, Multigrid};
+use crate::multigrid::{Converged, Failure};
 use crate::prediction::{Prediction, predict};
 use crate::report::{Analysis, Cause, Factored, Method, OutOfMemory, Singular, Solved};
 use crate::solver::{Hints, LatticePlaces, LinearSolver, NotSavedHere, Saved};
+use iterative::{Coarse, Iterative, further, hierarchy, method};
 
 /// Iterations after which a system is left to the direct solver, whatever they cost.
 const MOST_ITERATIONS: u32 = 400;
@@ -15,9 +18,6 @@ const LEAST_BUDGET: u32 = 30;
 
 /// Entries of a factor for which an iterative run still takes the direct solver's help: 8 GB.
 const MOST_ENTRIES_AS_HELP: f64 = 1e9;
-
-/// Coarse matrices are renewed when a solution took more than this times the iterations of the first with them.
-const SLOWER: f64 = 1.3;
 
 /// Which solver is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,10 +44,21 @@ impl Choice {
 
     /// Iterations after which a system is left to the direct solver: at once where that was asked not to be
     /// taken, else when as much has been spent as a factorisation is predicted to cost.
-    fn most_iterations(self, prediction: &Prediction) -> u32 {
+    fn most_iterations(self, prediction: &Prediction, is_indefinite: bool) -> u32 {
         match self {
-            Choice::Auto => (prediction.break_even() as u32).clamp(LEAST_BUDGET, MOST_ITERATIONS),
+            Choice::Auto => {
+                (prediction.break_even(is_indefinite) as u32).clamp(LEAST_BUDGET, MOST_ITERATIONS)
+            }
             Choice::Direct | Choice::Iterative => MOST_ITERATIONS,
+        }
+    }
+
+    /// Whether GMRES goes on with a symmetric matrix that is not positive definite; else it is factorised.
+    pub fn iterates_where_indefinite(self, prediction: &Prediction) -> bool {
+        match self {
+            Choice::Direct => false,
+            Choice::Iterative => true,
+            Choice::Auto => prediction.prefers_gmres_where_indefinite(),
         }
     }
 }
@@ -55,7 +66,8 @@ impl Choice {
 /// Solves by iteration or by factorisation, as the [`Choice`] says.
 ///
 /// The iteration needs a matrix whose equations all belong to nodes on a lattice, also those of a further field on the nodes;
-/// other matrices are factorised. It is by conjugate gradients where the matrix is symmetric, else by GMRES.
+/// other matrices are factorised. It is by conjugate gradients where the matrix is symmetric, else by GMRES; GMRES goes on where
+/// conjugate gradients see that a matrix is not positive definite, and takes the next matrices, too, until the restart.
 pub struct Automatic {
     choice: Choice,
     direct: Factorization,
@@ -68,148 +80,6 @@ pub struct Automatic {
     given: Option<u64>,
     /// Whether a hierarchy has been made since the last [`LinearSolver::end_step`].
     is_new: bool,
-}
-
-struct Iterative {
-    method: Method,
-    multigrid: Box<dyn Iteration>,
-    /// Of pattern and places: all that the hierarchy depends on besides the lattice.
-    fingerprint: u64,
-    index: Vec<[u32; 3]>,
-    lines: [Vec<f64>; 3],
-    periods: [Option<u32>; 3],
-    prediction: Prediction,
-    /// Equations of each node, without that of a further field.
-    block: usize,
-    /// Nodes of the equations of a further field, in order.
-    further: Vec<usize>,
-    coarse: Coarse,
-}
-
-/// What the coarse matrices at hand are of. They are kept through a load step as long as they serve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Coarse {
-    /// Of no matrix, or one that they no longer suit.
-    Old,
-    /// Of the matrix at hand, or of an earlier one; iterations for each factor of e that the first solution with them
-    /// has taken off its residual.
-    Kept { is_of_this: bool, first: Option<f64> },
-}
-
-impl Coarse {
-    /// What becomes of them after a solution: a small number of iterations may have one more.
-    fn after(self, solved: &Converged) -> Self {
-        let Self::Kept { is_of_this, first } = self else { return self };
-        let taken_off = -solved.residual.ln();
-        if !(taken_off > 0.0 && taken_off.is_finite()) {
-            return self;
-        }
-        let iterations = f64::from(solved.iterations);
-        match first {
-            Some(first) if iterations > (SLOWER * first * taken_off).max(first * taken_off + 1.0) => Self::Old,
-            Some(_) => self,
-            None => Self::Kept { is_of_this, first: Some(iterations / taken_off) },
-        }
-    }
-}
-
-impl Iterative {
-    /// Takes a matrix, with coarse matrices of its own or those that are kept.
-    fn take(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
-        if let Coarse::Kept { first, .. } = self.coarse {
-            self.coarse = Coarse::Kept { is_of_this: false, first };
-            return self.multigrid.update(matrix);
-        }
-        self.multigrid.prepare(matrix)?;
-        self.coarse = Coarse::Kept { is_of_this: true, first: None };
-        Ok(())
-    }
-
-    /// Solves; where kept coarse matrices do not serve, with new ones. Leaves x as it was where that fails.
-    fn solve(
-        &mut self,
-        matrix: Matrix<'_>,
-        x: &mut [f64],
-        (tolerance, most): (f64, u32),
-    ) -> Result<Converged, Failure> {
-        let b = x.to_vec();
-        let mut outcome = self.multigrid.solve(x, tolerance, most);
-        let is_kept = matches!(self.coarse, Coarse::Kept { is_of_this: false, .. });
-        if is_kept && matches!(outcome, Err(Failure::NotConverged { .. } | Failure::Indefinite { .. })) {
-            x.copy_from_slice(&b);
-            self.coarse = Coarse::Old;
-            outcome = self.take(matrix).and_then(|()| self.multigrid.solve(x, tolerance, most));
-        }
-        match &outcome {
-            Ok(solved) => self.coarse = self.coarse.after(solved),
-            Err(_) => x.copy_from_slice(&b),
-        }
-        outcome
-    }
-}
-
-/// An iteration with multigrid for any number of equations a node.
-trait Iteration: Send {
-    fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure>;
-    fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure>;
-    fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure>;
-}
-
-impl<const D: usize> Iteration for Multigrid<D> {
-    fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
-        Multigrid::prepare(self, matrix)
-    }
-
-    fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
-        Multigrid::update(self, matrix)
-    }
-
-    fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
-        Multigrid::solve(self, x, tolerance, iterations)
-    }
-}
-
-impl<const N: usize> Iteration for Interleaved<N> {
-    fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
-        Interleaved::prepare(self, matrix)
-    }
-
-    fn update(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
-        Interleaved::update(self, matrix)
-    }
-
-    fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
-        Interleaved::solve(self, x, tolerance, iterations)
-    }
-}
-
-/// Nodes of the equations behind those of the nodes, in order; none where one of them belongs to no node.
-fn further(pattern: Pattern<'_>, hints: &Hints<'_>) -> Option<Vec<usize>> {
-    let mut behind = pattern.block * pattern.blocks..pattern.n_equations();
-    behind.try_fold(Vec::new(), |mut nodes, equation| {
-        nodes.push(hints.further?(equation)?);
-        Some(nodes)
-    })
-}
-
-/// The iteration for a pattern.
-fn method(pattern: Pattern<'_>) -> Method {
-    if pattern.is_symmetric() { Method::ConjugateGradients } else { Method::Gmres }
-}
-
-fn hierarchy(pattern: Pattern<'_>, further: &[usize], places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
-    fn boxed<const D: usize>(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
-        Multigrid::<D>::analyse(pattern, places).map(|it| Box::new(it) as Box<dyn Iteration>)
-    }
-    let node_of = |equation: usize| further.get(equation - pattern.block * pattern.blocks).copied();
-    match (pattern.block, further.is_empty()) {
-        (1, true) => boxed::<1>(pattern, places),
-        (2, true) => boxed::<2>(pattern, places),
-        (3, true) => boxed::<3>(pattern, places),
-        (2, false) => Some(Box::new(Interleaved::<3>::analyse(pattern, node_of, places)?)),
-        (3, false) => Some(Box::new(Interleaved::<4>::analyse(pattern, node_of, places)?)),
-        _ => None,
-    }
 }
 
 impl Automatic {
@@ -295,6 +165,8 @@ impl LinearSolver for Automatic {
         self.iterative = Some(Iterative {
             method,
             multigrid,
+            indefinite_at: None,
+            goes_on: pattern.is_symmetric() && self.choice.iterates_where_indefinite(&prediction),
             fingerprint,
             index,
             lines,
@@ -317,8 +189,8 @@ impl LinearSolver for Automatic {
         if self.has_given_up {
             return self.help(matrix);
         }
-        match iterative.take(matrix) {
-            Ok(()) => Ok(Factored::by(iterative.method)),
+        match iterative.or_by_gmres(|it, _| it.take(matrix)) {
+            Ok(()) => Ok(iterative.found()),
             Err(Failure::NotFinite { node }) => {
                 let equation = node * iterative.block;
                 Err(Singular { equation, pivot: None, cause: Cause::MatrixNotFinite })
@@ -332,16 +204,24 @@ impl LinearSolver for Automatic {
             Some(iterative) if !self.helped => iterative,
             _ => return self.direct.solve(matrix, rhs, tolerance),
         };
-        let most = self.choice.most_iterations(&iterative.prediction);
-        let iterations = match iterative.solve(matrix, rhs, (tolerance, most)) {
+        let (choice, was_indefinite) = (self.choice, iterative.indefinite_at.is_some());
+        let solved = iterative.or_by_gmres(|it, is_again| {
+            if is_again {
+                it.take(matrix)?;
+            }
+            let most = choice.most_iterations(&it.prediction, it.indefinite_at.is_some());
+            it.solve(matrix, rhs, (tolerance, most))
+        });
+        let iterations = match solved {
             Ok(Converged { iterations, residual }) => {
+                let is_seen_now = iterative.indefinite_at.is_some() && !was_indefinite;
                 return Ok(Solved {
                     method: iterative.method,
                     backward_error: None,
                     residual: Some(residual),
                     refinements: 0,
                     iterations,
-                    taken_over: None,
+                    taken_over: is_seen_now.then(|| iterative.found()),
                 });
             }
             Err(Failure::NotFinite { node }) => {
@@ -363,7 +243,7 @@ impl LinearSolver for Automatic {
     fn restart(&mut self) {
         self.has_given_up = false;
         if let Some(iterative) = &mut self.iterative {
-            iterative.coarse = Coarse::Old;
+            iterative.restart();
         }
         self.direct.restart();
     }

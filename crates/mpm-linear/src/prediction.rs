@@ -16,6 +16,9 @@ const ITERATIONS: f64 = 12.0;
 /// residual of 1e-3 GMRES took 10 to 54 iterations in space; in the plane near failure over 200.
 const UNSYMMETRIC_ITERATIONS: [f64; 2] = [200.0, 40.0];
 
+/// Iterations of GMRES on a symmetric matrix that is not positive definite, in the plane and in space.
+const INDEFINITE_ITERATIONS: [f64; 2] = [200.0, 60.0];
+
 /// Operations that LU makes in the time in which GMRES moves a byte, in the plane and in space: 4.7 at 7,000 equations
 /// in space, 8.5 at 47,000, 9.4 at 108,000.
 const UNSYMMETRIC_OPERATIONS_PER_BYTE: [f64; 2] = [2.0, 8.0];
@@ -44,10 +47,15 @@ pub struct Prediction {
     pub iterative_bytes: f64,
     /// Bytes that setting it up and iterating move.
     pub iterative_traffic: f64,
+    /// Bytes that are held besides where the matrix proves not to be positive definite: by GMRES, or in the factor.
+    pub indefinite_bytes: f64,
+    /// Bytes that GMRES moves on such a matrix.
+    indefinite_traffic: f64,
     /// Operations that the direct solver makes in the time in which the iteration moves a byte.
     operations_per_byte: f64,
-    /// Bytes that an iteration moves.
+    /// Bytes that an iteration moves, and one of GMRES on a symmetric matrix that is not positive definite.
     of_one: f64,
+    of_one_indefinite: f64,
     /// Whether the factor should not be stored.
     is_too_large: bool,
 }
@@ -58,9 +66,15 @@ impl Prediction {
         self.is_too_large || self.factor_operations > self.operations_per_byte * self.iterative_traffic
     }
 
+    /// Whether a symmetric matrix that is not positive definite is left to GMRES rather than to the direct solver.
+    pub fn prefers_gmres_where_indefinite(&self) -> bool {
+        self.is_too_large || self.factor_operations > self.operations_per_byte * self.indefinite_traffic
+    }
+
     /// Iterations that take as long as a factorisation.
-    pub(crate) fn break_even(&self) -> f64 {
-        self.factor_operations / (self.operations_per_byte * self.of_one)
+    pub(crate) fn break_even(&self, is_indefinite: bool) -> f64 {
+        let of_one = if is_indefinite { self.of_one_indefinite } else { self.of_one };
+        self.factor_operations / (self.operations_per_byte * of_one)
     }
 }
 
@@ -82,13 +96,15 @@ impl Iteration {
             let operations_per_byte = OPERATIONS_PER_BYTE[is_space];
             return Self { number: ITERATIONS, traffic: 0.0, held: 0.0, operations_per_byte };
         }
-        let number = UNSYMMETRIC_ITERATIONS[is_space];
+        Self::of_gmres(UNSYMMETRIC_ITERATIONS[is_space], vector, UNSYMMETRIC_OPERATIONS_PER_BYTE[is_space])
+    }
+
+    fn of_gmres(number: f64, vector: f64, operations_per_byte: f64) -> Self {
         let most = RESTART as f64;
         // For each vector of the Krylov space, half of them on average, five vectors are read or written.
         let traffic = 5.0 * 0.5 * number.min(most) * vector;
-        let operations_per_byte = UNSYMMETRIC_OPERATIONS_PER_BYTE[is_space];
         // Each in double precision, and preconditioned in single.
-        Self { number, traffic, held: 1.5 * most * vector, operations_per_byte }
+        Self { number, traffic, held: 1.5 * number.min(most) * vector, operations_per_byte }
     }
 }
 
@@ -178,7 +194,12 @@ fn predicted(size: &SystemSize) -> Prediction {
     let is_space = usize::from(dimensions > 2);
     // The blocks of the iteration have an equation of the further field at every node.
     let side = if size.has_blocks_only { dimensions } else { dimensions + 1 };
-    let iteration = Iteration::of(size.is_symmetric, n * (side * size_of::<f64>()) as f64, is_space);
+    let vector = n * (side * size_of::<f64>()) as f64;
+    let iteration = Iteration::of(size.is_symmetric, vector, is_space);
+    let indefinite = match size.is_symmetric {
+        true => Iteration::of_gmres(INDEFINITE_ITERATIONS[is_space], vector, iteration.operations_per_byte),
+        false => Iteration { held: 0.0, ..iteration },
+    };
     let block = (side * side * size_of::<f64>() + 4) as f64;
     // In single precision each column of a block fills a register.
     let single = (side * side.next_power_of_two() * size_of::<f32>()) as f64;
@@ -189,19 +210,28 @@ fn predicted(size: &SystemSize) -> Prediction {
     // A matrix with a further field is written anew, with where its entries come from.
     let entry = 2 * size_of::<f64>() + size_of::<u32>();
     let interleaved = if side > dimensions { blocks / stored * (side * side * entry) as f64 } else { 0.0 };
-    let of_one = blocks * block * PASSES + iteration.traffic;
-    Prediction {
+    let pass = blocks * block;
+    let [of_one, of_one_indefinite] = [&iteration, &indefinite].map(|it| pass * PASSES + it.traffic);
+    let is_too_large = !size.is_symmetric && factor_entries > MOST_FACTOR_ENTRIES;
+    let mut prediction = Prediction {
         factor_entries,
         factor_operations: dissection.operations * factors,
         iterative_bytes: blocks * (levels * (block + single) + 8.0)
             + n * levels * per_node
             + iteration.held
             + interleaved,
-        iterative_traffic: blocks * block * PREPARATION + iteration.number * of_one,
+        iterative_traffic: pass * PREPARATION + iteration.number * of_one,
+        indefinite_bytes: indefinite.held,
+        indefinite_traffic: pass * PREPARATION + indefinite.number * of_one_indefinite,
         operations_per_byte: iteration.operations_per_byte,
         of_one,
-        is_too_large: !size.is_symmetric && factor_entries > MOST_FACTOR_ENTRIES,
+        of_one_indefinite,
+        is_too_large,
+    };
+    if size.is_symmetric && !prediction.prefers_gmres_where_indefinite() {
+        prediction.indefinite_bytes = factor_entries * size_of::<f64>() as f64;
     }
+    prediction
 }
 
 /// Nested dissection of a box.

@@ -5,7 +5,7 @@
 pub enum Method {
     /// Conjugate gradients with multigrid; end if K is not positive definite.
     ConjugateGradients,
-    /// Restarted GMRES with multigrid, for matrices that are not symmetric.
+    /// Restarted GMRES with multigrid, for matrices that are not symmetric or not positive definite.
     Gmres,
     /// K = L Lᵀ; exists if and only if K is positive definite.
     Llt,
@@ -68,6 +68,9 @@ pub struct Factored {
     /// The pivot at which LLᵀ stopped, if it was tried and did. A physical signal: stability is
     /// lost at the node of this equation.
     pub not_positive: Option<Pivot>,
+    /// The equation at which an iteration saw that K, though symmetric, is not positive definite: the one that the
+    /// direction moves most along which K is not positive.
+    pub indefinite_at: Option<usize>,
     /// The pivot that lost most digits of its diagonal, where the method tells it.
     pub weakest: Option<Pivot>,
     /// Smallest over largest pivot in size, where the method tells it.
@@ -82,15 +85,17 @@ impl Factored {
             inertia: None,
             determinant_sign: None,
             not_positive: None,
+            indefinite_at: None,
             weakest: None,
             pivot_ratio: None,
         }
     }
 
-    /// Whether K was seen not to be positive definite: a pivot or an eigenvalue is not positive, or det K
-    /// is negative.
+    /// Whether K was seen not to be positive definite: a pivot, an eigenvalue, or a direction is not positive, or
+    /// det K is negative.
     pub fn shows_instability(&self) -> bool {
         self.not_positive.is_some()
+            || self.indefinite_at.is_some()
             || self.inertia.is_some_and(|inertia| inertia.negative > 0)
             || self.determinant_sign == Some(Sign::Negative)
     }
@@ -110,8 +115,8 @@ pub struct Solved {
     pub refinements: usize,
     /// Iterations of conjugate gradients or GMRES, also where they were given up.
     pub iterations: u32,
-    /// What another factorisation found that took over because the solutions by the first one were not
-    /// accurate, or the iteration did not converge.
+    /// What another method found that took over because the solutions by the first one were not accurate, the
+    /// iteration did not converge, or conjugate gradients saw that K is not positive definite.
     pub taken_over: Option<Factored>,
 }
 

@@ -2,6 +2,8 @@
 
 #[path = "multigrid/further_field.rs"]
 mod further_field;
+#[path = "multigrid/indefinite.rs"]
+mod indefinite;
 #[path = "multigrid/precision.rs"]
 mod precision;
 #[path = "multigrid/splines.rs"]

@@ -97,6 +97,8 @@ fn write_factored(factored: &Factored, place: &dyn Fn(usize) -> Option<Place>, t
     write_place(factored.not_positive.and_then(|pivot| place(pivot.equation)), to);
     to.number(factored.not_positive.map_or(0.0, |pivot| pivot.value));
     to.number(factored.not_positive.map_or(0.0, |pivot| pivot.relative));
+    to.count(u64::from(factored.indefinite_at.is_some()));
+    write_place(factored.indefinite_at.and_then(place), to);
     write_optional(factored.pivot_ratio, to);
 }
 
@@ -113,13 +115,17 @@ fn read_factored_of(from: &mut Reader<'_>, equation: &dyn Fn(Place) -> Option<us
         _ => Some(Sign::Negative),
     };
     let is_not_positive = from.count() > 0;
-    let equation = read_place(from).and_then(equation).unwrap_or(NOWHERE);
-    let pivot = Pivot { equation, value: from.number(), relative: from.number() };
+    let equation_here = |place: Option<Place>| place.and_then(equation).unwrap_or(NOWHERE);
+    let stopped_at = equation_here(read_place(from));
+    let pivot = Pivot { equation: stopped_at, value: from.number(), relative: from.number() };
+    let is_indefinite = from.count() > 0;
+    let indefinite_at = equation_here(read_place(from));
     Factored {
         method,
         inertia,
         determinant_sign,
         not_positive: is_not_positive.then_some(pivot),
+        indefinite_at: is_indefinite.then_some(indefinite_at),
         weakest: None,
         pivot_ratio: read_optional(from),
     }
@@ -228,12 +234,17 @@ mod tests {
             inertia: Some(Inertia { positive: 8, negative: 1 }),
             determinant_sign: Some(Sign::Negative),
             not_positive: Some(pivot),
+            indefinite_at: Some(5),
             pivot_ratio: Some(1e-5),
             ..Factored::by(Method::Lblt)
         };
         let bytes = factored(&Ok(found), &somewhere);
         assert!(matches!(read_factored(&bytes, &here), Told::Done(it) if it == found));
-        let elsewhere = Factored { not_positive: Some(Pivot { equation: NOWHERE, ..pivot }), ..found };
+        let elsewhere = Factored {
+            not_positive: Some(Pivot { equation: NOWHERE, ..pivot }),
+            indefinite_at: Some(NOWHERE),
+            ..found
+        };
         assert!(matches!(read_factored(&bytes, &|_| None), Told::Done(it) if it == elsewhere));
         let whole = Solved {
             residual: Some(1e-9),

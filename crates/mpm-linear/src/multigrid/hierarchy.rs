@@ -34,7 +34,8 @@ pub struct Multigrid<const D: usize> {
     coarsest: Option<CoarsestFactor>,
     /// What is added to the correction of the finest level, of splines.
     roughness: Option<Roughness<D>>,
-    symmetry: Symmetry,
+    /// How matrices are taken: as symmetric and positive definite, or not.
+    taken_as: Symmetry,
     cycle: Cycle<D>,
     /// Power of two by which the matrices of the cycle are multiplied.
     scale: f64,
@@ -134,16 +135,24 @@ impl<const D: usize> Multigrid<D> {
             source,
             held: vec![0; n],
             coarsest: None,
-            symmetry: pattern.symmetry,
+            taken_as: pattern.symmetry,
             krylov: None,
         })
+    }
+
+    /// Takes symmetric matrices from now on as positive definite, as they are at first, or as others are: that is how
+    /// what [`Failure::Indefinite`] refused is solved, after it is prepared anew.
+    pub fn take_as(&mut self, symmetry: Symmetry) {
+        if self.taken_as != symmetry {
+            (self.taken_as, self.krylov, self.coarsest) = (symmetry, None, None);
+        }
     }
 
     /// Takes the values of the matrix, whose pattern is the one analysed, and forms the coarse matrices.
     /// Components that couple with nothing are left out of these.
     ///
     /// # Errors
-    /// [`Failure::NotFinite`]; of a symmetric matrix [`Failure::Indefinite`] where a diagonal block or the coarsest
+    /// [`Failure::NotFinite`]; of a matrix taken as symmetric [`Failure::Indefinite`] where a diagonal block or the coarsest
     /// matrix is not positive definite (where they all are, the matrix may still not be), of another one
     /// [`Failure::Singular`] where the coarsest matrix is singular; [`Failure::OutOfRange`].
     ///
@@ -162,7 +171,7 @@ impl<const D: usize> Multigrid<D> {
             galerkin::fill(&fine[level].matrix, held, interpolation, &mut coarse[0].matrix);
         }
         let last = self.levels.len() - 1;
-        self.coarsest = CoarsestFactor::of(&self.levels[last].matrix, self.symmetry);
+        self.coarsest = CoarsestFactor::of(&self.levels[last].matrix, self.taken_as);
         if self.coarsest.is_none() {
             return Err(self.unusable(last, 0));
         }
@@ -188,7 +197,7 @@ impl<const D: usize> Multigrid<D> {
 
     /// What a level needs besides the values of its matrix.
     fn finish(&mut self, level: usize) -> Result<(), Failure> {
-        if let Err(row) = self.levels[level].matrix.invert_diagonal(self.symmetry) {
+        if let Err(row) = self.levels[level].matrix.invert_diagonal(self.taken_as) {
             return Err(self.unusable(level, row));
         }
         if let Some(roughness) = self.roughness.as_mut().filter(|_| level == 0) {
@@ -208,7 +217,7 @@ impl<const D: usize> Multigrid<D> {
     pub fn solve(&mut self, x: &mut [f64], tolerance: f64, iterations: u32) -> Result<Converged, Failure> {
         assert_eq!(x.len(), self.order.len() * D, "{D} numbers for each node");
         let n = self.order.len();
-        let mut krylov = self.krylov.take().unwrap_or_else(|| Krylov::zeros(self.symmetry, n));
+        let mut krylov = self.krylov.take().unwrap_or_else(|| Krylov::zeros(self.taken_as, n));
         let (b, _) = krylov.system();
         for (b, &node) in b.iter_mut().zip(&self.order) {
             b.copy_from_slice(&x[node * D..(node + 1) * D]);
@@ -259,7 +268,7 @@ impl<const D: usize> Multigrid<D> {
             }
         };
         let own = size_of_val(&self.order[..]) + size_of_val(&self.source[..]) + self.held.len();
-        let vectors = Krylov::<D>::vectors(self.symmetry) * self.order.len() * size_of::<Vector<D>>();
+        let vectors = Krylov::<D>::vectors(self.taken_as) * self.order.len() * size_of::<Vector<D>>();
         Size {
             nodes: self.levels.iter().map(|level| level.matrix.n_rows()).collect(),
             blocks: self.levels.iter().map(|level| level.matrix.column.len()).collect(),
@@ -311,7 +320,7 @@ impl<const D: usize> Multigrid<D> {
     /// A diagonal block or the coarsest matrix cannot be inverted.
     fn unusable(&self, level: usize, row: usize) -> Failure {
         let node = self.on_finest(level, row);
-        match self.symmetry {
+        match self.taken_as {
             Symmetry::Symmetric => Failure::Indefinite { node },
             Symmetry::Unsymmetric => Failure::Singular { node },
         }

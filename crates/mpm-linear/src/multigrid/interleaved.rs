@@ -54,6 +54,11 @@ impl<const N: usize> Interleaved<N> {
         Some(Self { column_start, row, symmetry, source, field, values, scale: 1.0, multigrid, vector })
     }
 
+    /// As [`Multigrid::take_as`].
+    pub(crate) fn take_as(&mut self, symmetry: Symmetry) {
+        self.multigrid.take_as(symmetry);
+    }
+
     /// As [`Multigrid::prepare`].
     pub(crate) fn prepare(&mut self, matrix: Matrix<'_>) -> Result<(), Failure> {
         self.scale = self.scale_of(matrix);

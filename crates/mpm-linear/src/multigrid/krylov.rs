@@ -1,4 +1,4 @@
-//! The iteration that suits a matrix: conjugate gradients, or GMRES where it is not symmetric.
+//! The iteration that suits a matrix: conjugate gradients, or GMRES where it is not symmetric or not positive definite.
 
 use super::arithmetic::Vector;
 use super::blocks::BlockMatrix;

@@ -147,9 +147,9 @@ impl<const D: usize> Solver<D> {
         effort.is_unstable |= factored.shows_instability();
         self.weakest_pivot = factored.weakest;
         effort.pivot_spread = larger(effort.pivot_spread, factored.pivot_ratio.map(f64::recip));
-        if let Some(pivot) = factored.not_positive {
-            let node = problem.unknowns().node_of(pivot.equation).map(|(node, _)| node);
-            let node = node.or_else(|| problem.connected.field_node(pivot.equation));
+        if let Some(equation) = factored.not_positive.map(|pivot| pivot.equation).or(factored.indefinite_at) {
+            let node = problem.unknowns().node_of(equation).map(|(node, _)| node);
+            let node = node.or_else(|| problem.connected.field_node(equation));
             // A rank may not have the node.
             let number = node.map(|node| problem.connected.active.nodes()[node].index() as f64);
             let number = least(ranks, number.unwrap_or(f64::INFINITY));

@@ -19,7 +19,7 @@ use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
-use rehearsal::{Rehearsal, factor_size, is_iterative, rehearse};
+use rehearsal::{Rehearsal, are_pushed, factor_size, is_iterative, rehearse};
 pub use remarks::doubts;
 use std::rc::Rc;
 
@@ -105,7 +105,8 @@ pub struct Memory {
     pub connectivity: usize,
     /// The tangent, its pattern, and the pattern that the factorisation keeps.
     pub tangent: usize,
-    /// The factor and its structure, or the multigrid hierarchy.
+    /// The factor and its structure, or the multigrid hierarchy; where tools push the bodies, also what is taken once a
+    /// tangent is not positive definite.
     pub solver: usize,
     /// What contributions hold besides, such as the corners of domains near tools; most have nothing.
     pub contributions: usize,
@@ -159,7 +160,8 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     // Of a solver of one's own nothing is known; it is taken to factorise.
     let is_iterative = is_iterative(&stage);
     let (factor_entries, of_solver) = if is_iterative {
-        (prediction.factor_entries as usize, prediction.iterative_bytes as usize)
+        let indefinite = if are_pushed(model) { prediction.indefinite_bytes } else { 0.0 };
+        (prediction.factor_entries as usize, (prediction.iterative_bytes + indefinite) as usize)
     } else {
         let size = factor_size(&stage)?;
         (size.entries, size.bytes)
@@ -261,8 +263,7 @@ fn warnings<const D: usize>(
 /// What nothing holds once supports have ended, in the first stage of which that is true; nothing is said where tools move,
 /// which may hold it by then.
 fn unheld_later<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, connected: &Connected<D>) -> Option<String> {
-    let moves = |it: &dyn Contribution<D>| it.moves_with_load() && !it.is_load();
-    if model.contributions.iter().any(|named| moves(&*named.contribution)) {
+    if are_pushed(model) {
         return None;
     }
     let acting = |stage: u32| model.supports.iter().map(move |support| support.acts_in(stage));

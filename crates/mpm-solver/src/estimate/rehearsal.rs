@@ -159,8 +159,7 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
     };
     let pass = shortest(|| assemble(&strained, &mut values)).map_err(Error::Start)?;
     assemble(&rest, &mut values).map_err(Error::Start)?;
-    let moves = |it: &dyn Contribution<D>| it.moves_with_load() && !it.is_load();
-    let are_pushed = model.contributions.iter().any(|named| moves(&*named.contribution));
+    let are_pushed = are_pushed(model);
     let tools = if are_pushed {
         let (mut sums, mut force) = (vec![0.0; pattern.n_entries()], rest.clone());
         shortest(|| sum_tools(stage, &rest, &mut sums, &mut force)).map_err(Error::Start)?
@@ -189,6 +188,12 @@ pub(crate) fn rehearse<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Secon
         steps: model.stages.iter().map(|stage| f64::from(stage.steps)).sum(),
         iterations: if are_pushed { ITERATIONS_OF_CONTACT } else { ITERATIONS },
     })
+}
+
+/// Whether tools or walls push the bodies: contact that opens and closes leaves tangents that are not positive definite.
+pub(super) fn are_pushed<const D: usize>(model: &Model<D>) -> bool {
+    let moves = |it: &dyn Contribution<D>| it.moves_with_load() && !it.is_load();
+    model.contributions.iter().any(|named| moves(&*named.contribution))
 }
 
 /// Force and tangent of what moves with the load, where nothing has moved yet.

@@ -40,6 +40,9 @@ pub(super) fn of<const D: usize>(model: &Model<D>, mesh: &Mesh<D>, active: &Acti
     remarks.extend(model.contributions.iter().flat_map(|named| named.contribution.remarks(mesh, &bodies)));
     remarks.extend(model.bodies.iter().filter_map(across_bands));
     remarks.extend(model.bodies.iter().filter_map(longer_than_body));
+    if active.space().degrees().iter().all(|degree| *degree == 1) {
+        remarks.extend(model.bodies.iter().filter_map(|named| one_a_cell(named, mesh)));
+    }
     remarks.extend(jumps(model));
     remarks
 }
@@ -128,6 +131,27 @@ fn longer_than_body<const D: usize>(named: &NamedBody<D>) -> Option<String> {
             named.name,
             six_digits(length),
             six_digits(size)
+        )
+    })
+}
+
+/// A body under stress with one point in most of its cells. Linear functions let such a cell take shapes whose gradient is zero at
+/// its middle (hourglasses): nothing but its neighbours holds them, and stress makes them grow.
+fn one_a_cell<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> {
+    let mut cells: BTreeMap<[u32; D], usize> = BTreeMap::new();
+    let mut is_stressed = false;
+    for view in views(&*named.body) {
+        is_stressed |= view.kirchhoff.norm() > 0.0;
+        if let Ok(place) = mesh.locate(&view.position, 0.5) {
+            *cells.entry(place.cell).or_insert(0) += 1;
+        }
+    }
+    let single = cells.values().filter(|points| **points == 1).count();
+    (is_stressed && 2 * single > cells.len()).then(|| {
+        format!(
+            "body `{}` begins under stress with one material point in most of its cells: nothing but their neighbours holds shapes of \
+             such cells without strain at the point, and under stress they grow; two points per direction hold them",
+            named.name
         )
     })
 }

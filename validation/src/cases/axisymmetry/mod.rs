@@ -5,6 +5,7 @@ mod cone;
 mod footing;
 mod pile;
 mod punch;
+mod sand;
 mod twist;
 mod walls;
 
@@ -13,6 +14,7 @@ pub(super) use cone::CASE as CONE;
 pub(super) use footing::CASE as FOOTING;
 pub(super) use pile::CASE as PILE;
 pub(super) use punch::CASE as PUNCH;
+pub(super) use sand::CASE as CONE_IN_SAND;
 pub(super) use twist::{CYLINDER as TWISTED, PILE as TURNED_PILE};
 pub(super) use walls::CASE as WALLS;
 
