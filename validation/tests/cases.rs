@@ -146,4 +146,3 @@ fn the_pages_tell_of_every_case() {
     let files = std::fs::read_dir(folder.join("cases")).expect("the folder is there").count();
     assert_eq!(files, CASES.len(), "a page is left of a case that is no more");
 }
-

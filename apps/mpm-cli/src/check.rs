@@ -90,10 +90,14 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
         0 => String::new(),
         held => format!("tools and other forces {}, ", bytes(held)),
     };
+    let if_factorised = match memory.factorised {
+        0 => String::new(),
+        held => format!("; {} more once a tangent is factorised that the iteration does not solve", bytes(held)),
+    };
     line(
         "memory",
         format!(
-            "about {}: points {}, connectivity {}, tangent {}, solver {}, {of_contributions}vectors and record {}, program {}",
+            "about {}: points {}, connectivity {}, tangent {}, solver {}, {of_contributions}vectors and record {}, program {}{if_factorised}",
             bytes(memory.total()),
             bytes(memory.points),
             bytes(memory.connectivity),

@@ -16,9 +16,6 @@ const MOST_ITERATIONS: u32 = 400;
 /// The least limit of iterations where the solver is chosen by its predicted cost.
 const LEAST_BUDGET: u32 = 30;
 
-/// Entries of a factor for which an iterative run still takes the direct solver's help: 8 GB.
-const MOST_ENTRIES_AS_HELP: f64 = 1e9;
-
 /// Which solver is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Choice {
@@ -46,9 +43,7 @@ impl Choice {
     /// taken, else when as much has been spent as a factorisation is predicted to cost.
     fn most_iterations(self, prediction: &Prediction, is_indefinite: bool) -> u32 {
         match self {
-            Choice::Auto => {
-                (prediction.break_even(is_indefinite) as u32).clamp(LEAST_BUDGET, MOST_ITERATIONS)
-            }
+            Choice::Auto => (prediction.break_even(is_indefinite) as u32).clamp(LEAST_BUDGET, MOST_ITERATIONS),
             Choice::Direct | Choice::Iterative => MOST_ITERATIONS,
         }
     }
@@ -119,7 +114,7 @@ impl Automatic {
             cause: Cause::TooLargeToFactorise { entries: prediction.factor_entries },
         };
         self.has_given_up = true;
-        if prediction.factor_entries > MOST_ENTRIES_AS_HELP {
+        if !prediction.is_factorised_as_help() {
             return Err(refused);
         }
         let behind = matrix.pattern.block * matrix.pattern.blocks;

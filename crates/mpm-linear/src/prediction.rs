@@ -26,6 +26,9 @@ const UNSYMMETRIC_OPERATIONS_PER_BYTE: [f64; 2] = [2.0, 8.0];
 /// Entries of a factor beyond which an unsymmetric matrix is iterated on, whatever that takes: 8 GB.
 const MOST_FACTOR_ENTRIES: f64 = 1e9;
 
+/// Entries of a factor for which an iterative run still takes the direct solver's help: 8 GB.
+const MOST_ENTRIES_AS_HELP: f64 = 1e9;
+
 /// Passes over all blocks in an iteration: product, two sweeps and a residual make three, coarser levels
 /// a seventh more in space and a third more in the plane.
 const PASSES: f64 = 3.4;
@@ -47,7 +50,7 @@ pub struct Prediction {
     pub iterative_bytes: f64,
     /// Bytes that setting it up and iterating move.
     pub iterative_traffic: f64,
-    /// Bytes that are held besides where the matrix proves not to be positive definite: by GMRES, or in the factor.
+    /// Bytes of vectors that GMRES holds besides, where a symmetric matrix proves not to be positive definite.
     pub indefinite_bytes: f64,
     /// Bytes that GMRES moves on such a matrix.
     indefinite_traffic: f64,
@@ -64,6 +67,11 @@ impl Prediction {
     /// Whether the iteration is predicted to be quicker, or the factor of an unsymmetric matrix to be too large.
     pub fn prefers_iterative(&self) -> bool {
         self.is_too_large || self.factor_operations > self.operations_per_byte * self.iterative_traffic
+    }
+
+    /// Whether a matrix that the iteration does not solve is factorised.
+    pub fn is_factorised_as_help(&self) -> bool {
+        self.factor_entries <= MOST_ENTRIES_AS_HELP
     }
 
     /// Whether a symmetric matrix that is not positive definite is left to GMRES rather than to the direct solver.
@@ -120,6 +128,8 @@ pub struct SystemSize {
     /// The box of lattice lines in which the nodes stand.
     low: [f64; 3],
     high: [f64; 3],
+    /// Directions in which the lattice is closed on itself.
+    is_closed: [bool; 3],
 }
 
 impl SystemSize {
@@ -140,6 +150,7 @@ impl SystemSize {
             has_blocks_only: pattern.has_blocks_only(),
             low: low.map(f64::from),
             high: high.map(f64::from),
+            is_closed: places.periods.map(|period| period.is_some()),
         }
     }
 
@@ -189,7 +200,8 @@ fn predicted(size: &SystemSize) -> Prediction {
     // A layer of nodes thick enough to part a region: half the couplings of a node along one direction.
     let layer = (0.5 * ((blocks / n).powf(1.0 / dimensions as f64) - 1.0)).max(1.0);
     let mut dissection = Dissection { layer, equations, entries: 0.0, operations: 0.0 };
-    dissection.cut(sides, [0.0; 3]);
+    let (sides, border) = dissection.open(sides, size.is_closed);
+    dissection.cut(sides, border);
 
     let is_space = usize::from(dimensions > 2);
     // The blocks of the iteration have an equation of the further field at every node.
@@ -213,7 +225,7 @@ fn predicted(size: &SystemSize) -> Prediction {
     let pass = blocks * block;
     let [of_one, of_one_indefinite] = [&iteration, &indefinite].map(|it| pass * PASSES + it.traffic);
     let is_too_large = !size.is_symmetric && factor_entries > MOST_FACTOR_ENTRIES;
-    let mut prediction = Prediction {
+    Prediction {
         factor_entries,
         factor_operations: dissection.operations * factors,
         iterative_bytes: blocks * (levels * (block + single) + 8.0)
@@ -227,11 +239,7 @@ fn predicted(size: &SystemSize) -> Prediction {
         of_one,
         of_one_indefinite,
         is_too_large,
-    };
-    if size.is_symmetric && !prediction.prefers_gmres_where_indefinite() {
-        prediction.indefinite_bytes = factor_entries * size_of::<f64>() as f64;
     }
-    prediction
 }
 
 /// Nested dissection of a box.
@@ -243,6 +251,26 @@ struct Dissection {
 }
 
 impl Dissection {
+    /// Cuts a region open where it is closed on itself: a separator more, which both of its new sides have.
+    fn open(&mut self, mut sides: [f64; 3], is_closed: [bool; 3]) -> ([f64; 3], [f64; 3]) {
+        let mut border = [0.0; 3];
+        for d in (0..3).filter(|&d| is_closed[d] && sides[d] > 2.0 * self.layer + 1.0) {
+            let area = |e: usize| sides[(e + 1) % 3] * sides[(e + 2) % 3] * self.layer;
+            let around: f64 = (0..3).map(|e| border[e] * area(e)).sum();
+            self.eliminate(area(d) * self.equations, around * self.equations);
+            sides[d] -= self.layer;
+            border[d] = 2.0;
+        }
+        (sides, border)
+    }
+
+    /// Adds a front with so many pivots and so many equations around them.
+    fn eliminate(&mut self, pivots: f64, around: f64) {
+        let front = pivots + around;
+        self.entries += pivots * (front - 0.5 * pivots);
+        self.operations += (front.powi(3) - around.powi(3)) / 3.0;
+    }
+
     /// Halves a region; `border` is how many of the two sides across each direction are already cut.
     fn cut(&mut self, sides: [f64; 3], border: [f64; 3]) {
         let area = |d: usize| sides[(d + 1) % 3] * sides[(d + 2) % 3] * self.layer;
@@ -251,9 +279,7 @@ impl Dissection {
         let longest = (0..3).fold(0, |most, d| if sides[d] > sides[most] { d } else { most });
         let is_leaf = nodes <= SMALL || sides[longest] < 2.0 * self.layer + 1.0;
         let pivots = if is_leaf { nodes } else { area(longest) } * self.equations;
-        let front = pivots + around * self.equations;
-        self.entries += pivots * (front - 0.5 * pivots);
-        self.operations += (front.powi(3) - (front - pivots).powi(3)) / 3.0;
+        self.eliminate(pivots, around * self.equations);
         if is_leaf {
             return;
         }

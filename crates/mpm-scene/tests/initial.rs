@@ -347,6 +347,21 @@ fn a_stress_that_does_not_balance_is_told_with_its_size() {
 }
 
 #[test]
+fn cells_with_one_point_are_told_of_where_it_begins_under_stress() {
+    let is_told = |text: &str| {
+        let remarks = compile(&Scene::from_ron(text).unwrap()).unwrap().estimate().unwrap().remarks;
+        remarks.iter().any(|remark| remark.contains("with one material point in most of its cells"))
+    };
+    let two = plane("Cpdi1", LAWS[0].1, AT_REST);
+    let one = two.replace("points_per_cell: 2", "points_per_cell: 1");
+    assert!(is_told(&one) && !is_told(&two));
+    assert!(!is_told(&one.replace(&format!(", initial: {AT_REST}"), "")), "no stress, no growth");
+    // Splines reach over several cells.
+    let splines = one.replace("cells: 5)]", "cells: 5)], functions: Splines(degree: 2)");
+    assert!(!is_told(&splines));
+}
+
+#[test]
 fn a_resumed_run_is_the_same() {
     let text = plane("Gimp", LAWS[3].1, AT_REST)
         .replace("ramp: [(0, 1)]", "ramp: [(0, 1), (1, 1.2)]")

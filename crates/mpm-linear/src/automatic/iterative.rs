@@ -86,7 +86,10 @@ impl Iterative {
 
     /// What was found while a matrix was prepared or solved.
     pub(super) fn found(&self) -> Factored {
-        Factored { indefinite_at: self.indefinite_at.map(|node| node * self.block), ..Factored::by(self.method) }
+        Factored {
+            indefinite_at: self.indefinite_at.map(|node| node * self.block),
+            ..Factored::by(self.method)
+        }
     }
 
     /// Takes a matrix, with coarse matrices of its own or those that are kept.
@@ -181,7 +184,11 @@ pub(super) fn method(pattern: Pattern<'_>) -> Method {
     if pattern.is_symmetric() { Method::ConjugateGradients } else { Method::Gmres }
 }
 
-pub(super) fn hierarchy(pattern: Pattern<'_>, further: &[usize], places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
+pub(super) fn hierarchy(
+    pattern: Pattern<'_>,
+    further: &[usize],
+    places: LatticePlaces<'_>,
+) -> Option<Box<dyn Iteration>> {
     fn boxed<const D: usize>(pattern: Pattern<'_>, places: LatticePlaces<'_>) -> Option<Box<dyn Iteration>> {
         Multigrid::<D>::analyse(pattern, places).map(|it| Box::new(it) as Box<dyn Iteration>)
     }

@@ -105,9 +105,11 @@ pub struct Memory {
     pub connectivity: usize,
     /// The tangent, its pattern, and the pattern that the factorisation keeps.
     pub tangent: usize,
-    /// The factor and its structure, or the multigrid hierarchy; where tools push the bodies, also what is taken once a
-    /// tangent is not positive definite.
+    /// The factor and its structure, or the multigrid hierarchy; where tools push the bodies, also the vectors of GMRES.
     pub solver: usize,
+    /// What is taken besides once a tangent is factorised that the iteration does not solve, where tools push the bodies; 0
+    /// where that is not to be expected, or not done. Not part of the sum.
+    pub factorised: usize,
     /// What contributions hold besides, such as the corners of domains near tools; most have nothing.
     pub contributions: usize,
     /// Vectors of the iteration, and the positions of the points as they are recorded.
@@ -128,7 +130,7 @@ const SHORTEST: f64 = 1e-6;
 const VECTORS: usize = 8;
 
 impl Memory {
-    /// Their sum.
+    /// The sum of what every load step takes.
     pub fn total(&self) -> usize {
         let of_bodies = self.points + self.connectivity + self.tangent + self.solver;
         of_bodies + self.contributions + self.work + self.program
@@ -159,13 +161,7 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     let seconds = rehearse(&stage)?;
     // Of a solver of one's own nothing is known; it is taken to factorise.
     let is_iterative = is_iterative(&stage);
-    let (factor_entries, of_solver) = if is_iterative {
-        let indefinite = if are_pushed(model) { prediction.indefinite_bytes } else { 0.0 };
-        (prediction.factor_entries as usize, (prediction.iterative_bytes + indefinite) as usize)
-    } else {
-        let size = factor_size(&stage)?;
-        (size.entries, size.bytes)
-    };
+    let solver = size_of_solver(&stage, is_iterative)?;
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
@@ -184,7 +180,7 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
         equations: constraints.n_free(),
         prescribed: n - constraints.n_free(),
         tangent_entries: entries,
-        factor_entries,
+        factor_entries: solver.factor_entries,
         seconds,
         steps: stages.iter().fold(0, |sum, stage| stage.steps.saturating_add(sum)),
         stages,
@@ -204,7 +200,8 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
             } else {
                 entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>()
             },
-            solver: of_solver,
+            solver: solver.bytes,
+            factorised: solver.factorised,
             contributions: model.contributions.iter().map(|named| named.contribution.bytes()).sum(),
             work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, nominal),
             program: PROGRAM,
@@ -213,6 +210,35 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
         prediction,
         warnings: warnings(model, &mesh, &connected, &constraints),
     })
+}
+
+/// What the linear solver holds.
+struct SolverSize {
+    factor_entries: usize,
+    bytes: usize,
+    /// See [`Memory::factorised`].
+    factorised: usize,
+}
+
+fn size_of_solver<const D: usize>(stage: &Rehearsal<'_, D>, is_iterative: bool) -> Result<SolverSize, Error> {
+    let prediction = stage.prediction;
+    let entries = prediction.factor_entries as usize;
+    let iterative = prediction.iterative_bytes as usize;
+    match (is_iterative, are_pushed(stage.model)) {
+        (true, false) => Ok(SolverSize { factor_entries: entries, bytes: iterative, factorised: 0 }),
+        (true, true) => {
+            let bytes = iterative + prediction.indefinite_bytes as usize;
+            if !prediction.is_factorised_as_help() {
+                return Ok(SolverSize { factor_entries: entries, bytes, factorised: 0 });
+            }
+            let size = factor_size(stage)?;
+            Ok(SolverSize { factor_entries: size.entries, bytes, factorised: size.bytes })
+        }
+        (false, _) => {
+            let size = factor_size(stage)?;
+            Ok(SolverSize { factor_entries: size.entries, bytes: size.bytes, factorised: 0 })
+        }
+    }
 }
 
 fn steps_of<const D: usize>(model: &Model<D>, stage: u32) -> StageSteps {

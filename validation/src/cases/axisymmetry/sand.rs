@@ -169,7 +169,8 @@ fn cone(extent: Extent) -> Result<Findings, Broken> {
         };
         for (cells, allowed) in [(2, 0.1), (4, 0.05)] {
             let change = at_end(2 * cells) / at_end(cells) - 1.0;
-            let what = format!("resistance at 3.8 m, from {cells} to {} cells over a: change (relative)", 2 * cells);
+            let what =
+                format!("resistance at 3.8 m, from {cells} to {} cells over a: change (relative)", 2 * cells);
             findings.checks.push(Check::new(what, change.abs(), allowed).remark(fixed(change, 4)));
         }
         findings.pictures.push(picture(&runs));
@@ -191,7 +192,8 @@ fn picture(runs: &[(&Test, (Vec<(f64, f64)>, f64))]) -> Picture {
         })
         .collect();
     for (k, name) in ["spherical cavity", "calibration chambers"].into_iter().enumerate() {
-        let points = (1..=40).map(|it| 0.1 * f64::from(it)).map(|depth| (depth, band(depth, FRICTION)[k] / 1e3));
+        let points =
+            (1..=40).map(|it| 0.1 * f64::from(it)).map(|depth| (depth, band(depth, FRICTION)[k] / 1e3));
         let (name, colour) = (name.into(), runs.len() + k);
         curves.push(Curve { name, colour, stroke: Stroke::Dashes, points: points.collect() });
     }

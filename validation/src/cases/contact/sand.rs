@@ -95,7 +95,8 @@ fn pile(extent: Extent) -> Result<Findings, Broken> {
     let pulled = format!("{uplift:.0}, {:.0}", shaft_at_rest());
     findings.checks.extend([
         Check::new("vertical forces out of balance, over the largest force on the pile", off, 2e-2),
-        Check::none("torque at the end below friction at rest", usize::from(at_end < torque_at_rest())).remark(said),
+        Check::none("torque at the end below friction at rest", usize::from(at_end < torque_at_rest()))
+            .remark(said),
         Check::none("uplift below friction at rest", usize::from(uplift < shaft_at_rest())).remark(pulled),
     ]);
     findings.tables.push(table);
