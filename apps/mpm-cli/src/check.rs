@@ -92,7 +92,9 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     };
     let if_factorised = match memory.factorised {
         0 => String::new(),
-        held => format!("; {} more once a tangent is factorised that the iteration does not solve", bytes(held)),
+        held => {
+            format!("; {} more once a tangent is factorised that the iteration does not solve", bytes(held))
+        }
     };
     line(
         "memory",

@@ -253,13 +253,15 @@ struct Dissection {
 impl Dissection {
     /// Cuts a region open where it is closed on itself: a separator more, which both of its new sides have.
     fn open(&mut self, mut sides: [f64; 3], is_closed: [bool; 3]) -> ([f64; 3], [f64; 3]) {
-        let mut border = [0.0; 3];
-        for d in (0..3).filter(|&d| is_closed[d] && sides[d] > 2.0 * self.layer + 1.0) {
-            let area = |e: usize| sides[(e + 1) % 3] * sides[(e + 2) % 3] * self.layer;
-            let around: f64 = (0..3).map(|e| border[e] * area(e)).sum();
-            self.eliminate(area(d) * self.equations, around * self.equations);
-            sides[d] -= self.layer;
-            border[d] = 2.0;
+        let (layer, mut border) = (self.layer, [0.0; 3]);
+        for d in 0..3 {
+            if !is_closed[d] || sides[d] < 2.0 * layer + 1.0 {
+                continue;
+            }
+            let area = |e: usize| sides[(e + 1) % 3] * sides[(e + 2) % 3] * layer * self.equations;
+            let (pivots, around) = (area(d), (0..3).map(|e| border[e] * area(e)).sum());
+            self.eliminate(pivots, around);
+            (sides[d], border[d]) = (sides[d] - layer, 2.0);
         }
         (sides, border)
     }
