@@ -180,7 +180,9 @@ pub(super) fn cut_out<'a, const D: usize>(
                 return Err(format!("`without`: body `{name}` has another number of points per cell"));
             }
             (Some((other, _)), _) if other.turned.is_some() => {
-                return Err(format!("`without`: body `{name}` is `turned`, expected one that stands as its shape says"));
+                return Err(format!(
+                    "`without`: body `{name}` is `turned`, expected one that stands as its shape says"
+                ));
             }
             (Some((_, shape)), _) => cut.push(shape),
             (None, Some((_, shape))) => cut.extend(shape.iter().filter(|_| is_box)),
@@ -262,7 +264,7 @@ pub(super) fn shape<'a, const D: usize>(
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent, .. } => match layout {
             Layout::Box { axes, .. } if is_tiled => {
-                let ends = extent.is_some().then(|| ends_along(layout, *axis, *extent, "a tube of the plane"));
+                let ends = extent.is_some().then(|| ends_along(layout, *axis, *extent, "a disc of the plane"));
                 let of_tube = ((inner.0, outer.0), ends.transpose()?);
                 tiling::ring((axes, true), centre, of_tube, own.open, memory)
             }

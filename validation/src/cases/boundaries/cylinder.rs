@@ -88,7 +88,9 @@ pub(super) fn errors(history: &History, inner: f64, pose: &Isometry3<f64>) -> [f
     let (mut error, mut size, mut away, mut way) = (0.0, 0.0, 0.0, 0.0);
     let positions = history.rows()[0].positions.chunks_exact(3).zip(history.last().positions.chunks_exact(3));
     for (s, (rest, now)) in stress.zip(positions) {
-        let s = pose.rotation.inverse().to_rotation_matrix() * Matrix3::from_column_slice(s) * pose.rotation.to_rotation_matrix();
+        let s = pose.rotation.inverse().to_rotation_matrix()
+            * Matrix3::from_column_slice(s)
+            * pose.rotation.to_rotation_matrix();
         let [x, now] = [rest, now].map(place);
         let radius = x[0].hypot(x[1]);
         let at = (radius - 5.0) / 5.0 * STEPS as f64;
@@ -96,7 +98,8 @@ pub(super) fn errors(history: &History, inner: f64, pose: &Isometry3<f64>) -> [f
         let between = |of: &dyn Fn(usize) -> f64| of(k) * (1.0 - part) + of(k + 1) * part;
         let [radial, hoop] = [0, 1].map(|i| between(&|k| exact[k].1[i]));
         let out = between(&|k| exact[k].0) / radius;
-        away += radius * ((now[0] - out * x[0]).powi(2) + (now[1] - out * x[1]).powi(2) + (now[2] - x[2]).powi(2));
+        away +=
+            radius * ((now[0] - out * x[0]).powi(2) + (now[1] - out * x[1]).powi(2) + (now[2] - x[2]).powi(2));
         way += radius * ((out - 1.0) * radius).powi(2);
         let [c, d] = [x[0] / radius, x[1] / radius];
         let expected = [radial * c * c + hoop * d * d, (radial - hoop) * c * d, radial * d * d + hoop * c * c];
