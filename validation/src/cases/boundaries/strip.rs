@@ -176,12 +176,14 @@ fn strips(extent: Extent) -> Result<Findings, Broken> {
         let (name, expected) = (job.name(), job.angle());
         let most = if job.points_per_cell == 2 { 3e-3 } else { 1e-3 };
         let of_slender = 360.0 * job.turns;
+        // Fibres are strained by a quarter beyond a full circle.
+        let left = if job.turns > 1.0 { 4e-4 } else { 2e-4 };
         findings.checks.push(
             Check::new(format!("{name}: angle at the full moment"), (angle / expected - 1.0).abs(), most)
                 .remark(format!("{angle:.2}° for {expected:.2}°, slender {of_slender:.0}°")),
         );
         findings.checks.push(Check::new(format!("{name}: the tip is back, over the length"), *away, 1e-4));
-        findings.checks.push(Check::new(format!("{name}: stress that is left, over E"), *stress, 2e-4));
+        findings.checks.push(Check::new(format!("{name}: stress that is left, over E"), *stress, left));
     }
     if extent == Extent::Full {
         findings.pictures.push(Picture {
