@@ -6,7 +6,7 @@ use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
 };
 use mpm_basis::{Basis, Seed};
-use mpm_contact::Tool;
+use mpm_contact::{Pose, Tool};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
 use mpm_grid::{Block, LinearCell, Mesh, Position, Vector};
 use mpm_material::SymmetricTensor;
@@ -21,6 +21,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub shape: Shape<'a, D>,
     /// The mesh whose cells the shape is filled by: the background mesh, or the shape's own.
     pub shape_mesh: &'a Mesh<D>,
+    /// Where the shape's pieces are moved to.
+    pub pose: Option<Pose<D>>,
     /// Material points per cell and direction; of no use for points that are given.
     pub points_per_cell: u32,
     /// Whether a body force acts.
@@ -186,6 +188,7 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
                 return;
             }
             let first = seeds.len();
+            let piece = &plan.pose.as_ref().map_or(*piece, |pose| placed(piece, pose));
             basis.seed(piece, &mut |seed| seeds.push(seed));
             if plan.needs_sides {
                 boundary.add(piece, outer);
@@ -216,6 +219,11 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         return Err(format!("a material point at {at} stands at r ≤ 0, expected beside the axis, r > 0"));
     }
     Ok(Seeded { seeds, faces, boundary, shape_volume: made.and_then(|parts| parts.volume) })
+}
+
+/// A piece in another place.
+fn placed<const D: usize>(piece: &LinearCell<D>, pose: &Pose<D>) -> LinearCell<D> {
+    LinearCell::new(piece.corners().map(|corner| pose.place(&corner)))
 }
 
 /// Leaves out the points that stand inside a tool.

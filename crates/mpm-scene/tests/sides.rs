@@ -169,6 +169,7 @@ fn tiled_bodies_are_pressed_evenly() {
             &["edge 0", "edge 1", "edge 2", "edge 3"],
         ),
         ("Cylinder(centre: (2, 2), radius: 1.7)", &["outer"]),
+        ("Tube(centre: (2, 2), inner: 0.6, outer: 1.7)", &["inner", "outer"]),
     ] {
         for functions in ["Linear", "Splines(degree: 2)"] {
             let loads = sides.iter().map(|side| format!(r#"Pressure(body: "b", side: "{side}", value: 30)"#));
@@ -190,26 +191,68 @@ fn tiled_bodies_are_pressed_evenly() {
     }
 }
 
-/// The same of a cylinder in space.
+/// The same of bodies in space, which stand askew in the mesh.
 #[test]
-fn a_tiled_cylinder_in_space_is_pressed_evenly() {
-    let loads =
-        ["outer", "bottom", "top"].map(|side| format!(r#"Pressure(body: "b", side: "{side}", value: 30)"#));
-    let seen = run(&format!(
-        r#"Solid(
-            mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 3, cells: 3)]),
-            basis: Cpdi2Hexahedron, unheld_motion: Zero, stabilisation: Ghost(),
-            materials: {{ "steel": Hencky(young: 1000, poisson: 0.3) }},
-            bodies: [(name: "b", material: "steel", shape: Cylinder(centre: (2, 2), radius: 1.7, extent: (0.4, 2.7)), points_per_cell: 2, tiling: Shape)],
-            loads: [{}], schedule: (steps: 2), tolerance: (residual: 1e-12), output: (fields: [CauchyStress]),
-        )"#,
-        loads.join(", ")
-    ));
-    let apart = seen.stress.chunks_exact(9).fold(0.0, |worst: f64, s| {
-        let shear = s[1].abs().max(s[2].abs()).max(s[5].abs());
-        [s[0], s[4], s[8]].iter().fold(worst.max(shear), |worst, s| worst.max((s + 30.0).abs()))
-    });
-    assert!(apart < 1e-7, "{apart:e}");
+fn turned_bodies_in_space_are_pressed_evenly() {
+    for (shape, turned, sides) in [
+        ("Cylinder(centre: (2, 2), radius: 1.7, extent: (0.4, 2.7))", "", &["outer", "bottom", "top"][..]),
+        (
+            "Tube(centre: (2, 2), inner: 0.6, outer: 1.7, extent: (1, 2))",
+            "turned: (axis: (2, 1, 0), about: (2, 2, 1.5), angle: 35),",
+            &["inner", "outer", "bottom", "top"],
+        ),
+        (
+            "Box(from: (1, 1.1, 0.8), to: (2.9, 2.7, 2.1), turned: 20)",
+            "turned: (axis: (0, -0.3, 0.1), about: (2, 2, 1.5), angle: 17),",
+            &["left", "right", "front", "back", "bottom", "top"],
+        ),
+    ] {
+        let loads = sides.iter().map(|side| format!(r#"Pressure(body: "b", side: "{side}", value: 30)"#));
+        let seen = run(&format!(
+            r#"Solid(
+                mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 4, cells: 4), Uniform(from: 0, to: 3, cells: 3)]),
+                basis: Cpdi2Hexahedron, unheld_motion: Zero, stabilisation: Ghost(),
+                materials: {{ "steel": Hencky(young: 1000, poisson: 0.3) }},
+                bodies: [(name: "b", material: "steel", shape: {shape}, {turned} points_per_cell: 2, tiling: Shape)],
+                loads: [{}], schedule: (steps: 2), tolerance: (residual: 1e-12), output: (fields: [CauchyStress]),
+            )"#,
+            loads.collect::<Vec<_>>().join(", ")
+        ));
+        let apart = seen.stress.chunks_exact(9).fold(0.0, |worst: f64, s| {
+            let shear = s[1].abs().max(s[2].abs()).max(s[5].abs());
+            [s[0], s[4], s[8]].iter().fold(worst.max(shear), |worst, s| worst.max((s + 30.0).abs()))
+        });
+        assert!(apart < 1e-7, "{shape}: {apart:e}");
+    }
+}
+
+/// Corners of CPDI2q domains move as markers do, so that a traction on a plane is the same at markers. Those of CPDI1 do not, and
+/// with ghost faces both still agree.
+#[test]
+fn a_traction_is_the_same_on_a_plane_and_at_markers() {
+    let bent = |basis: &str, ghost: &str, load: &str| {
+        run(&format!(
+            r#"PlaneStrain(
+                mesh: Box(axes: [Uniform(from: 0, to: 5.5, cells: 11), Uniform(from: -4.65, to: 0.85, cells: 11)]),
+                basis: {basis}, {ghost} materials: {{ "steel": Hencky(young: 12e3, poisson: 0.2) }},
+                bodies: [(name: "beam", material: "steel", shape: Box(from: (0, -0.5), to: (5, 0.5)), points_per_cell: 3)],
+                supports: [(name: "root", region: Plane(axis: X, at: 0), fix: [X, Y])],
+                loads: [Traction(body: "beam", {load}, resultant: (0, -300))],
+                schedule: (steps: 10),
+            )"#
+        ))
+        .position
+    };
+    let ghost = "stabilisation: Ghost(),";
+    for (basis, ghost, most) in
+        [("Cpdi2q", "", 1e-4), ("Cpdi2q", ghost, 1e-4), ("Cpdi1", ghost, 1e-3), ("Gimp", ghost, 1e-3)]
+    {
+        let on_plane = bent(basis, ghost, "axis: X, at: 5");
+        let at_markers = bent(basis, ghost, r#"side: "right""#);
+        let apart = on_plane.iter().zip(&at_markers).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let lowest = on_plane.iter().copied().fold(0.0, f64::min);
+        assert!(lowest < -2.0 && apart < most && apart > 0.0, "{basis} {ghost}: {lowest}, {apart:e}");
+    }
 }
 
 /// Polygons and discs that cells cut have outlines of their own: a pressure all round leaves them in place.

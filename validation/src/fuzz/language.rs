@@ -163,6 +163,7 @@ pub(super) const SMALL: &[&str] = &[
         (name: "ball", material: "a", shape: Sphere(centre: (0, 2, 1), radius: 0.9), symmetry: [X], points_per_cell: 1),
         (name: "soil", material: "a", shape: Box(from: (1, 1, 0), to: (3, 3, 1), without: ["pile"], cutouts: [Box(from: (1, 1, 0), to: (1.2, 1.2, 1))]), points_per_cell: 1),
         (name: "prism", material: "a", shape: Polygon(vertices: [(0, 3), (1, 3), (1, 4), (0, 4)], holes: [[(0.2, 3.2), (0.8, 3.2), (0.8, 3.8)]], axis: Z, extent: (1, 2)), points_per_cell: 1),
+        (name: "stick", material: "a", shape: Tube(centre: (3.5, 3.5), inner: 0.1, outer: 0.3, extent: (0.3, 0.7)), tiling: Shape, turned: (axis: (1, 0, 0), about: (3.5, 3.5, 0.5), angle: 10), points_per_cell: 1),
     ],
     supports: [
         (name: "base", region: Plane(axis: Z, at: 0), fix: [Z]),

@@ -14,14 +14,16 @@ use crate::error::SceneError;
 use crate::files::SceneFiles;
 use crate::fill::{FaceShare, Plan};
 use crate::language::{
-    BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput,
+    BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput, TilingInput,
+    TurnedInput,
 };
 use crate::pieces::Shape;
 use mpm_assembly::{MeanDilatation, Space};
-use mpm_contact::Tool;
+use mpm_contact::{Pose, Tool};
 use mpm_geometry::{Face, MemoryLimit};
-use mpm_grid::{Layout, Mesh};
+use mpm_grid::{Layout, Mesh, Vector};
 use mpm_solver::NamedBody;
+use nalgebra::Vector3;
 
 /// For every body the points next to the faces of its tractions, in the order of the loads.
 type Faces<const D: usize> = Vec<Vec<Vec<FaceShare<D>>>>;
@@ -87,6 +89,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             points_per_cell,
             shape,
             shape_mesh: &shape_mesh,
+            pose: pose(input, &path)?,
             needs_mass,
             keep_reference_positions: scene.output.fields.contains(&FieldInput::Displacement)
                 || scene.loads.iter().any(|load| matches!(load, LoadInput::Vortex { .. })),
@@ -115,6 +118,29 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
         made.boundaries.push(filled.boundary);
     }
     Ok(made)
+}
+
+/// Where a turn moves a body to.
+fn pose<const D: usize>(input: &BodyInput<D>, path: &str) -> Result<Option<Pose<D>>, SceneError> {
+    let Some(TurnedInput { axis, about, angle }) = &input.turned else { return Ok(None) };
+    let refuse = |reason: &str| Err(SceneError::new(format!("{path}.turned"), reason));
+    let along = Vector3::from_fn(|d, _| axis.0.get(d).copied().unwrap_or(0.0));
+    if D != 3 {
+        return refuse("turns bodies in space; in the plane a `Box` has its own angle, `turned`");
+    }
+    if input.tiling != TilingInput::Shape {
+        return refuse("does not follow the cells: expected `tiling: Shape`");
+    }
+    if !input.symmetry.is_empty() {
+        return refuse("stands beside `symmetry`, whose planes are ends of the mesh: expected no turn");
+    }
+    match along.try_normalize(0.0) {
+        None => Err(SceneError::new(format!("{path}.turned.axis"), "expected a direction, got no length")),
+        Some(along) => {
+            let turn = along * angle.0.to_radians();
+            Ok(Some(Pose::turned(&Vector::from(about.0), &turn, &Vector::zeros())))
+        }
+    }
 }
 
 fn mean_dilatation(input: MeanDilatationInput) -> MeanDilatation {

@@ -30,8 +30,12 @@ enum Cover<'a, const D: usize> {
 type Placed<'a, const D: usize> = (&'a BodyInput<D>, &'a WithSurface<'a, D>);
 
 /// Whether two bodies cover the same space, and neither is cut out of the other. Points, surfaces beside others than
-/// boxes, polygons beside round bodies, round bodies whose axes differ, and spheres beside them are left to the user.
+/// boxes, polygons beside round bodies, round bodies whose axes differ, spheres beside them, and bodies that are `turned` in
+/// space are left to the user.
 pub(super) fn overlap<const D: usize>((a, of_a): Placed<'_, D>, (b, of_b): Placed<'_, D>) -> bool {
+    if a.turned.is_some() || b.turned.is_some() {
+        return false;
+    }
     let (Some(first), Some(second)) = (Cover::of(of_a), Cover::of(of_b)) else { return false };
     match (&first, &second) {
         (Cover::Box { from: a0, to: a1 }, Cover::Box { from: b0, to: b1 }) => {

@@ -179,6 +179,11 @@ pub(super) fn cut_out<'a, const D: usize>(
             (Some((other, _)), _) if other.points_per_cell != body.points_per_cell => {
                 return Err(format!("`without`: body `{name}` has another number of points per cell"));
             }
+            (Some((other, _)), _) if other.turned.is_some() => {
+                return Err(format!(
+                    "`without`: body `{name}` is `turned`, expected one that stands as its shape says"
+                ));
+            }
             (Some((_, shape)), _) => cut.push(shape),
             (None, Some((_, shape))) => cut.extend(shape.iter().filter(|_| is_box)),
             (None, None) if is_box => {
@@ -254,10 +259,15 @@ pub(super) fn shape<'a, const D: usize>(
         ShapeInput::Ring { inner, outer, centre, .. } => match layout {
             Layout::Ring { .. } => ring_cells(layout, mesh, centre, (inner.0, outer.0), None),
             Layout::Box { axes, .. } => {
-                tiling::ring((axes, is_tiled), centre, (inner.0, outer.0), own.open, memory)
+                tiling::ring((axes, is_tiled), centre, ((inner.0, outer.0), None), own.open, memory)
             }
         },
         ShapeInput::Tube { axis, centre, inner, outer, extent, .. } => match layout {
+            Layout::Box { axes, .. } if is_tiled => {
+                let ends = extent.is_some().then(|| ends_along(layout, *axis, *extent, "a disc of the plane"));
+                let of_tube = ((inner.0, outer.0), ends.transpose()?);
+                tiling::ring((axes, true), centre, of_tube, own.open, memory)
+            }
             Layout::Box { .. } => in_box(solid()?),
             Layout::Ring { .. } if *axis != Direction::Z => {
                 Err("a tube in a ring mesh has its axis along `Z`".into())

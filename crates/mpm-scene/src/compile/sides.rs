@@ -103,6 +103,12 @@ fn places<const D: usize>(input: &BodyInput<D>, layout: &Layout<D>) -> Vec<Named
                 ends(2, ["bottom", "top"]);
             }
         }
+        (ShapeInput::Tube { .. }, _) if is_tiled => {
+            ends(1, ["inner", "outer"]);
+            if D == 3 {
+                ends(2, ["bottom", "top"]);
+            }
+        }
         (ShapeInput::Cylinder { .. }, _) if is_tiled => {
             places.push(("outer".into(), Place::End(1, true)));
             if D == 3 {

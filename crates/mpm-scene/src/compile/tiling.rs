@@ -9,7 +9,7 @@ use mpm_grid::{Axis, Layout, LoadFraction, Mesh, MeshMotion, Ramp, Span};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// What shapes can be cut along themselves.
-pub(super) const SUITED: &str = "`tiling: Shape` is for a `Ring`, a `Box`, a `Polygon` of four corners or a `Cylinder` along `Z` in a box mesh";
+pub(super) const SUITED: &str = "`tiling: Shape` is for a `Ring`, a `Box`, a `Polygon` of four corners, or a `Cylinder` or `Tube` along `Z` in a box mesh";
 
 /// Part of a mesh's length within which a ring's centre is at an end of it.
 const AT_END: f64 = 1e-9;
@@ -23,7 +23,7 @@ pub(super) fn ring_volume((inner, outer): (f64, f64), angle: f64, (from, to): (f
 pub(super) fn suits<const D: usize>(shape: &ShapeInput<D>) -> bool {
     match shape {
         ShapeInput::Ring { .. } | ShapeInput::Box { .. } => true,
-        ShapeInput::Cylinder { axis, .. } => *axis == Direction::Z,
+        ShapeInput::Cylinder { axis, .. } | ShapeInput::Tube { axis, .. } => *axis == Direction::Z,
         ShapeInput::Polygon { vertices, holes, .. } => D == 2 && vertices.len() == 4 && holes.is_empty(),
         _ => false,
     }
@@ -37,11 +37,12 @@ pub(super) fn turned([x, y]: [f64; 2], [cx, cy]: [f64; 2], angle: f64) -> [f64; 
 }
 
 /// A ring of pieces: cut from polygons with the ring's volume in all, or, where it is tiled, with their corners on circles and
-/// the volumes of their own polygons; then only what is on the mesh's side of its `open` ends through the centre.
+/// the volumes of their own polygons; then only what is on the mesh's side of its `open` ends through the centre. In space it
+/// is as high as the mesh, if no ends are given.
 pub(super) fn ring<'a, const D: usize>(
     (axes, is_tiled): (&[Axis; D], bool),
     centre: &PlanePoint,
-    (inner, outer): (f64, f64),
+    ((inner, outer), ends): ((f64, f64), Option<(f64, f64)>),
     open: [bool; D],
     memory: MemoryLimit,
 ) -> Result<(Shape<'a, D>, Mesh<D>), String> {
@@ -53,7 +54,14 @@ pub(super) fn ring<'a, const D: usize>(
         sectors = sectors.div_ceil(4).saturating_mul(4);
     }
     check_ring(&radii, sectors, memory)?;
-    let height = axes.get(2).cloned();
+    let height = match (axes.get(2), ends) {
+        (Some(axis), Some((from, to))) => {
+            let layers = pieces("tube", to - from, mean_cell(axis))?;
+            Some(Axis::uniform(from, to, layers).map_err(|it| it.to_string())?)
+        }
+        (axis, _) => axis.cloned(),
+    };
+    let ends = height.as_ref().map_or((0.0, 1.0), |axis| (axis.first(), axis.last()));
     let ring = Layout::ring(plane_point(centre), radii, sectors, Span::Full, height);
     // The cells of a ring with splines lie between circles.
     let ring = ring.and_then(|it| if is_tiled { it.with_splines(2) } else { Ok(it) });
@@ -62,7 +70,6 @@ pub(super) fn ring<'a, const D: usize>(
     if quarters != [0, 4] {
         [low[0], high[0]] = quarters.map(|quarter| quarter * (sectors / 4));
     }
-    let ends = axes.get(2).map_or((0.0, 1.0), |axis| (axis.first(), axis.last()));
     let angle = TAU * f64::from(quarters[1] - quarters[0]) / 4.0;
     let volume = ring_volume((inner, outer), angle, ends);
     Ok((Shape::Cells { low, high, volume, is_exact: !is_tiled }, Mesh::at_rest(&ring)))

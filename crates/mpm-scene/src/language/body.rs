@@ -26,6 +26,9 @@ pub struct BodyInput<const D: usize> {
     /// How the shape is cut into the domains of points.
     #[serde(default, skip_serializing_if = "TilingInput::is_by_cells")]
     pub tiling: TilingInput,
+    /// In space, a turn of the body out of the place of its shape; it then needs `tiling: Shape`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turned: Option<TurnedInput<D>>,
     /// Against volumetric locking, where the material or its flow is all but incompressible: points take the
     /// volume change of their cell in place of their own; left alone if left out.
     #[serde(default)]
@@ -83,6 +86,19 @@ pub enum InitialInput {
     },
 }
 
+/// A turn of a body at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TurnedInput<const D: usize> {
+    /// Direction of the axis, of any length.
+    pub axis: Coordinates<D>,
+    /// A point of the axis `[L]`.
+    #[serde(default)]
+    pub about: Coordinates<D>,
+    /// Angle, right-handed about the axis `[degrees]`.
+    pub angle: Finite,
+}
+
 /// How a shape is cut into the domains of points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum TilingInput {
@@ -90,9 +106,9 @@ pub enum TilingInput {
     #[default]
     Cells,
     /// Along the shape, in box meshes, by pieces about as large as the mesh's cells with `points_per_cell` in each direction: a
-    /// `Ring` by pieces between circles and radii whose corners lie on the circles, a `Box` along its edges, and in the plane a
-    /// convex `Polygon` of four corners between points that part opposite edges equally. Points have the volumes of these
-    /// pieces.
+    /// `Ring` or a `Tube` along `Z` by pieces between circles and radii whose corners lie on the circles, a `Cylinder` along `Z` by
+    /// a square and four fans round it, a `Box` along its edges, and in the plane a convex `Polygon` of four corners between
+    /// points that part opposite edges equally. Points have the volumes of these pieces.
     Shape,
 }
 

@@ -30,7 +30,7 @@ pub use basis::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, PlaneBasis, SolidBasis,
     StabilisationInput, TrianglesInput,
 };
-pub use body::{BodyInput, InitialInput, MeanDilatationInput, ShapeInput, TilingInput};
+pub use body::{BodyInput, InitialInput, MeanDilatationInput, ShapeInput, TilingInput, TurnedInput};
 pub use boundary::{
     BoundsInput, DisplaceInput, LoadInput, ProbeInput, ProbePointsInput, RegionInput, SupportInput, TurnInput,
 };
