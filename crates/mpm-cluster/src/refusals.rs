@@ -2,7 +2,7 @@
 
 use mpm_basis::DomainControl;
 use mpm_grid::NodeKind;
-use mpm_solver::{Model, SolverChoice, UnheldMotion};
+use mpm_solver::{Model, NamedContribution, SolverChoice, UnheldMotion};
 
 /// The first thing in a model that several ranks cannot share, as a sentence; none if they can.
 pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
@@ -11,8 +11,10 @@ pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
         return Some(format!("the law of body `{}` has a nodal field, expected a law without one", named.name));
     }
     let has_splines = model.nodes.kind() != NodeKind::Vertices;
-    let mut whole = model.contributions.iter().filter(|it| has_splines || !it.contribution.can_be_shared());
-    if let Some(named) = whole.next() {
+    let is_whole = |named: &&NamedContribution<D>| {
+        !named.contribution.can_be_shared() || (has_splines && named.contribution.stabilises())
+    };
+    if let Some(named) = model.contributions.iter().find(is_whole) {
         let (name, splines) = (&named.name, if has_splines { " with splines" } else { "" });
         return Some(format!("`{name}` acts on all bodies as one rank sees them{splines}, expected none such"));
     }

@@ -4,6 +4,7 @@ use super::load::{MarkerForce, MarkerLoad};
 use super::moving::check_saved;
 use super::side::area_by_corner;
 use crate::contribution::{Begun, Contribution, ContributionEnergy, Inadmissible, Refused, StepStart};
+use crate::sharing::Scale;
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
 use mpm_grid::{Block, LoadFraction, Ramp, Vector};
@@ -101,9 +102,9 @@ impl<const D: usize> Contribution<D> for MarkerLoad<D> {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
+    fn scale(&self, trial: &Trial<'_, D>) -> Scale<D> {
         let forces = self.forces(&self.markers.moved(&trial.increment.nodes), trial.end);
-        self.markers.norm(&forces, trial.increment.nodes.len())
+        self.markers.of_nodes(&forces, trial.increment.nodes.len())
     }
 
     fn moves_with_load(&self) -> bool {

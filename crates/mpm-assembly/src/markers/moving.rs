@@ -3,6 +3,7 @@
 use super::carriers::carriers;
 use super::side::BodySide;
 use crate::contribution::{Refused, StepStart};
+use crate::sharing::Scale;
 use mpm_grid::Vector;
 
 /// The markers of a side through the load steps.
@@ -48,11 +49,11 @@ impl<const D: usize> Moving<D> {
         }
     }
 
-    /// Norm of what forces on the markers are on the nodes `[F]`.
-    pub fn norm(&self, forces: &[Vector<D>], n_nodes: usize) -> f64 {
+    /// The size of forces on the markers: the norm of what they are on the nodes.
+    pub fn of_nodes(&self, forces: &[Vector<D>], n_nodes: usize) -> Scale<D> {
         let mut nodes = vec![Vector::zeros(); n_nodes];
         self.spread(1.0, forces, &mut nodes);
-        nodes.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
+        Scale::OfNodes(nodes)
     }
 
     pub fn prepare(&mut self, increment: &[Vector<D>]) {

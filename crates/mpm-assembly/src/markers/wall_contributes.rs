@@ -9,6 +9,7 @@ use crate::contact::loaded::Standing;
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
 };
+use crate::sharing::{Scale, Sharing};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
 use mpm_grid::{Ramp, Vector, six_digits};
@@ -105,10 +106,10 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let Ok((_, held)) = self.under(trial) else { return 0.0 };
+    fn scale(&self, trial: &Trial<'_, D>) -> Scale<D> {
+        let Ok((_, held)) = self.under(trial) else { return Scale::Size(0.0) };
         let forces: Vec<Vector<D>> = held.iter().map(|held| held.force).collect();
-        self.markers.norm(&forces, trial.increment.nodes.len())
+        self.markers.of_nodes(&forces, trial.increment.nodes.len())
     }
 
     /// Gaps are differences of positions, each of which is a sum.
@@ -121,18 +122,18 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
     }
 
     /// The load, and what the markers do in each unknown: norms of both.
-    fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let (Some(driven), Ok((_, held))) = (self.driven(trial), self.under(trial)) else { return 1.0 };
+    fn own_scale(&self, trial: &Trial<'_, D>) -> Vec<f64> {
+        let (Some(driven), Ok((_, held))) = (self.driven(trial), self.under(trial)) else { return Vec::new() };
         let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| load.abs()).collect();
         for held in held {
             let work = driven.work(&held.foot, &held.force);
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
-        sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
+        sizes
     }
 
-    fn own_round_off(&self, trial: &Trial<'_, D>) -> f64 {
-        let Some(driven) = self.driven(trial) else { return 0.0 };
+    fn own_round_off(&self, trial: &Trial<'_, D>) -> Vec<f64> {
+        let Some(driven) = self.driven(trial) else { return Vec::new() };
         let markers = self.markers.position.iter().zip(self.beta.iter().zip(&self.markers.measure));
         let mut sizes = vec![0.0; driven.load.free.len()];
         for (x, (beta, measure)) in markers {
@@ -140,7 +141,7 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
             let work = driven.work(x, &rounded);
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
-        sizes.iter().map(|size| size * size).sum::<f64>().sqrt()
+        sizes
     }
 
     fn moves_with_load(&self) -> bool {
@@ -176,7 +177,7 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
         energy
     }
 
-    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32, _: &dyn Sharing<D>) -> bool {
         if !self.wall.exact || round >= ROUNDS {
             return false;
         }

@@ -2,10 +2,13 @@
 
 #![allow(dead_code)]
 
-use mpm_cluster::{Cluster, Threads, Whole, on_threads};
+use mpm_cluster::{Bordered, Cluster, Gathered, Threads, Whole, on_threads};
+use mpm_material::FieldInfo;
 use mpm_scene::{Compiled, Scene, compile};
-use mpm_solver::observe::{Entry, Field, LoadStep, Moment, Observer, ObserverError, RunStart};
+use mpm_solver::observe::{Entry, Field, LoadStep, Moment, Observer, ObserverError, Resumed, RunStart};
 use mpm_solver::{Error, Model, State, Summary, resume_on, run_on};
+use std::fs;
+use std::path::Path;
 use std::rc::Rc;
 
 /// What a run leaves.
@@ -22,17 +25,30 @@ pub struct Seen {
     pub stress: Vec<f64>,
     pub strain: Vec<f64>,
     pub volume: Vec<f64>,
+    /// What tools tell of the points.
+    pub contact: Vec<f64>,
     pub outlines: Vec<Vec<[f64; 3]>>,
     /// States that were kept, after these load steps.
     pub keep_after: Vec<usize>,
     pub states: Vec<State>,
 }
 
+/// What tools tell of the points.
+const CONTACT: [FieldInfo; 3] = [
+    FieldInfo { name: "contact_force", components: 3, unit: "F" },
+    FieldInfo { name: "contact_gap", components: 1, unit: "L" },
+    FieldInfo { name: "contact_slip", components: 1, unit: "L" },
+];
+
 impl Observer for Seen {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
         let names = run.columns.iter().flat_map(|it| std::iter::repeat_n(it.name.clone(), it.width));
         self.columns = names.collect();
         Ok(())
+    }
+
+    fn resume(&mut self, run: &RunStart, _: &Resumed) -> Result<(), ObserverError> {
+        self.start(run)
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
@@ -46,6 +62,9 @@ impl Observer for Seen {
         self.stress = step.fields.field(Field::CAUCHY_STRESS);
         self.strain = step.fields.field(Field::ELASTIC_STRAIN);
         self.volume = step.fields.field(Field::VOLUME);
+        let of_tools = self.columns.iter().any(|it| it.starts_with("tool/"));
+        let told = CONTACT.iter().filter(|_| of_tools);
+        self.contact = told.flat_map(|&info| step.fields.field(Field::from(info))).collect();
         self.outlines = step.fields.outlines();
         assert_eq!(step.fields.n_points(), self.volume.len());
         Ok(())
@@ -57,6 +76,17 @@ impl Observer for Seen {
         }
         Ok(())
     }
+}
+
+/// A scene of the repository with parts of its text replaced.
+pub fn repository_scene(path: &str, changes: &[(&str, &str)]) -> String {
+    let whole = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
+    let mut text = fs::read_to_string(whole).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{path} has no `{from}`");
+        text = text.replace(from, to);
+    }
+    text
 }
 
 pub fn compiled(text: &str) -> Compiled {
@@ -75,6 +105,22 @@ pub fn shared(text: &str, ranks: usize, keep_after: &[usize]) -> Vec<(Seen, Resu
     on_threads(ranks, |wire| match compiled(text) {
         Compiled::Plane(model) => on_rank(model, wire, None, keep_after),
         Compiled::Solid(model) => on_rank(model, wire, None, keep_after),
+    })
+}
+
+/// The same where rank 0 solves for the unknowns of nodes only.
+pub fn shared_with_border(text: &str, ranks: usize) -> Vec<(Seen, Result<Summary, String>)> {
+    on_threads(ranks, |wire| {
+        let Compiled::Plane(mut model) = compiled(text) else { panic!("in the plane") };
+        let mut seen = Seen::default();
+        let cluster = Cluster::new(wire, &model).with_solver(|model, exchange| {
+            let of_nodes = Box::new(Gathered::new(model, exchange.clone()));
+            Box::new(Bordered::new(of_nodes, exchange))
+        });
+        let cluster = Rc::new(cluster);
+        let mut whole = cluster.whole(&mut seen);
+        let outcome = run_on(&mut model, cluster.clone(), &mut whole);
+        (seen, outcome.map_err(|it| it.to_string()))
     })
 }
 
@@ -128,6 +174,7 @@ pub fn assert_same(text: &str, (one, several): (&Seen, &Seen), what: &str) {
         ("stress", &one.stress, &several.stress),
         ("strain", &one.strain, &several.strain),
         ("volume", &one.volume, &several.volume),
+        ("contact", &one.contact, &several.contact),
     ];
     for (name, a, b) in fields {
         assert!(apart(a, b) < 1e-9, "{what}: {name} is {:e} apart\n{text}", apart(a, b));

@@ -1,10 +1,7 @@
 //! A rigid punch with three unknowns of its own, on springs.
 
 use super::setup::{History, square};
-use mpm_assembly::{
-    Begun, Block, Contribution, ContributionEnergy, CoupledPlaces, Couplings, Inadmissible, Recorded, Refused,
-    StepStart, SystemSums, Trial, UnknownId, Unknowns,
-};
+use mpm_assembly::{Begun, Block, Contribution, ContributionEnergy, CoupledPlaces, Couplings, Inadmissible, Recorded, Refused, Scale, StepStart, SystemSums, Trial, UnknownId, Unknowns};
 use mpm_grid::{LoadFraction, NodeId, Ramp, Region, Vector};
 use mpm_linear::Symmetry;
 use mpm_solver::run;
@@ -129,15 +126,16 @@ impl Contribution<2> for Punch {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, 2>) -> f64 {
+    fn scale(&self, trial: &Trial<'_, 2>) -> Scale<2> {
         let q = self.change(trial);
-        (0..self.nodes.len()).map(|k| self.stiffness * self.stretch(k, &q, trial).norm()).sum()
+        let force = |k: usize| self.stiffness * self.stretch(k, &q, trial).norm();
+        (0..self.nodes.len()).map(force).sum::<f64>().into()
     }
 
-    fn own_scale(&self, trial: &Trial<'_, 2>) -> f64 {
+    fn own_scale(&self, trial: &Trial<'_, 2>) -> Vec<f64> {
         match &self.drive {
-            Drive::Force(load) => load.iter().map(|load| load.abs()).sum::<f64>() * trial.end.get(),
-            Drive::Pose(_) => 1.0,
+            Drive::Force(load) => vec![load.iter().map(|load| load.abs()).sum::<f64>() * trial.end.get()],
+            Drive::Pose(_) => Vec::new(),
         }
     }
 
