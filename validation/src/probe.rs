@@ -4,8 +4,8 @@ use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
     AssemblyPlan, BodyAtStart, BodyConnectivity, ConnectedBody, Constraints, Contribution, Converged,
-    Couplings, Unshared, PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial,
-    UnknownVector, Unknowns,
+    Couplings, PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial, UnknownVector,
+    Unknowns, Unshared,
 };
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};

@@ -5,7 +5,7 @@ use crate::sharing::{SavedByPoint, Scale, Sharing};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
-use mpm_grid::{LoadFraction, Mesh, Ramp};
+use mpm_grid::{LoadFraction, Mesh, NodeId, Ramp};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
 
@@ -182,6 +182,18 @@ pub trait Contribution<const D: usize>: Send + Sync {
     /// What the numbers are, and what was expected; nothing has changed.
     fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
         if saved.is_empty() { Ok(()) } else { Err(format!("has {} numbers, expected none", saved.len())) }
+    }
+
+    /// Nodes that it needs besides those that the points here influence, of those that carry material: markers may stand in
+    /// cells whose points are all with others.
+    fn nodes(&self, mesh: &Mesh<D>, sharing: &dyn Sharing<D>) -> Vec<NodeId> {
+        let _ = (mesh, sharing);
+        Vec::new()
+    }
+
+    /// Called after a step was committed: takes from the others what it must remember alike, see [`Sharing::gathered`].
+    fn hear(&mut self, sharing: &dyn Sharing<D>) {
+        let _ = sharing;
     }
 
     /// How what it saves is shared out with the points; none where it is the same for all who share it.

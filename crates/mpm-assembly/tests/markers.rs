@@ -2,7 +2,7 @@
 
 use mpm_assembly::{
     Body, BodyAtStart, BodySide, Constraints, Contribution, Hold, MarkerForce, MarkerLoad, MaterialBody,
-    Unshared, SparsityPattern, StepStart, SystemSums, ToolLoad, Trial, UnknownVector, Unknowns, Wall,
+    SparsityPattern, StepStart, SystemSums, ToolLoad, Trial, UnknownVector, Unknowns, Unshared, Wall,
     WallContact, stiffness_error,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Cpdi1, seed_cells};

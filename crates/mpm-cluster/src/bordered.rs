@@ -101,7 +101,8 @@ impl<const D: usize, W: Wire> LinearSolver for Bordered<D, W> {
         border.rows = border.parts.rows(matrix.values);
         let columns = border.parts.columns(matrix.values);
         let mut corner = border.parts.corner(matrix.values);
-        let factored = self.inner.factorise(Matrix { pattern: border.parts.of_nodes(), values: &border.values });
+        let factored =
+            self.inner.factorise(Matrix { pattern: border.parts.of_nodes(), values: &border.values });
         if self.any(&factored) {
             return factored;
         }

@@ -4,8 +4,8 @@ use crate::cells::{joined, more, needs_more};
 use crate::cuts::Cuts;
 use crate::exchange::Exchange;
 use crate::gathered::Gathered;
-use crate::observer::Whole;
 use crate::key::Key;
+use crate::observer::Whole;
 use crate::points::{Named, Points, keep, migrate};
 use crate::refusals::refused;
 use crate::wire::Wire;
@@ -153,7 +153,7 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
     }
 
     fn activate(&self, model: &Model<D>, mesh: &Mesh<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
-        let more = |own: &[NodeId]| more(model, mesh, own);
+        let more = |own: &[NodeId]| more(model, mesh, own, self);
         self.exchange.activate(&model.nodes, stencils, if needs_more(model) { Some(&more) } else { None })
     }
 

@@ -3,8 +3,8 @@
 //! What an observer asks of the points is asked of all ranks: rank 0 sends a request, and all answer, until it is done.
 
 use crate::exchange::Exchange;
-use crate::message::{Reader, Writer};
 use crate::key::{Key, read_keys, write_keys};
+use crate::message::{Reader, Writer};
 use crate::points::{Points, Rows};
 use crate::wire::Wire;
 use mpm_solver::observe::{

@@ -73,11 +73,16 @@ fn the_motion_of_tools_is_found_apart_from_that_of_nodes() {
             assert_eq!(several.iterations, summary.as_ref().unwrap().iterations);
         }
     }
-    let nothing = TOOLS.replace("DOMAINS", "").replace("free: [Y, Turn], force: (0, -20)", "free: [X, Y, Turn], force: (0, 0)");
+    let nothing = TOOLS
+        .replace("DOMAINS", "")
+        .replace("free: [Y, Turn], force: (0, -20)", "free: [X, Y, Turn], force: (0, 0)");
     let nothing = nothing.replace("friction: 0.2, augment", "augment");
     for (_, outcome) in shared_with_border(&nothing, 2) {
         let message = outcome.unwrap_err();
-        assert!(message.contains("nothing resists the shift along x of contribution `tool weight`"), "{message}");
+        assert!(
+            message.contains("nothing resists the shift along x of contribution `tool weight`"),
+            "{message}"
+        );
     }
 }
 
@@ -99,7 +104,13 @@ fn tools_of_scenes() {
 fn the_same_ranks_find_the_same_bits() {
     let bits = |seen: &Seen| {
         let rows = seen.rows.iter().flatten();
-        seen.positions.iter().chain(&seen.stress).chain(&seen.contact).chain(rows).copied().collect::<Vec<f64>>()
+        seen.positions
+            .iter()
+            .chain(&seen.stress)
+            .chain(&seen.contact)
+            .chain(rows)
+            .copied()
+            .collect::<Vec<f64>>()
     };
     // The seconds are the last of the columns that depend on the clock.
     let timeless = |mut seen: Seen| {
@@ -137,7 +148,11 @@ fn all_ranks_end_with_one_message() {
     let text = TOOLS.replace("DOMAINS", "");
     for (from, to, said) in [
         // One rank has the point that stands in the tool.
-        ("centre: (1, 2.2), radius: 0.6)],", "centre: (0.5, 1.6), radius: 0.3)],", "stands inside it at the start"),
+        (
+            "centre: (1, 2.2), radius: 0.6)],",
+            "centre: (0.5, 1.6), radius: 0.3)],",
+            "stands inside it at the start",
+        ),
         ("free: [Y, Turn], force: (0, -20)", "free: [X, Y, Turn], force: (0, -0)", "nothing resists"),
     ] {
         let text = text.replace(from, to).replace("friction: 0.2, augment", "augment");

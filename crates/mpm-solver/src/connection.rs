@@ -7,8 +7,7 @@ use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, CoupledPlaces, Couplings,
-    FieldNodes, FieldStart, FollowedBody, SparsityPattern, StepStart, UnknownVector, Unknowns,
-    follow,
+    FieldNodes, FieldStart, FollowedBody, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
@@ -212,7 +211,8 @@ pub(crate) fn connect<const D: usize>(
     let linked: Vec<BodyConnectivity<D>> = agreed(&**ranks, linked.collect())?;
     let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
     let (is_retry, ranks_of) = (false, &**ranks);
-    let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry, ranks: ranks_of };
+    let start =
+        Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry, ranks: ranks_of };
     let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
     let same = begun == Begun::AsBefore
         && former.as_ref().is_some_and(|former| {

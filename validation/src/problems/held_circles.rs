@@ -1,6 +1,9 @@
 //! Circles of a body that are held where they were, by springs at the corners of domains on them.
 
-use mpm_assembly::{Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, Refused, Scale, StepStart, SystemSums, Trial, UnknownId, Unknowns};
+use mpm_assembly::{
+    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, Refused, Scale, StepStart, SystemSums, Trial,
+    UnknownId, Unknowns,
+};
 use mpm_basis::Corner;
 use mpm_grid::Vector;
 use mpm_linear::Symmetry;

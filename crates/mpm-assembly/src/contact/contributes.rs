@@ -1,9 +1,9 @@
 //! What a rigid tool adds to force and tangent, remembers, and tells.
 
+use super::by_point::saved_by_point;
 use super::corners::{Acting, At, Contact, NearCorner};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
 use super::loaded::{Standing, ToolLoad};
-use super::by_point::saved_by_point;
 use super::memory::Memory;
 use super::search::{Search, WITHIN, WITHIN_OF_STAIRS};
 use super::summary::Summary;

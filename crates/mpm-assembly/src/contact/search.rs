@@ -1,8 +1,8 @@
 //! The search for corners that a tool may touch in a load step.
 
 use super::areas::{Member, Samples, sampling, shares};
-use super::members::Members;
 use super::corners::{NearCorner, travel};
+use super::members::Members;
 use super::memory::{Key, Memory, Sought};
 use crate::body::{Body, PointExtent, Space};
 use crate::contribution::{Refused, StepStart};
@@ -60,11 +60,7 @@ impl<const D: usize> Search<'_, D> {
     }
 
     /// The corners, with the places of the surface next to those that belong to the interface.
-    fn found(
-        &self,
-        step: &StepStart<'_, D>,
-        member_within: &[Option<f64>],
-    ) -> Result<Vec<Found<D>>, Refused> {
+    fn found(&self, step: &StepStart<'_, D>, member_within: &[Option<f64>]) -> Result<Vec<Found<D>>, Refused> {
         let mut found: Vec<Found<D>> = Vec::new();
         let nodes = (step.mesh, step.active);
         for (index, at_start) in step.bodies.iter().enumerate() {

@@ -30,6 +30,8 @@ pub struct Seen {
     pub outlines: Vec<Vec<[f64; 3]>>,
     /// States that were kept, after these load steps.
     pub keep_after: Vec<usize>,
+    /// The row that cannot be written.
+    pub fails_at: Option<usize>,
     pub states: Vec<State>,
 }
 
@@ -39,6 +41,12 @@ const CONTACT: [FieldInfo; 3] = [
     FieldInfo { name: "contact_gap", components: 1, unit: "L" },
     FieldInfo { name: "contact_slip", components: 1, unit: "L" },
 ];
+
+impl Seen {
+    fn keeping(keep_after: &[usize]) -> Self {
+        Self { keep_after: keep_after.to_vec(), ..Self::default() }
+    }
+}
 
 impl Observer for Seen {
     fn start(&mut self, run: &RunStart) -> Result<(), ObserverError> {
@@ -52,6 +60,9 @@ impl Observer for Seen {
     }
 
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        if self.fails_at == Some(self.rows.len()) {
+            return Err("no space is left on the disk".into());
+        }
         let numbers = |entry: &Entry| match entry {
             Entry::Count(values) => values.iter().map(|&n| n as f64).collect(),
             Entry::Real(values) => values.clone(),
@@ -95,7 +106,7 @@ pub fn compiled(text: &str) -> Compiled {
 
 /// One rank alone.
 pub fn alone(text: &str, keep_after: &[usize]) -> (Seen, Result<Summary, Error>) {
-    let mut seen = Seen { keep_after: keep_after.to_vec(), ..Seen::default() };
+    let mut seen = Seen::keeping(keep_after);
     let summary = compiled(text).run(&mut seen);
     (seen, summary)
 }
@@ -103,8 +114,19 @@ pub fn alone(text: &str, keep_after: &[usize]) -> (Seen, Result<Summary, Error>)
 /// What each of so many ranks sees, where rank 0 sees all, and how the run ended there.
 pub fn shared(text: &str, ranks: usize, keep_after: &[usize]) -> Vec<(Seen, Result<Summary, String>)> {
     on_threads(ranks, |wire| match compiled(text) {
-        Compiled::Plane(model) => on_rank(model, wire, None, keep_after),
-        Compiled::Solid(model) => on_rank(model, wire, None, keep_after),
+        Compiled::Plane(model) => on_rank(model, wire, None, Seen::keeping(keep_after)),
+        Compiled::Solid(model) => on_rank(model, wire, None, Seen::keeping(keep_after)),
+    })
+}
+
+/// The same where this row cannot be written.
+pub fn shared_until(text: &str, ranks: usize, fails_at: usize) -> Vec<(Seen, Result<Summary, String>)> {
+    on_threads(ranks, |wire| {
+        let seen = Seen { fails_at: Some(fails_at), ..Seen::default() };
+        match compiled(text) {
+            Compiled::Plane(model) => on_rank(model, wire, None, seen),
+            Compiled::Solid(model) => on_rank(model, wire, None, seen),
+        }
     })
 }
 
@@ -127,8 +149,8 @@ pub fn shared_with_border(text: &str, ranks: usize) -> Vec<(Seen, Result<Summary
 /// The same from a state on.
 pub fn resumed(text: &str, ranks: usize, state: &State) -> Vec<(Seen, Result<Summary, String>)> {
     on_threads(ranks, |wire| match compiled(text) {
-        Compiled::Plane(model) => on_rank(model, wire, Some(state), &[]),
-        Compiled::Solid(model) => on_rank(model, wire, Some(state), &[]),
+        Compiled::Plane(model) => on_rank(model, wire, Some(state), Seen::default()),
+        Compiled::Solid(model) => on_rank(model, wire, Some(state), Seen::default()),
     })
 }
 
@@ -136,9 +158,8 @@ fn on_rank<const D: usize>(
     mut model: Model<D>,
     wire: Threads,
     state: Option<&State>,
-    keep_after: &[usize],
+    mut seen: Seen,
 ) -> (Seen, Result<Summary, String>) {
-    let mut seen = Seen { keep_after: keep_after.to_vec(), ..Seen::default() };
     let cluster = Rc::new(Cluster::new(wire, &model));
     let mut whole: Whole<'_, D, Threads> = cluster.whole(&mut seen);
     let outcome = match state {

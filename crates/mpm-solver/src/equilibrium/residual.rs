@@ -51,7 +51,8 @@ impl<const D: usize> Problem<'_, D> {
         let trial = self.trial(&iterate.increment, false);
         let told = |index: usize| iterate.scales.get(index).copied().flatten();
         let scales = self.contributions.iter().enumerate();
-        let of_contributions: f64 = scales.map(|(k, it)| told(k).unwrap_or_else(|| shared.scale(it.scale(&trial)))).sum();
+        let of_contributions: f64 =
+            scales.map(|(k, it)| told(k).unwrap_or_else(|| shared.scale(it.scale(&trial)))).sum();
         let scale = shared.norm(self.external) + norm(&*shared.ranks, supported) + of_contributions;
         let force = shared.norm(&iterate.out_of_balance.nodes);
         if force == 0.0 { 0.0 } else { force / scale }

@@ -1,7 +1,10 @@
 //! Bodies that no support holds: what contributions add is asked, whatever they are.
 
 use super::setup::{self, History, square};
-use mpm_assembly::{Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, MaterialBody, Refused, Scale, StepStart, SystemSums, Trial, UnknownId, Unknowns};
+use mpm_assembly::{
+    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, MaterialBody, Refused, Scale, StepStart,
+    SystemSums, Trial, UnknownId, Unknowns,
+};
 use mpm_basis::Smpm;
 use mpm_grid::{NodeId, Ramp, Region, Vector};
 use mpm_linear::{Choice, Symmetry};

@@ -1,7 +1,10 @@
 //! A rigid punch with three unknowns of its own, on springs.
 
 use super::setup::{History, square};
-use mpm_assembly::{Begun, Block, Contribution, ContributionEnergy, CoupledPlaces, Couplings, Inadmissible, Recorded, Refused, Scale, StepStart, SystemSums, Trial, UnknownId, Unknowns};
+use mpm_assembly::{
+    Begun, Block, Contribution, ContributionEnergy, CoupledPlaces, Couplings, Inadmissible, Recorded, Refused,
+    Scale, StepStart, SystemSums, Trial, UnknownId, Unknowns,
+};
 use mpm_grid::{LoadFraction, NodeId, Ramp, Region, Vector};
 use mpm_linear::Symmetry;
 use mpm_solver::run;
