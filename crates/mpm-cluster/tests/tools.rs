@@ -22,23 +22,23 @@ const TOOLS: &str = r#"PlaneStrain(
         (name: "weight", parts: [Polygon(vertices: [(2.2, 1.6), (3, 1.6), (3, 2.2), (2.2, 2.2)])], moment_about: (2.5, 1.6),
             motion: Loaded(free: [Y, Turn], force: (0, -20)), interface: (friction: 0.2, augment: 1)),
     ],
-    schedule: (steps: 8), tolerance: (residual: 1e-12),
+    schedule: (steps: 8), tolerance: (residual: 1e-10),
     output: (energies: true, fields: [ContactForce, ContactGap, ContactSlip]),
 )"#;
 
 /// A heavy block that slides along a plane, over the cells of several ranks, with a hole that a tool fills.
 const SLIDE: &str = r#"PlaneStrain(
-    mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 16), Uniform(from: 0, to: 1.5, cells: 6)]),
+    mesh: Box(axes: [Uniform(from: 0, to: 4, cells: 16), Uniform(from: 0, to: 2, cells: 8)]),
     basis: BASIS, stabilisation: Ghost(),
-    materials: { "elastic": Hencky(young: 1e4, poisson: 0.3, density: 1) },
+    materials: { "elastic": Hencky(young: 1e5, poisson: 0.3, density: 1) },
     bodies: [(name: "block", material: "elastic", shape: Box(from: (0.25, 0.26), to: (1.5, 1)), points_per_cell: 2)],
     loads: [BodyForce(acceleration: (0, -10), ramp: [(0, 1)])],
     tools: [
         (name: "plane", parts: [Plane(through: (0, 0.26), normal: (0, 1))], interface: (friction: 0.2)),
         (name: "ram", parts: [Polygon(vertices: [(-1, 0.27), (0.25, 0.27), (0.25, 1.2), (-1, 1.2)])],
-            motion: Move(by: (1.6, 0)), interface: (friction: 0.1)),
+            motion: Move(by: (1.6, 0))),
     ],
-    schedule: (steps: 12), tolerance: (residual: 1e-11), output: (fields: [ContactForce, ContactSlip]),
+    schedule: (steps: 24), tolerance: (residual: 1e-9), output: (fields: [ContactForce, ContactSlip]),
 )"#;
 
 fn check(text: &str, ranks: &[usize]) {
@@ -146,23 +146,14 @@ fn a_run_with_tools_goes_on_with_any_number_of_ranks() {
 #[test]
 fn all_ranks_end_with_one_message() {
     let text = TOOLS.replace("DOMAINS", "");
-    for (from, to, said) in [
-        // One rank has the point that stands in the tool.
-        (
-            "centre: (1, 2.2), radius: 0.6)],",
-            "centre: (0.5, 1.6), radius: 0.3)],",
-            "stands inside it at the start",
-        ),
-        ("free: [Y, Turn], force: (0, -20)", "free: [X, Y, Turn], force: (0, -0)", "nothing resists"),
-    ] {
-        let text = text.replace(from, to).replace("friction: 0.2, augment", "augment");
-        let (_, error) = alone(&text, &[]);
-        let error = error.unwrap_err().to_string();
-        assert!(error.contains(said), "{error}");
-        for size in [2, 3] {
-            let messages: Vec<String> =
-                shared(&text, size, &[]).into_iter().map(|(_, outcome)| outcome.unwrap_err()).collect();
-            assert!(messages.iter().all(|it| *it == messages[0] && it.contains(said)), "{messages:?}");
-        }
+    let free = text.replace("free: [Y, Turn], force: (0, -20)", "free: [X, Y, Turn], force: (0, -20)");
+    let (text, said) = (free.replace("friction: 0.2, augment", "augment"), "nothing resists the shift along x");
+    let (_, error) = alone(&text, &[]);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains(said), "{error}");
+    for size in [2, 3] {
+        let messages: Vec<String> =
+            shared(&text, size, &[]).into_iter().map(|(_, outcome)| outcome.unwrap_err()).collect();
+        assert!(messages.iter().all(|it| *it == messages[0] && it.contains(said)), "{messages:?}");
     }
 }
