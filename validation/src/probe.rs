@@ -4,8 +4,8 @@ use crate::Broken;
 use crate::scenes::compiled;
 use mpm_assembly::{
     AssemblyPlan, BodyAtStart, BodyConnectivity, ConnectedBody, Constraints, Contribution, Converged,
-    Couplings, OwnCells, PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial,
-    UnknownVector, Unknowns,
+    Couplings, PointView, SparsityPattern, StepStart, SystemSums, SystemTangent, Trial, UnknownVector,
+    Unknowns, Unshared,
 };
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
@@ -142,7 +142,7 @@ fn connect<const D: usize>(
     let bodies = [BodyAtStart { name: &named.name, body, connectivity: &linked.connectivity }];
     let (from, to) = (LoadFraction::START, LoadFraction::END);
     let step =
-        StepStart { mesh, active: &active, bodies: &bodies, from, to, is_retry: false, cells: &OwnCells };
+        StepStart { mesh, active: &active, bodies: &bodies, from, to, is_retry: false, sharing: &Unshared };
     let mut unknowns = Unknowns::of_nodes(active.len());
     for named in &mut *contributions {
         named.contribution.begin(&step, &mut unknowns)?;

@@ -25,25 +25,20 @@ pub trait Crew {
         here
     }
 
-    /// Runs a model. The observer sees the points of all on the one who leads.
+    /// Runs a model, from the beginning or from a state on. The observer sees the points of all on the one who leads.
     ///
     /// # Errors
-    /// As [`mpm_solver::run`].
-    fn run(&self, compiled: &mut Compiled, observer: &mut dyn Observer) -> Result<Summary, Error> {
-        compiled.run(observer)
-    }
-
-    /// Goes on with a run.
-    ///
-    /// # Errors
-    /// As [`mpm_solver::resume`].
-    fn resume(
+    /// As [`mpm_solver::run`] and [`mpm_solver::resume`].
+    fn run(
         &self,
         compiled: &mut Compiled,
-        state: &State,
+        from: Option<&State>,
         observer: &mut dyn Observer,
     ) -> Result<Summary, Error> {
-        compiled.resume(state, observer)
+        match from {
+            None => compiled.run(observer),
+            Some(state) => compiled.resume(state, observer),
+        }
     }
 
     /// What a rank will have of a scene, in lines; nothing for one process, of which `check` says it all.

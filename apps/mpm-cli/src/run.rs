@@ -270,10 +270,7 @@ fn carry_out(
 fn follow(mut input: Input, state: Option<&State>, crew: &dyn Crew) -> Result<(), Complaint> {
     let mut listens = Listens(Cancellation::default());
     keeper::listen(listens.cancellation())?;
-    let outcome = match state {
-        None => crew.run(&mut input.compiled, &mut listens),
-        Some(state) => crew.resume(&mut input.compiled, state, &mut listens),
-    };
+    let outcome = crew.run(&mut input.compiled, state, &mut listens);
     outcome.map(drop).map_err(|error| Complaint::unfinished(error.to_string()))
 }
 
@@ -316,10 +313,7 @@ fn lead(
         false => Show::Lines,
     };
     let mut watch = Watch::new(writer, keeper, show);
-    let outcome = match state {
-        None => crew.run(&mut input.compiled, &mut watch),
-        Some(state) => crew.resume(&mut input.compiled, state, &mut watch),
-    };
+    let outcome = crew.run(&mut input.compiled, state, &mut watch);
     if !quiet {
         if show == Show::Bar {
             say(&report::convergence(watch.rows()))?;

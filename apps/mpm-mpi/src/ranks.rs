@@ -2,7 +2,7 @@
 
 use crate::shares::shares;
 use mpm_cli::{Complaint, Crew};
-use mpm_cluster::{Cluster, Exchange, Wire};
+use mpm_cluster::{Bordered, Cluster, Exchange, Wire};
 use mpm_linear::Choice;
 use mpm_petsc::{MpiWire, Owners, Petsc, Session, Traffic};
 use mpm_scene::Compiled;
@@ -25,9 +25,10 @@ impl MpiCrew {
     fn cluster<const D: usize>(&self, model: &Model<D>) -> Rc<Cluster<D, MpiWire>> {
         let session = self.session.clone();
         let cluster = Cluster::new(MpiWire::of(&session), model).with_solver(move |model, exchange| {
-            let nodes = Rc::new(NodesOfRanks(exchange));
+            let nodes = Rc::new(NodesOfRanks(exchange.clone()));
             let choice = model.choice().unwrap_or(Choice::Auto);
-            Box::new(Petsc::new(session.clone(), nodes.clone(), nodes, choice))
+            let of_nodes = Petsc::new(session.clone(), nodes.clone(), nodes, choice);
+            Box::new(Bordered::new(Box::new(of_nodes), exchange))
         });
         Rc::new(cluster)
     }
@@ -91,22 +92,15 @@ impl Crew for MpiCrew {
         }
     }
 
-    fn run(&self, compiled: &mut Compiled, observer: &mut dyn Observer) -> Result<Summary, Error> {
-        match compiled {
-            Compiled::Plane(model) => self.run_model(model, None, observer),
-            Compiled::Solid(model) => self.run_model(model, None, observer),
-        }
-    }
-
-    fn resume(
+    fn run(
         &self,
         compiled: &mut Compiled,
-        state: &State,
+        from: Option<&State>,
         observer: &mut dyn Observer,
     ) -> Result<Summary, Error> {
         match compiled {
-            Compiled::Plane(model) => self.run_model(model, Some(state), observer),
-            Compiled::Solid(model) => self.run_model(model, Some(state), observer),
+            Compiled::Plane(model) => self.run_model(model, from, observer),
+            Compiled::Solid(model) => self.run_model(model, from, observer),
         }
     }
 

@@ -3,10 +3,11 @@
 mod common;
 
 use common::{alone, compare, ranks, resume_alone, root, run_on, scene};
+use mpm_io::Results;
 use mpm_scene::language::set_value;
 use std::fs;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -104,10 +105,73 @@ fn what_is_wrong_is_said_once() {
     let path = scene("scenes/column.ron");
     let nowhere = folder.path().join("nowhere/results.h5");
     refused(3, &["run", text(&path), "-o", text(&nowhere)], 2, "cannot create results file");
-    // Tools are not shared yet.
-    let tools = scene("scenes/plough.ron");
-    let results = folder.path().join("plough.h5");
-    refused(2, &["run", text(&tools), "-o", text(&results)], 2, "expected none such");
+    // Nodal fields are not shared yet.
+    let field = scene("scenes/doughnut_regularised.ron");
+    let results = folder.path().join("field.h5");
+    refused(2, &["run", text(&field), "-o", text(&results)], 2, "expected a law without one");
+}
+
+/// A disk of its own that fills up, where the system lets us have one.
+#[test]
+fn a_full_disk_ends_all_ranks_and_leaves_readable_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let in_namespace = |script: &str| {
+        let script = format!("cd \"$0\" && mkdir -p disk kept && {script}");
+        let mut command = Command::new("unshare");
+        command.args(["-rm", "sh", "-c", &script, text(folder.path())]);
+        command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+        command.env("OMP_NUM_THREADS", "1").output()
+    };
+    if !in_namespace("mount -t tmpfs -o size=64k none disk").is_ok_and(|it| it.status.success()) {
+        eprintln!("no disk of its own here: not tested");
+        return;
+    }
+    let path = scene("scenes/column.ron");
+    let whole = folder.path().join("whole.h5");
+    run_on(2, &["run", text(&path), "--quiet", "-o", text(&whole)]);
+    let kilobytes = fs::metadata(&whole).expect("it was written").len() / 2048 + 64;
+    let (program, path) = (env!("CARGO_BIN_EXE_mpm-mpi"), text(&path));
+    let output = in_namespace(&format!(
+        "mount -t tmpfs -o size={kilobytes}k none disk; \
+         mpirun -n 2 --oversubscribe \"{program}\" run \"{path}\" --quiet -o disk/b.h5; \
+         code=$?; cp disk/* kept; exit $code"
+    ));
+    let output = output.expect("it starts");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_eq!(said.matches("No space left on device").count(), 1, "{said}");
+    let (kept, whole) = (Results::open(&folder.path().join("kept/b.h5")), Results::open(&whole));
+    let (kept, whole) = (kept.expect("readable"), whole.expect("readable"));
+    assert!(kept.rows() > 0 && kept.rows() < whole.rows(), "{} rows", kept.rows());
+}
+
+#[test]
+fn tools_and_walls_are_shared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plough = fs::read_to_string(scene("scenes/plough.ron")).expect("a scene");
+    let path = folder.path().join("scene.ron");
+    let mut short = plough;
+    for (name, value) in [
+        ("schedule.steps", "3"),
+        ("tools[0].motion", "Move(by: (0.015, 0))"),
+        ("tolerance.residual", "1e-10"),
+        ("output.every", "1"),
+    ] {
+        short = set_value(&short, name, value).expect("a scene").text;
+    }
+    let loaded =
+        set_value(&short, "tools[0].motion", "Loaded(free: [X], force: (8, 0))").expect("a scene").text;
+    for text_of in [short, loaded] {
+        fs::write(&path, text_of).expect("it is writable");
+        let expected = folder.path().join("alone.h5");
+        alone(&path, &expected);
+        for n in [1, 2] {
+            let found = folder.path().join(format!("{n}.h5"));
+            run_on(n, &["run", text(&path), "--quiet", "--force", "-o", text(&found)]);
+            compare(&found, &expected, WITHIN);
+        }
+        fs::remove_file(expected).expect("it is there");
+    }
 }
 
 #[test]
@@ -118,7 +182,7 @@ fn a_signal_ends_all_ranks() {
     let mut command = ranks(3, &["run", text(&path), "--quiet", "-o", text(&results)]);
     let mut child = command.stderr(Stdio::piped()).spawn().expect("mpirun is installed");
     sleep(Duration::from_secs(8));
-    let kill = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
     assert!(kill.expect("kill is there").success());
     let clock = Instant::now();
     while child.try_wait().expect("it is a child").is_none() {

@@ -1,10 +1,11 @@
 //! What adds to force and tangent: bodies, ghost faces, and whatever else acts on nodes or has unknowns of its own.
 
-use crate::body::{AssemblyPlan, Body, InadmissiblePoint, OccupiedCell};
+use crate::body::{AssemblyPlan, Body, InadmissiblePoint};
+use crate::sharing::{SavedByPoint, Scale, Sharing};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use mpm_basis::{ActiveNodes, Connectivity};
-use mpm_grid::{Lattice, LoadFraction, Mesh, Ramp};
+use mpm_grid::{LoadFraction, Mesh, NodeId, Ramp};
 use mpm_linear::Symmetry;
 use mpm_material::FieldInfo;
 
@@ -62,11 +63,11 @@ pub trait Contribution<const D: usize>: Send + Sync {
     /// The trial is not admissible, for example because a point is inverted.
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible>;
 
-    /// Its share in the size of the forces with which an out-of-balance force is compared `[F]`, a Euclidean norm over
-    /// unknowns: nothing, if the supports and the external force carry it all.
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
+    /// Its share in the size of the forces with which an out-of-balance force is compared, a Euclidean norm over unknowns:
+    /// nothing, if the supports and the external force carry it all.
+    fn scale(&self, trial: &Trial<'_, D>) -> Scale<D> {
         let _ = trial;
-        0.0
+        Scale::Size(0.0)
     }
 
     /// Adds to every active node the size of what its force is a small difference of, such as stiffness times position:
@@ -75,16 +76,18 @@ pub trait Contribution<const D: usize>: Send + Sync {
         let _ = sizes;
     }
 
-    /// The size with which the residuals of its own unknowns are compared; in the units of those residuals.
-    fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
+    /// The size with which the residuals of its own unknowns are compared, in the units of those residuals: the norm of these
+    /// numbers, each the sum over all who share it; without any it is 1.
+    fn own_scale(&self, trial: &Trial<'_, D>) -> Vec<f64> {
         let _ = trial;
-        1.0
+        Vec::new()
     }
 
-    /// The residual of its own unknowns that rounding alone can cause, a norm in their units.
-    fn own_round_off(&self, trial: &Trial<'_, D>) -> f64 {
+    /// The residual of its own unknowns that rounding alone can cause, as the norm of numbers in their units, each the sum
+    /// over all who share it.
+    fn own_round_off(&self, trial: &Trial<'_, D>) -> Vec<f64> {
         let _ = trial;
-        0.0
+        Vec::new()
     }
 
     /// Whether its force depends on the load fraction besides the displacement, as where a wall or a tool moves.
@@ -126,8 +129,8 @@ pub trait Contribution<const D: usize>: Send + Sync {
         false
     }
 
-    /// Whether several may share it who each hold some of the points: what it adds, its round-off, its energies and its
-    /// history are then those of a part, and their sums are the whole.
+    /// Whether several may share it who each hold some of the points: what it adds, its round-off and its energies are then
+    /// those of a part, and their sums are the whole; so are those of its history that do not say otherwise.
     fn can_be_shared(&self) -> bool {
         false
     }
@@ -144,9 +147,10 @@ pub trait Contribution<const D: usize>: Send + Sync {
     }
 
     /// Looks at a balanced trial, and may change what [`begin`](Self::begin) has frozen, such as the multipliers of a
-    /// constraint; `round` counts from 0. Returns whether the step has to be balanced again, which ends at some round.
-    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
-        let _ = (trial, round);
+    /// constraint; `round` counts from 0. Returns whether the step has to be balanced again, which ends at some round; all who
+    /// share it answer alike.
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32, sharing: &dyn Sharing<D>) -> bool {
+        let _ = (trial, round, sharing);
         false
     }
 
@@ -178,6 +182,23 @@ pub trait Contribution<const D: usize>: Send + Sync {
     /// What the numbers are, and what was expected; nothing has changed.
     fn restore(&mut self, saved: &[f64]) -> Result<(), String> {
         if saved.is_empty() { Ok(()) } else { Err(format!("has {} numbers, expected none", saved.len())) }
+    }
+
+    /// Nodes that it needs besides those that the points here influence, of those that carry material: markers may stand in
+    /// cells whose points are all with others.
+    fn nodes(&self, mesh: &Mesh<D>, sharing: &dyn Sharing<D>) -> Vec<NodeId> {
+        let _ = (mesh, sharing);
+        Vec::new()
+    }
+
+    /// Called after a step was committed: takes from the others what it must remember alike, see [`Sharing::gathered`].
+    fn hear(&mut self, sharing: &dyn Sharing<D>) {
+        let _ = sharing;
+    }
+
+    /// How what it saves is shared out with the points; none where it is the same for all who share it.
+    fn saved_by_point(&self) -> Option<SavedByPoint> {
+        None
     }
 
     /// What the history of the run tells of it after the last committed step: always the same columns, whose names no
@@ -224,6 +245,20 @@ pub struct Recorded {
     pub name: String,
     /// The values.
     pub values: RecordedValues,
+    /// What they are where several share the contribution.
+    pub of_parts: OfParts,
+}
+
+/// What the values of those make who share a contribution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OfParts {
+    /// Their sum.
+    #[default]
+    Sum,
+    /// The largest of them.
+    Largest,
+    /// They are the same.
+    Same,
 }
 
 /// Values of a column in one row.
@@ -238,12 +273,18 @@ pub enum RecordedValues {
 impl Recorded {
     /// A count.
     pub fn count(name: impl Into<String>, count: u64) -> Self {
-        Self { name: name.into(), values: RecordedValues::Count(count) }
+        Self { name: name.into(), values: RecordedValues::Count(count), of_parts: OfParts::Sum }
     }
 
     /// Real numbers.
     pub fn real(name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
-        Self { name: name.into(), values: RecordedValues::Real(values.into()) }
+        Self { name: name.into(), values: RecordedValues::Real(values.into()), of_parts: OfParts::Sum }
+    }
+
+    /// The same with what the values of several parts make.
+    #[must_use]
+    pub fn of_parts(self, of_parts: OfParts) -> Self {
+        Self { of_parts, ..self }
     }
 }
 
@@ -315,31 +356,9 @@ pub struct StepStart<'a, const D: usize> {
     pub to: LoadFraction,
     /// Whether the last step that was begun started here too, and failed: mesh and points are the same.
     pub is_retry: bool,
-    /// What others have in the cells of the mesh, who hold points of the same bodies.
-    pub cells: &'a dyn SharedCells<D>,
+    /// Who else holds points of the same bodies.
+    pub sharing: &'a dyn Sharing<D>,
 }
-
-/// The cells of a mesh in which several have points of the same bodies; the methods have the bodies of one who has all.
-pub trait SharedCells<const D: usize> {
-    /// The cells that anybody occupies, each once or more often, of what one occupies: those that are one's own, and those
-    /// around them that are at most two cells away.
-    fn joined(&self, lattice: &Lattice<D>, occupied: Vec<OccupiedCell>) -> Vec<OccupiedCell> {
-        let _ = lattice;
-        occupied
-    }
-
-    /// Whether a cell is one's own: every cell is that of one.
-    fn is_own(&self, cell: [u32; D]) -> bool {
-        let _ = cell;
-        true
-    }
-}
-
-/// All cells are one's own.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct OwnCells;
-
-impl<const D: usize> SharedCells<D> for OwnCells {}
 
 /// A body at the start of a load step.
 #[derive(Clone, Copy)]

@@ -23,6 +23,7 @@ mod contribution;
 mod differences;
 mod ghost;
 mod markers;
+mod sharing;
 mod trial;
 mod unknowns;
 
@@ -36,12 +37,13 @@ pub use body::{
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{
-    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, OwnCells,
-    PointField, Recorded, RecordedValues, Refused, SharedCells, StepStart,
+    Begun, BodyAtStart, ConnectedBody, Contribution, ContributionEnergy, Inadmissible, Joined, OfParts,
+    PointField, Recorded, RecordedValues, Refused, StepStart,
 };
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};
 pub use markers::{BodySide, Hold, MarkerForce, MarkerLoad, Wall, WallContact};
+pub use sharing::{OfPoint, SavedByPoint, Scale, Sharing, Unshared};
 pub use trial::{SystemSums, SystemTangent, Trial};
 pub use unknowns::{
     Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,

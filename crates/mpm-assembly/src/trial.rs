@@ -1,6 +1,7 @@
 //! A trial solution of a load step, and the sums of forces and tangent under it.
 
 use crate::body::{PassInput, Sums, TangentSums};
+use crate::sharing::Scale;
 use crate::unknowns::{Constraints, SparsityPattern, UnknownId, UnknownVector, Unknowns};
 use mpm_grid::{Block, LoadFraction, Vector};
 
@@ -36,7 +37,7 @@ pub struct SystemSums<'a, const D: usize> {
     /// Smallest `det ΔF` of any point so far.
     pub smallest_determinant: f64,
     /// The [scale](crate::Contribution::scale) of the contribution that adds, where it knows that by then: it is not asked again.
-    pub scale: Option<f64>,
+    pub scale: Option<Scale<D>>,
 }
 
 /// Entries of the tangent, and optionally its product with prescribed increments.

@@ -2,7 +2,7 @@
 
 use mpm_assembly::{
     Body, BodyAtStart, BodySide, Constraints, Contribution, Hold, MarkerForce, MarkerLoad, MaterialBody,
-    OwnCells, SparsityPattern, StepStart, SystemSums, ToolLoad, Trial, UnknownVector, Unknowns, Wall,
+    SparsityPattern, StepStart, SystemSums, ToolLoad, Trial, UnknownVector, Unknowns, Unshared, Wall,
     WallContact, stiffness_error,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Cpdi1, seed_cells};
@@ -42,7 +42,7 @@ fn begun<const D: usize, C: Contribution<D>>(degree: u32, mut contribution: C) -
         from,
         to,
         is_retry: false,
-        cells: &OwnCells,
+        sharing: &Unshared,
     };
     let mut unknowns = Unknowns::of_nodes(active.len());
     contribution.begin(&step, &mut unknowns).unwrap();

@@ -4,17 +4,19 @@ use crate::cells::{joined, more, needs_more};
 use crate::cuts::Cuts;
 use crate::exchange::Exchange;
 use crate::gathered::Gathered;
+use crate::key::Key;
 use crate::observer::Whole;
-use crate::points::{Key, Named, Points, keep, migrate};
+use crate::points::{Named, Points, keep, migrate};
 use crate::refusals::refused;
 use crate::wire::Wire;
-use mpm_assembly::{OccupiedCell, SharedCells};
+use mpm_assembly::{OccupiedCell, Sharing};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_grid::{Lattice, LoadFraction, Mesh, NodeId, Vector};
 use mpm_linear::LinearSolver;
 use mpm_solver::observe::{Field, Observer};
 use mpm_solver::{Model, NamedBody, Ranks, StepFailure};
 use std::cell::RefCell;
+use std::ops::Range;
 use std::rc::Rc;
 
 /// Makes the linear solver of a rank, for a model, of what ranks exchange.
@@ -39,7 +41,7 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
     pub fn new(wire: W, model: &Model<D>) -> Self {
         let cells = Mesh::at_rest(&model.layout).lattice().cells();
         let fields = Field::OF_POINTS.into_iter().chain(further_fields(model)).collect();
-        let points = Rc::new(RefCell::new(Points { keys: Vec::new(), named: Named::of(model), fields }));
+        let points = Rc::new(RefCell::new(Points::of(model, fields)));
         let solver =
             |model: &Model<D>, exchange| Box::new(Gathered::new(model, exchange)) as Box<dyn LinearSolver>;
         Self {
@@ -101,13 +103,21 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
     }
 }
 
-impl<const D: usize, W: Wire + 'static> SharedCells<D> for Cluster<D, W> {
+impl<const D: usize, W: Wire + 'static> Sharing<D> for Cluster<D, W> {
     fn joined(&self, lattice: &Lattice<D>, occupied: Vec<OccupiedCell>) -> Vec<OccupiedCell> {
         joined(lattice, &occupied, &self.exchange.cuts(), self.exchange.wire())
     }
 
     fn is_own(&self, cell: [u32; D]) -> bool {
         self.exchange.cuts().owner(cell) == self.exchange.wire().rank()
+    }
+
+    fn leads(&self) -> bool {
+        self.exchange.wire().rank() == 0
+    }
+
+    fn gathered(&self, own: Vec<f64>) -> (Vec<f64>, Range<usize>) {
+        self.exchange.gathered(&own)
     }
 }
 
@@ -138,11 +148,12 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         points.named = Named::of(model);
         points.keys = keep(model, &owners, wire.rank());
         points.named.write(model, &points.keys);
+        points.memories.keep(model, &points.keys, &all);
         Ok(())
     }
 
     fn activate(&self, model: &Model<D>, mesh: &Mesh<D>, stencils: &[Stencils<D>]) -> ActiveNodes<D> {
-        let more = |own: &[NodeId]| more(model, mesh, own);
+        let more = |own: &[NodeId]| more(model, mesh, own, self);
         self.exchange.activate(&model.nodes, stencils, if needs_more(model) { Some(&more) } else { None })
     }
 
@@ -205,8 +216,11 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         self.exchange.sum(&mut leaving);
         if leaving[0] > 0.0 {
             let mut points = self.points.borrow_mut();
+            let remembered = points.memories.of(model, &points.keys);
+            let before = points.keys.clone();
             migrate(model, &mut points.keys, &owners, wire);
             points.named.write(model, &points.keys);
+            points.memories.migrate(model, remembered, (&before, &owners), (&points.keys, wire));
         }
     }
 

@@ -7,6 +7,7 @@ use crate::wire::Wire;
 use mpm_basis::{ACTIVE, ActiveNodes, Stencils};
 use mpm_grid::{Lattice, NodeId, NodeSpace, Vector};
 use std::cell::{Cell, Ref, RefCell};
+use std::ops::Range;
 
 /// In place of a node's number: no rank's points reach it.
 const INACTIVE: u64 = u64::MAX;
@@ -216,6 +217,21 @@ impl<const D: usize, W: Wire> Exchange<D, W> {
         self.wire.gather(&[count as f64], &mut all);
         let sum = |counts: &[f64]| counts.iter().map(|&n| n as u64).sum();
         (sum(&all[..self.wire.rank()]), sum(&all))
+    }
+
+    /// The numbers of all ranks, one after the other, and where those of this one stand among them.
+    pub fn gathered(&self, own: &[f64]) -> (Vec<f64>, Range<usize>) {
+        let bytes: Vec<u8> = own.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let out: Vec<(usize, Vec<u8>)> = (0..self.wire.size()).map(|rank| (rank, bytes.clone())).collect();
+        let (mut all, mut range) = (Vec::new(), 0..own.len());
+        for (rank, bytes) in self.wire.exchange(&out) {
+            if rank == self.wire.rank() {
+                range = all.len()..all.len() + own.len();
+            }
+            let numbers = bytes.chunks_exact(8).map(|it| it.try_into().expect("eight bytes"));
+            all.extend(numbers.map(f64::from_le_bytes));
+        }
+        (all, range)
     }
 
     /// Sums over all ranks, number by number, in the order of the ranks.

@@ -59,8 +59,13 @@ impl<const D: usize, W: Wire> Gathered<D, W> {
     /// The equation of this rank, if it has the node.
     fn equation(&self, place: Place) -> Option<usize> {
         let numbering = self.exchange.numbering();
-        let node = numbering.nodes.binary_search_by_key(&place.node, |node| node.index() as u64).ok()?;
-        Some(node * D + place.component)
+        match place {
+            Place::Behind(k) => Some(numbering.nodes.len() * D + k),
+            Place::Node { node, component } => {
+                let node = numbering.nodes.binary_search_by_key(&node, |it| it.index() as u64).ok()?;
+                Some(node * D + component)
+            }
+        }
     }
 
     /// A failure at an equation of rank 0 as this rank reports it: who has the node, or rank 0 where no node is meant.

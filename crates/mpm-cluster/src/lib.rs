@@ -9,11 +9,14 @@
 //! owner, and what ranks have of it is added there, so that there are no ghost points and no layers of ghost cells. Where a point
 //! is changes what has to be sent and not the answer.
 
+mod bordered;
 mod cells;
 mod cluster;
 mod cuts;
 mod exchange;
 mod gathered;
+mod key;
+mod memories;
 mod message;
 mod numbering;
 mod observer;
@@ -22,13 +25,14 @@ mod refusals;
 mod threads;
 mod wire;
 
+pub use bordered::Bordered;
 pub use cluster::{Cluster, Placement, SolverOfRanks};
 pub use cuts::Cuts;
 pub use exchange::{Exchange, MoreNodes};
 pub use gathered::Gathered;
+pub use key::Key;
 pub use message::{Reader, Writer};
 pub use numbering::Numbering;
 pub use observer::Whole;
-pub use points::Key;
 pub use threads::{Threads, on_threads};
 pub use wire::Wire;

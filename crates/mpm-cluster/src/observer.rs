@@ -3,8 +3,9 @@
 //! What an observer asks of the points is asked of all ranks: rank 0 sends a request, and all answer, until it is done.
 
 use crate::exchange::Exchange;
+use crate::key::{Key, read_keys, write_keys};
 use crate::message::{Reader, Writer};
-use crate::points::{Key, Points, Rows, read_keys, write_keys};
+use crate::points::{Points, Rows};
 use crate::wire::Wire;
 use mpm_solver::observe::{
     Cancellation, Field, Fields, LoadStep, Moment, Observer, ObserverError, Outcome, Resumed, RunStart, Timing,
@@ -226,6 +227,7 @@ fn joined<const D: usize>(mut own: State, points: &Points<D>, wire: &impl Wire) 
     let rows = bodies.map(|(stored, keys)| Rows::new(keys.clone(), stored)).collect();
     let (bodies, keys) = Rows::on_rank_zero(rows, wire).into_iter().map(Rows::into_parts).unzip();
     own.bodies = bodies;
+    points.memories.join(&mut own.contributions, (&points.keys, &keys), wire);
     own.shares =
         points.shares(&keys).iter().map(|shares| shares.iter().map(StoredShare::of).collect()).collect();
     own.predictor = last_step(&own.predictor, wire, D);

@@ -1,7 +1,6 @@
 //! What ranks cannot share yet.
 
 use mpm_basis::DomainControl;
-use mpm_grid::NodeKind;
 use mpm_solver::{Model, SolverChoice, UnheldMotion};
 
 /// The first thing in a model that several ranks cannot share, as a sentence; none if they can.
@@ -10,11 +9,9 @@ pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
     if let Some(named) = fields.next() {
         return Some(format!("the law of body `{}` has a nodal field, expected a law without one", named.name));
     }
-    let has_splines = model.nodes.kind() != NodeKind::Vertices;
-    let mut whole = model.contributions.iter().filter(|it| has_splines || !it.contribution.can_be_shared());
-    if let Some(named) = whole.next() {
-        let (name, splines) = (&named.name, if has_splines { " with splines" } else { "" });
-        return Some(format!("`{name}` acts on all bodies as one rank sees them{splines}, expected none such"));
+    if let Some(named) = model.contributions.iter().find(|named| !named.contribution.can_be_shared()) {
+        let name = &named.name;
+        return Some(format!("`{name}` acts on all bodies as one rank sees them, expected none such"));
     }
     let splits = model.domain_limit.is_some_and(|it| matches!(it.control, DomainControl::Split { .. }));
     let is_custom = matches!(model.solver, SolverChoice::Custom(_));
@@ -23,7 +20,6 @@ pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
             splits && !model.probes.is_empty(),
             "points that are followed may be split, expected no `probes` or no `Split` in `domains.control`",
         ),
-        (!model.loads.side_loads.is_empty(), "a traction acts on sides of rings, expected none"),
         (
             model.unheld_motion == UnheldMotion::Zero,
             "motions that nothing holds are kept at zero, expected `unheld_motion: Refuse`",

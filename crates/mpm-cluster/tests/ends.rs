@@ -2,7 +2,7 @@
 
 mod setup;
 
-use setup::{alone, assert_same, resumed, shared};
+use setup::{alone, assert_same, resumed, shared, shared_until};
 
 /// Two blocks that come apart or together, pushed by loads on points.
 fn scene(more: &str, steps: u32) -> String {
@@ -83,6 +83,43 @@ fn all_ranks_end_with_one_message() {
         assert!(messages.iter().all(|it| *it == messages[0]), "{messages:?}");
         let start = |text: &str| text.split(": ").next().unwrap_or_default().to_owned();
         assert_eq!(start(&messages[0]), start(&error), "{error}\n{}", messages[0]);
+    }
+}
+
+#[test]
+fn a_full_disk_ends_all_ranks() {
+    let text = scene(LOADS, 4);
+    let (one, _) = alone(&text, &[]);
+    for size in [2, 3] {
+        let ended = shared_until(&text, size, 3);
+        assert!(ended.iter().all(|it| it.1.as_ref().unwrap_err().contains("no space is left on the disk")));
+        // What was written before is what one rank writes.
+        let written = &ended[0].0.rows;
+        assert_eq!(written.len(), 3);
+        for name in ["load_fraction", "smallest_det_increment"] {
+            let column = one.columns.iter().position(|it| it == name).unwrap();
+            let so_far =
+                |seen: &setup::Seen| seen.rows[..3].iter().map(|row| row[column]).collect::<Vec<f64>>();
+            assert!(setup::apart(&so_far(&one), &so_far(&ended[0].0)) < 1e-9, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_point_that_is_inverted_on_one_rank_ends_all() {
+    // The right end is driven through the cells next to it; steps are not halved.
+    let end = r#"(name: "end", region: Box(from: (5.9, 0.5), to: (6.1, 2.1)), displace: [(axis: X, by: -3)]),"#;
+    let side = r#"(name: "side","#;
+    let text = scene("", 1).replace(side, &format!("{end}{side}")).replace("steps: 1", "steps: 1, cuts: 0");
+    let (_, error) = alone(&text, &[]);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("invert"), "{error}");
+    for size in [2, 3] {
+        let ended = shared(&text, size, &[]);
+        let messages: Vec<&String> = ended.iter().map(|it| it.1.as_ref().unwrap_err()).collect();
+        assert!(messages.iter().all(|it| **it == *messages[0]), "{messages:?}");
+        assert!(messages[0].contains("invert"), "{}", messages[0]);
+        assert_eq!(ended[0].0.rows.len(), 1, "the start is written");
     }
 }
 

@@ -2,25 +2,12 @@
 
 mod setup;
 
-use setup::{alone, assert_same, shared};
-use std::fs;
-use std::path::Path;
-
-/// A scene of the repository with parts of its text replaced.
-fn scene(path: &str, changes: &[(&str, &str)]) -> String {
-    let whole = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
-    let mut text = fs::read_to_string(whole).unwrap();
-    for (from, to) in changes {
-        assert!(text.contains(from), "{path} has no `{from}`");
-        text = text.replace(from, to);
-    }
-    text
-}
+use setup::{alone, assert_same, repository_scene, shared};
 
 /// Runs the scenes on one rank and on so many; tells all that differ.
 fn check(scenes: &[(&str, &[(&str, &str)])], ranks: &[usize]) {
     for (path, changes) in scenes {
-        let text = scene(path, changes);
+        let text = repository_scene(path, changes);
         let (one, summary) = alone(&text, &[]);
         let summary = summary.unwrap_or_else(|it| panic!("{path}: {it}"));
         for &size in ranks {

@@ -35,6 +35,8 @@ pub struct Petsc {
     system: Option<System>,
     /// Why no system can be solved, where that is so.
     refused: Option<Cause>,
+    /// Whether another rank says why no system can be solved.
+    is_refused_elsewhere: bool,
     /// Whether the matrix at hand is factorised.
     is_factorised: bool,
     /// Whether a matrix has been left to the factorisation since the last restart; the next ones then are, too.
@@ -79,6 +81,7 @@ impl Petsc {
             choice,
             system: None,
             refused: None,
+            is_refused_elsewhere: false,
             is_factorised: false,
             has_given_up: false,
             coarse: Coarse::Old,
@@ -99,7 +102,7 @@ impl Petsc {
     fn refuse(&mut self, pattern: Pattern<'_>, hints: &Hints<'_>) -> Option<Cause> {
         let lacks_places = hints.lattice.is_none_or(|it| it.index.len() != pattern.blocks);
         let reason = if self.any(!pattern.has_blocks_only()) {
-            "on several ranks every unknown must be a displacement of a node"
+            "PETSc is given displacements of nodes only"
         } else if self.any(lacks_places) {
             "on several ranks nodes must stand on a lattice"
         } else if self.any(PetscInt::try_from(2 * pattern.n_entries()).is_err()) {
@@ -167,6 +170,7 @@ impl LinearSolver for Petsc {
         self.is_factorised = false;
         self.restart();
         self.refused = self.refuse(pattern, hints);
+        self.is_refused_elsewhere = false;
         if self.refused.is_some() {
             self.system = None;
             return Ok(Analysis::New);
@@ -179,8 +183,10 @@ impl LinearSolver for Petsc {
         // The memory of the former system is free before the next one is made.
         self.system = None;
         let made = System::of(&self.session, (&self.wire, &*self.owners), (pattern, hints), fingerprint);
+        let has_failed = self.any(made.is_err());
         match made {
-            Ok(system) => self.system = Some(system),
+            Ok(system) if !has_failed => self.system = Some(system),
+            Ok(_) => self.is_refused_elsewhere = true,
             Err(error) if error.is_memory() => {
                 return Err(OutOfMemory { equations: pattern.n_equations(), factor_entries: 0 });
             }
@@ -192,6 +198,9 @@ impl LinearSolver for Petsc {
     fn factorise(&mut self, matrix: Matrix<'_>) -> Result<Factored, Singular> {
         if let Some(cause) = self.refused {
             return Err(singular(cause));
+        }
+        if self.is_refused_elsewhere {
+            return Ok(Factored::by(self.first_method()));
         }
         self.is_factorised = false;
         let infinite = matrix.first_not_finite();

@@ -7,8 +7,7 @@ use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, CoupledPlaces, Couplings,
-    FieldNodes, FieldStart, FollowedBody, SharedCells, SparsityPattern, StepStart, UnknownVector, Unknowns,
-    follow,
+    FieldNodes, FieldStart, FollowedBody, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
@@ -211,9 +210,10 @@ pub(crate) fn connect<const D: usize>(
     });
     let linked: Vec<BodyConnectivity<D>> = agreed(&**ranks, linked.collect())?;
     let connectivity: Vec<&Connectivity<D>> = linked.iter().map(|it| &it.connectivity).collect();
-    let (is_retry, cells) = (false, &**ranks as &dyn SharedCells<D>);
-    let start = Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry, cells };
-    let Numbered { unknowns, own, field, begun } = agreed(&**ranks, begin(model, &start))?;
+    let (is_retry, ranks_of) = (false, &**ranks);
+    let start =
+        Start { mesh, active: &active, connectivity: &connectivity, interval, is_retry, ranks: ranks_of };
+    let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
     let same = begun == Begun::AsBefore
         && former.as_ref().is_some_and(|former| {
             former.active == active
@@ -249,9 +249,9 @@ fn begin_again<const D: usize>(
     let connectivity: Vec<&Connectivity<D>> =
         former.assembly_plans.iter().map(AssemblyPlan::connectivity).collect();
     let ranks = &*former.shared.ranks;
-    let (is_retry, cells) = (true, ranks as &dyn SharedCells<D>);
-    let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry, cells };
-    let Numbered { unknowns, own, field, begun } = agreed(ranks, begin(model, &start))?;
+    let is_retry = true;
+    let start = Start { mesh, active: &former.active, connectivity: &connectivity, interval, is_retry, ranks };
+    let Numbered { unknowns, own, field, begun } = begin(model, &start)?;
     if all(ranks, begun == Begun::AsBefore && unknowns == *former.unknowns()) {
         return Ok((former, Kept::All));
     }
@@ -324,7 +324,7 @@ struct Start<'a, const D: usize> {
     connectivity: &'a [&'a Connectivity<D>],
     interval: Interval,
     is_retry: bool,
-    cells: &'a dyn SharedCells<D>,
+    ranks: &'a dyn Ranks<D>,
 }
 
 /// The unknowns of a load step.
@@ -339,7 +339,7 @@ struct Numbered<const D: usize> {
 
 /// Begins the load step in every contribution of the model.
 fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<Numbered<D>, StepFailure> {
-    let Start { mesh, active, connectivity, interval: Interval { from, to }, is_retry, cells } = *start;
+    let Start { mesh, active, connectivity, interval: Interval { from, to }, is_retry, ranks } = *start;
     let mut unknowns = Unknowns::of_nodes(active.len());
     let (mut own, mut begun) = (Vec::new(), Begun::AsBefore);
     let is_regularised =
@@ -356,14 +356,15 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
     let bodies: Vec<BodyAtStart<'_, D>> = bodies
         .map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity })
         .collect();
-    let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry, cells };
+    let step = StepStart { mesh, active, bodies: &bodies, from, to, is_retry, sharing: ranks };
     for NamedContribution { name, contribution } in &mut model.contributions {
         let first = unknowns.n_own();
         let here = contribution.begin(&step, &mut unknowns).map_err(|it| StepFailure::Refused {
             contribution: name.clone(),
             reason: it.reason,
             is_step_too_long: it.is_step_too_long,
-        })?;
+        });
+        let here = agreed(ranks, here)?;
         if here == Begun::Anew {
             begun = Begun::Anew;
         }

@@ -158,9 +158,10 @@ fn augment<const D: usize>(
     let (pattern, constraints) = (&connected.pattern, &loading.constraints(balanced.end)?);
     let increment = &balanced.equilibrium.increment;
     let trial = Trial { pattern, constraints, increment, end: balanced.end, is_first: false };
-    let augmented = model.contributions.iter_mut().map(|named| named.contribution.augment(&trial, round));
+    let ranks = &*connected.shared.ranks;
+    let augmented = model.contributions.iter_mut().map(|it| it.contribution.augment(&trial, round, ranks));
     let changed = augmented.fold(false, |any, changed| any | changed);
-    Ok(any(&*connected.shared.ranks, changed))
+    Ok(any(ranks, changed))
 }
 
 /// Prepares the points, and what contributions remember, for the equilibrium that has been found.

@@ -6,7 +6,7 @@
 
 use crate::failure::StepFailure;
 use crate::model::Model;
-use mpm_assembly::{Constraints, SharedCells, SparsityPattern, UnknownVector, leave_to_owners};
+use mpm_assembly::{Constraints, Scale, Sharing, SparsityPattern, UnknownVector, leave_to_owners};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::LinearSolver;
@@ -15,7 +15,7 @@ use std::rc::Rc;
 /// Ranks that share a model, as one of them sees them.
 ///
 /// Every method is called by all ranks, in the same order: it may exchange. Each has the body of one rank that is alone.
-pub trait Ranks<const D: usize>: SharedCells<D> {
+pub trait Ranks<const D: usize>: Sharing<D> {
     /// Number of ranks.
     fn size(&self) -> usize {
         1
@@ -110,7 +110,7 @@ pub trait Ranks<const D: usize>: SharedCells<D> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Alone;
 
-impl<const D: usize> SharedCells<D> for Alone {}
+impl<const D: usize> Sharing<D> for Alone {}
 
 impl<const D: usize> Ranks<D> for Alone {}
 
@@ -215,6 +215,17 @@ impl<const D: usize> Shared<D> {
     /// Euclidean norm of a complete field of the nodes, see [`norm`].
     pub(crate) fn norm(&self, field: &[Vector<D>]) -> f64 {
         norm(&*self.ranks, self.counted(field.iter()).map(|(_, x)| *x))
+    }
+
+    /// The size that a contribution tells `[F]`.
+    pub(crate) fn scale(&self, scale: Scale<D>) -> f64 {
+        match scale {
+            Scale::Size(size) => size,
+            Scale::OfNodes(mut forces) => {
+                self.ranks.complete(&mut forces);
+                self.norm(&forces)
+            }
+        }
     }
 
     /// The same of one number per node.

@@ -149,6 +149,8 @@ impl<const D: usize> RunState<D> {
             match load_step(model, &mut plan, &mut self.tools) {
                 Ok(mut done) => {
                     model.commit();
+                    let sharing = &*self.tools.ranks;
+                    model.contributions.iter_mut().for_each(|named| named.contribution.hear(sharing));
                     self.steps.accept(&plan, &done);
                     let at = (done.balanced.end, self.record.rows());
                     let controlled = control_domains(model, at, &*self.tools.ranks);

@@ -1,7 +1,7 @@
 //! Circles of a body that are held where they were, by springs at the corners of domains on them.
 
 use mpm_assembly::{
-    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, Refused, StepStart, SystemSums, Trial,
+    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, Refused, Scale, StepStart, SystemSums, Trial,
     UnknownId, Unknowns,
 };
 use mpm_basis::Corner;
@@ -119,8 +119,8 @@ impl Contribution<2> for HeldCircles {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, 2>) -> f64 {
+    fn scale(&self, trial: &Trial<'_, 2>) -> Scale<2> {
         let forces = self.held.iter().map(|held| Self::gap(held, trial).norm() * self.stiffness * held.length);
-        forces.map(|force| force * force).sum::<f64>().sqrt()
+        forces.map(|force| force * force).sum::<f64>().sqrt().into()
     }
 }

@@ -29,6 +29,30 @@ pub(super) struct Member<const D: usize> {
     extent: [[f64; 2]; 2],
 }
 
+impl<const D: usize> Member<D> {
+    /// Numbers of a member.
+    pub const NUMBERS: usize = 2 + 2 * (D + 2) + D;
+
+    pub fn write(&self, to: &mut Vec<f64>) {
+        to.extend(self.foot.iter().chain([&self.width, &self.reach]));
+        to.extend(self.along.iter().flat_map(|along| along.iter()));
+        to.extend(self.extent.as_flattened());
+    }
+
+    /// What was [written](Self::write).
+    pub fn read(from: &[f64]) -> Self {
+        let vector = |at: usize| Vector::<D>::from_column_slice(&from[at..at + D]);
+        let last = &from[2 + 3 * D..];
+        Self {
+            foot: vector(0),
+            width: from[D],
+            reach: from[D + 1],
+            along: [vector(D + 2), vector(2 * D + 2)],
+            extent: [[last[0], last[1]], [last[2], last[3]]],
+        }
+    }
+}
+
 /// Part of a domain's width within which a sample counts as being before it.
 const AT_THE_EDGE: f64 = 1e-9;
 

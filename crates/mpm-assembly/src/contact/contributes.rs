@@ -1,9 +1,9 @@
 //! What a rigid tool adds to force and tangent, remembers, and tells.
 
+use super::by_point::saved_by_point;
 use super::corners::{Acting, At, Contact, NearCorner};
 use super::fields::{FIELDS, FORCE, GAP, SLIP, gaps, of_touched, touched};
-use super::loaded::Standing;
-use super::loaded::ToolLoad;
+use super::loaded::{Standing, ToolLoad};
 use super::memory::Memory;
 use super::search::{Search, WITHIN, WITHIN_OF_STAIRS};
 use super::summary::Summary;
@@ -12,6 +12,7 @@ use crate::body::{Body, Space};
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, PointField, Recorded, Refused, StepStart,
 };
+use crate::sharing::{SavedByPoint, Scale, Sharing};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, Unknowns};
 use mpm_grid::{Mesh, Ramp, Vector};
@@ -23,6 +24,7 @@ const CLOSED: f64 = 1e-12;
 impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn begin(&mut self, step: &StepStart<'_, D>, unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
         self.from = step.from;
+        self.adds_load = step.sharing.leads();
         let end = match &self.rigid.load {
             None => {
                 self.start = self.rigid.motion.pose(step.from);
@@ -70,7 +72,7 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
         let pose = self.pose(trial);
         let acting = self.acting(trial, &pose, sums.wants_tangent());
-        sums.scale = Some(self.nodal_norm(&acting, trial));
+        sums.scale = Some(self.nodal_forces(&acting, trial));
         match self.driven(trial) {
             None => {
                 for (corner, acting) in self.corners.iter().zip(&acting) {
@@ -84,9 +86,8 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         Ok(())
     }
 
-    /// The norm of the tool's forces on the nodes.
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
-        self.nodal_norm(&self.acting(trial, &self.pose(trial), false), trial)
+    fn scale(&self, trial: &Trial<'_, D>) -> Scale<D> {
+        self.nodal_forces(&self.acting(trial, &self.pose(trial), false), trial)
     }
 
     /// Gaps are differences of positions.
@@ -98,14 +99,19 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
     }
 
     /// The load, and what the contact forces do in each unknown: norms of both.
-    fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let Some(driven) = self.driven(trial) else { return 1.0 };
-        let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| load.abs()).collect();
+    fn own_scale(&self, trial: &Trial<'_, D>) -> Vec<f64> {
+        let Some(driven) = self.driven(trial) else { return Vec::new() };
+        let part = if self.adds_load { 1.0 } else { 0.0 };
+        let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| part * load.abs()).collect();
         for contact in self.forces(trial, &driven.pose).iter().flatten() {
             let work = driven.work(&contact.position, &contact.force());
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
-        sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
+        sizes
+    }
+
+    fn can_be_shared(&self) -> bool {
+        true
     }
 
     fn moves_with_load(&self) -> bool {
@@ -153,13 +159,14 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         energy
     }
 
-    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32, sharing: &dyn Sharing<D>) -> bool {
         if round >= self.rigid.interface.augment {
             return false;
         }
         let contacts = self.contacts(trial, &self.pose(trial));
         let is_open = |it: &Contact<D>| it.response.closed && it.response.gap.abs() > CLOSED * it.law.width;
-        if !contacts.iter().flatten().any(is_open) {
+        let open = f64::from(u8::from(contacts.iter().flatten().any(is_open)));
+        if sharing.gathered(vec![open]).0.iter().all(|open| *open == 0.0) {
             return false;
         }
         for (corner, contacts) in self.corners.iter_mut().zip(contacts) {
@@ -235,6 +242,10 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         self.standing = Standing::restore(standing)?;
         self.present = present;
         Ok(())
+    }
+
+    fn saved_by_point(&self) -> Option<SavedByPoint> {
+        Some(saved_by_point::<D>())
     }
 
     fn history(&self) -> Vec<Recorded> {

@@ -95,6 +95,14 @@ impl<const D: usize> Memory<D> {
         points
     }
 
+    /// What the corners of a point remember; `place` has the numbers of its body and its own.
+    pub fn touches_of(&self, place: [u32; 2]) -> &[Touch<D>] {
+        let of = |touch: &Touch<D>| [touch.key.body, touch.key.point];
+        let start = self.touches.partition_point(|touch| of(touch) < place);
+        let end = start + self.touches[start..].partition_point(|touch| of(touch) == place);
+        &self.touches[start..end]
+    }
+
     /// What the corners of a point remember of a part; only points that have touched are remembered.
     fn of_point(&self, body: u32, point: u32, part: u32) -> &[Touch<D>] {
         let place = |touch: &Touch<D>| (touch.key.body, touch.key.point, touch.key.part);
@@ -186,9 +194,9 @@ const SCALARS: usize = 9;
 
 impl<const D: usize> Touch<D> {
     /// Numbers of a touch in a file.
-    const NUMBERS: usize = SCALARS + 3 * D;
+    pub const NUMBERS: usize = SCALARS + 3 * D;
 
-    fn save(&self, to: &mut Vec<f64>) {
+    pub fn save(&self, to: &mut Vec<f64>) {
         let Key { body, point, part, corner } = self.key;
         to.extend([body, point, part, corner].map(f64::from));
         to.extend(self.position.iter());
@@ -211,7 +219,7 @@ impl<const D: usize> Touch<D> {
         to.extend(anchor.iter().chain(normal.iter()));
     }
 
-    fn restore(from: &[f64]) -> Result<Self, String> {
+    pub fn restore(from: &[f64]) -> Result<Self, String> {
         let at = |k: usize| count(from[k]);
         let key = Key { body: at(0)?, point: at(1)?, part: at(2)?, corner: at(3)? };
         let vector = |at: usize| Vector::<D>::from_column_slice(&from[at..at + D]);
@@ -241,15 +249,15 @@ fn count(number: f64) -> Result<u32, String> {
 
 impl<const D: usize> TouchedPoint<D> {
     /// Numbers of a point in a file.
-    const NUMBERS: usize = 3 + D;
+    pub const NUMBERS: usize = 3 + D;
 
-    fn save(&self, to: &mut Vec<f64>) {
+    pub fn save(&self, to: &mut Vec<f64>) {
         to.extend(self.place.map(f64::from));
         to.extend(self.force.iter());
         to.push(self.slip);
     }
 
-    fn restore(from: &[f64]) -> Result<Self, String> {
+    pub fn restore(from: &[f64]) -> Result<Self, String> {
         let force = Vector::from_column_slice(&from[2..2 + D]);
         Ok(Self { place: [count(from[0])?, count(from[1])?], force, slip: from[2 + D] })
     }

@@ -6,10 +6,12 @@
 //! its point influences: contact couples nothing that the body has not coupled.
 
 mod areas;
+mod by_point;
 mod contributes;
 mod corners;
 mod fields;
 pub(crate) mod loaded;
+mod members;
 mod memory;
 mod search;
 mod summary;

@@ -2,6 +2,7 @@
 
 use super::areas::{Member, Samples, sampling, shares};
 use super::corners::{NearCorner, travel};
+use super::members::Members;
 use super::memory::{Key, Memory, Sought};
 use crate::body::{Body, PointExtent, Space};
 use crate::contribution::{Refused, StepStart};
@@ -49,6 +50,17 @@ impl<const D: usize> Search<'_, D> {
         member_within: &[Option<f64>],
         samples: &mut Samples<D>,
     ) -> Result<Vec<NearCorner<D>>, Refused> {
+        let found = self.found(step, member_within);
+        // All who share the tool's surface share it out, whether or not they have failed.
+        let members = found.iter().flatten().filter_map(|(corner, member)| Some((corner.key.part, (*member)?)));
+        let members = Members::of_all(members.collect(), step.sharing);
+        let mut found = found?;
+        self.share_surface(&mut found, &members, step.mesh, samples);
+        Ok(found.into_iter().map(|(corner, _)| corner).collect())
+    }
+
+    /// The corners, with the places of the surface next to those that belong to the interface.
+    fn found(&self, step: &StepStart<'_, D>, member_within: &[Option<f64>]) -> Result<Vec<Found<D>>, Refused> {
         let mut found: Vec<Found<D>> = Vec::new();
         let nodes = (step.mesh, step.active);
         for (index, at_start) in step.bodies.iter().enumerate() {
@@ -66,8 +78,7 @@ impl<const D: usize> Search<'_, D> {
                 );
             }
         }
-        self.share_surface(&mut found, step.mesh, samples);
-        Ok(found.into_iter().map(|(corner, _)| corner).collect())
+        Ok(found)
     }
 
     /// Corners of one point.
@@ -185,9 +196,14 @@ impl<const D: usize> Search<'_, D> {
 
     /// Shares the tool's surface among the corners that belong to the interface. What lies outside the mesh is no part of it:
     /// the mesh of a half or a quarter ends at its planes of symmetry, and so do the bodies.
-    fn share_surface(&self, found: &mut [Found<D>], mesh: &Mesh<D>, samples: &mut Samples<D>) {
-        let members = found.iter().filter_map(|(_, member)| member.as_ref());
-        let Some((spacing, within)) = sampling(members) else { return };
+    fn share_surface(
+        &self,
+        found: &mut [Found<D>],
+        members: &Members<D>,
+        mesh: &Mesh<D>,
+        samples: &mut Samples<D>,
+    ) {
+        let Some((spacing, within)) = sampling(members.all()) else { return };
         let area = |sample: &Sample<D>| {
             // Whole rings of bodies of revolution; the tool's section is on both sides of the axis.
             let around = if self.space.is_axisymmetric() { TAU * sample.position[0].max(0.0) } else { 1.0 };
@@ -195,12 +211,10 @@ impl<const D: usize> Search<'_, D> {
             is_inside.then_some(sample.area * around)
         };
         for (part, samples) in samples.of(self.tool, spacing, &within).iter().enumerate() {
-            let of_part = |it: &Found<D>| it.1.filter(|_| it.0.key.part as usize == part);
-            let (places, members): (Vec<usize>, Vec<Member<D>>) =
-                found.iter().enumerate().filter_map(|(k, it)| Some((k, of_part(it)?))).unzip();
-            for (place, area) in places.into_iter().zip(shares(&members, samples, area)) {
-                let corner = &mut found[place].0;
-                corner.area = area;
+            let (members, own) = members.of_part(part as u32);
+            let of_part = found.iter_mut().filter(|it| it.1.is_some() && it.0.key.part as usize == part);
+            for ((corner, _), area) in of_part.zip(&shares(&members, samples, area)[own]) {
+                corner.area = *area;
                 corner.law.adhesion = corner.adhesion * area;
             }
         }

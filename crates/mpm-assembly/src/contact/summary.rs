@@ -1,7 +1,7 @@
 //! What a history tells of a tool.
 
 use super::corners::{Contact, NearCorner};
-use crate::contribution::{Inadmissible, Recorded};
+use crate::contribution::{Inadmissible, OfParts, Recorded};
 use mpm_contact::{Mode, Pose, moment};
 use mpm_grid::{Block, Vector, six_digits};
 use nalgebra::Vector3;
@@ -91,16 +91,17 @@ impl<const D: usize> Summary<D> {
         let mut columns = vec![
             Recorded::real(path("force"), vector(&self.force)),
             Recorded::real(path("moment"), moment),
-            Recorded::real(path("position"), vector(&self.position)),
-            Recorded::real(path("angle"), [angle]),
+            Recorded::real(path("position"), vector(&self.position)).of_parts(OfParts::Same),
+            Recorded::real(path("angle"), [angle]).of_parts(OfParts::Same),
             Recorded::real(path("area"), [self.area]),
             Recorded::count(path("closed"), self.closed),
             Recorded::count(path("slipping"), self.slipping),
-            Recorded::real(path("deepest"), [self.deepest]),
+            Recorded::real(path("deepest"), [self.deepest]).of_parts(OfParts::Largest),
         ];
         // In the plane and about one axis the angle says it all.
         if D == 3 && !turns {
-            columns.push(Recorded::real(path("rotation"), self.rotation.transpose().as_slice()));
+            let rotation = Recorded::real(path("rotation"), self.rotation.transpose().as_slice());
+            columns.push(rotation.of_parts(OfParts::Same));
         }
         columns
     }

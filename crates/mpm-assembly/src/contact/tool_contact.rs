@@ -6,6 +6,7 @@ use super::loaded::{Dense, Driven, Standing, ToolLoad};
 use super::memory::Memory;
 use super::summary::Summary;
 use crate::contribution::{Begun, Refused};
+use crate::sharing::Scale;
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Block, CoupledPlaces, UnknownId};
 use mpm_basis::parallel::each_point;
@@ -52,8 +53,9 @@ pub struct ToolContact<const D: usize> {
     /// Load fraction and pose at the start of the step.
     pub(super) from: LoadFraction,
     pub(super) start: Pose<D>,
-    /// Unknowns of a loaded tool in this step.
+    /// Unknowns of a loaded tool in this step, and whether its load is added here.
     pub(super) block: Option<Block>,
+    pub(super) adds_load: bool,
     /// The corners that may be touched in this step.
     pub(super) corners: Vec<NearCorner<D>>,
     pub(super) present: Memory<D>,
@@ -78,6 +80,7 @@ impl<const D: usize> ToolContact<D> {
             prepared_standing: standing,
             from: LoadFraction::START,
             block: None,
+            adds_load: true,
             name: name.into(),
             rigid,
             start,
@@ -164,6 +167,9 @@ impl<const D: usize> ToolContact<D> {
     /// The load of a loaded tool as a force on its unknowns.
     pub(super) fn add_load(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) {
         let (Some(driven), Some(block)) = (self.driven(trial), self.block) else { return };
+        if !self.adds_load {
+            return;
+        }
         let force: Vec<f64> = driven.loads(trial.end).iter().map(|load| -load).collect();
         let unknowns: Vec<UnknownId> = (0..force.len()).map(|k| block.unknown(0, k)).collect();
         sums.add(trial, &unknowns, &force, &driven.load_stiffness(trial.end));
@@ -193,8 +199,8 @@ impl<const D: usize> ToolContact<D> {
         })
     }
 
-    /// The norm of the forces on the nodes, from those on all corners in turn.
-    pub(super) fn nodal_norm(&self, acting: &[Option<Acting<D>>], trial: &Trial<'_, D>) -> f64 {
+    /// The forces on the nodes, from those on all corners in turn: their norm is the tool's scale.
+    pub(super) fn nodal_forces(&self, acting: &[Option<Acting<D>>], trial: &Trial<'_, D>) -> Scale<D> {
         let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
         for (corner, acting) in self.corners.iter().zip(acting) {
             let Some(Acting { force, .. }) = acting else { continue };
@@ -202,7 +208,7 @@ impl<const D: usize> ToolContact<D> {
                 nodal[node] += force * weight;
             }
         }
-        nodal.iter().map(|force| force.norm_squared()).sum::<f64>().sqrt()
+        Scale::OfNodes(nodal)
     }
 
     /// Adds what acts on corners to the nodes and to the unknowns of a loaded tool.

@@ -24,9 +24,9 @@ mod splines;
 
 use crate::body::{OccupiedCell, PassInput, Space, Sums};
 use crate::contribution::{
-    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, OwnCells, Recorded, Refused,
-    SharedCells, StepStart,
+    Begun, BodyAtStart, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
 };
+use crate::sharing::{Sharing, Unshared};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Couplings, SparsityPattern, Unknowns};
 use face::{face_area, face_points};
@@ -70,7 +70,7 @@ impl<const D: usize> GhostFaces<D> {
         cells: Vec<OccupiedCell>,
         (factor, space): (f64, Space),
     ) -> Self {
-        Self::above_own(mesh, active, cells, (factor, space), &OwnCells)
+        Self::above_own(mesh, active, cells, (factor, space), &Unshared)
     }
 
     /// Those of the faces that are above cells of one's own.
@@ -79,7 +79,7 @@ impl<const D: usize> GhostFaces<D> {
         active: &ActiveNodes<D>,
         mut cells: Vec<OccupiedCell>,
         (factor, space): (f64, Space),
-        shared: &dyn SharedCells<D>,
+        shared: &dyn Sharing<D>,
     ) -> Self {
         assert_eq!(active.space().kind(), mesh.functions(), "faces join cells of the mesh");
         // Stable: cells that occur more than once are summed in the order of the bodies.
@@ -347,8 +347,8 @@ impl<const D: usize> Contribution<D> for GhostStabilisation<D> {
             body.occupied_cells(connectivity, step.mesh, step.active, &mut cells)
                 .map_err(|it| Refused { reason: it.to_string(), is_step_too_long: false })?;
         }
-        let cells = step.cells.joined(step.mesh.lattice(), cells);
-        self.faces = GhostFaces::above_own(step.mesh, step.active, cells, (self.factor, space), step.cells);
+        let cells = step.sharing.joined(step.mesh.lattice(), cells);
+        self.faces = GhostFaces::above_own(step.mesh, step.active, cells, (self.factor, space), step.sharing);
         Ok(Begun::Anew)
     }
 

@@ -48,8 +48,11 @@ impl<const D: usize> WallContact<D> {
         let (numbering, free) = (trial.pattern.unknowns(), &driven.load.free);
         let own: Vec<UnknownId> = (0..free.len()).map(|k| block.unknown(0, k)).collect();
         let load: Vec<f64> = driven.loads(trial.end).iter().map(|load| -load).collect();
-        sums.add(trial, &own, &load, &driven.load_stiffness(trial.end));
-        for (held, carriers) in held.iter().zip(&self.markers.carriers) {
+        if self.adds_load {
+            sums.add(trial, &own, &load, &driven.load_stiffness(trial.end));
+        }
+        for held in held {
+            let carriers = &self.markers.carriers[held.marker];
             let arm = held.foot - driven.centre;
             let velocity = |&k: &usize| driven.increment.velocity(k, &arm);
             let velocities: Vec<Vector<D>> = free.iter().map(velocity).collect();

@@ -4,6 +4,8 @@ use mpm_grid::{Block, Vector};
 
 /// A marker at a wall.
 pub(super) struct Held<const D: usize> {
+    /// Its number.
+    pub marker: usize,
     /// Force of the body on the wall, `L q` `[F]`.
     pub force: Vector<D>,
     /// Its derivative by the marker's position `[F/L]`.

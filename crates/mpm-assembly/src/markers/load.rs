@@ -54,9 +54,13 @@ impl<const D: usize> MarkerLoad<D> {
     pub(super) fn forces(&self, positions: &[Vector<D>], at: LoadFraction) -> Vec<Vector<D>> {
         let part = self.ramp.value(at);
         match &self.force {
-            MarkerForce::Dead(forces) => forces.iter().map(|force| force * part).collect(),
+            MarkerForce::Dead(forces) => {
+                let mut own = vec![Vector::zeros(); forces.len()];
+                self.markers.own.iter().for_each(|&marker| own[marker] = forces[marker] * part);
+                own
+            }
             MarkerForce::Pressure(p) => {
-                let areas = self.side().areas(positions);
+                let areas = self.side().areas_of(&self.markers.facets, positions);
                 areas.into_iter().map(|area| area * (-p * part)).collect()
             }
         }

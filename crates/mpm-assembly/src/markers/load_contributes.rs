@@ -4,9 +4,10 @@ use super::load::{MarkerForce, MarkerLoad};
 use super::moving::check_saved;
 use super::side::area_by_corner;
 use crate::contribution::{Begun, Contribution, ContributionEnergy, Inadmissible, Refused, StepStart};
+use crate::sharing::{Scale, Sharing};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
-use mpm_grid::{Block, LoadFraction, Ramp, Vector};
+use mpm_grid::{Block, LoadFraction, Mesh, NodeId, Ramp, Vector};
 use mpm_linear::Symmetry;
 
 /// Nodes that carry the corners of a facet: number, corner and value.
@@ -64,7 +65,7 @@ impl<const D: usize> Contribution<D> for MarkerLoad<D> {
             return Ok(Begun::AsBefore);
         }
         let mut couplings = CoupledPlaces::default();
-        for facet in &self.side().facets {
+        for facet in &self.markers.facets {
             let mut nodes: Vec<u32> = self.of_facet(facet).into_iter().map(|it| it.0).collect();
             nodes.dedup();
             couplings.push(nodes);
@@ -92,7 +93,7 @@ impl<const D: usize> Contribution<D> for MarkerLoad<D> {
             return Ok(());
         }
         let numbering = trial.pattern.unknowns();
-        for facet in &self.side().facets {
+        for facet in &self.markers.facets {
             let (nodes, dense) = self.stiffness(facet, &positions, trial.end);
             let of_node = |&node: &u32| (0..D).map(move |i| numbering.displacement(node as usize, i));
             let unknowns: Vec<UnknownId> = nodes.iter().flat_map(of_node).collect();
@@ -101,9 +102,21 @@ impl<const D: usize> Contribution<D> for MarkerLoad<D> {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
+    fn scale(&self, trial: &Trial<'_, D>) -> Scale<D> {
         let forces = self.forces(&self.markers.moved(&trial.increment.nodes), trial.end);
-        self.markers.norm(&forces, trial.increment.nodes.len())
+        self.markers.of_nodes(&forces, trial.increment.nodes.len())
+    }
+
+    fn can_be_shared(&self) -> bool {
+        true
+    }
+
+    fn nodes(&self, mesh: &Mesh<D>, sharing: &dyn Sharing<D>) -> Vec<NodeId> {
+        self.markers.nodes(mesh, sharing)
+    }
+
+    fn hear(&mut self, sharing: &dyn Sharing<D>) {
+        self.markers.hear((&mut [], 0), sharing);
     }
 
     fn moves_with_load(&self) -> bool {

@@ -33,8 +33,13 @@ impl<const D: usize> BodySide<D> {
     /// Area vectors of the facets, outward normal times length or area, in equal parts at their markers, where these stand at
     /// `positions` `[L]`; one for each marker `[L^(D-1)]`.
     pub fn areas(&self, positions: &[Vector<D>]) -> Vec<Vector<D>> {
+        self.areas_of(&self.facets, positions)
+    }
+
+    /// The same of some of the facets.
+    pub(super) fn areas_of(&self, facets: &[[u32; D]], positions: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut areas = vec![Vector::zeros(); positions.len()];
-        for facet in &self.facets {
+        for facet in facets {
             let part = area(facet, positions) / (D as f64 * f64::from(self.layers));
             facet.iter().for_each(|&marker| areas[marker as usize] += part);
         }

@@ -1,7 +1,7 @@
 //! What a history tells of a wall.
 
 use super::held::Held;
-use crate::contribution::Recorded;
+use crate::contribution::{OfParts, Recorded};
 use mpm_contact::moment;
 use mpm_grid::Vector;
 use nalgebra::Vector3;
@@ -26,11 +26,11 @@ impl<const D: usize> Summary<D> {
         Self { reaction: Vector::zeros(), moment: Vector3::zeros(), gap: 0.0, position, angle }
     }
 
-    /// Takes markers at some positions `[L]` in.
+    /// Takes markers in, of those at some positions `[L]`.
     pub fn add(&mut self, held: &[Held<D>], positions: &[Vector<D>]) {
-        for (held, x) in held.iter().zip(positions) {
+        for held in held {
             self.reaction -= held.force;
-            self.moment -= moment(&(x - self.position), &held.force);
+            self.moment -= moment(&(positions[held.marker] - self.position), &held.force);
             self.gap = self.gap.max(held.gap);
         }
     }
@@ -42,9 +42,9 @@ impl<const D: usize> Summary<D> {
         vec![
             Recorded::real(path("reaction"), self.reaction.as_slice()),
             Recorded::real(path("moment"), moment),
-            Recorded::real(path("gap"), [self.gap]),
-            Recorded::real(path("position"), self.position.as_slice()),
-            Recorded::real(path("angle"), [self.angle.to_degrees()]),
+            Recorded::real(path("gap"), [self.gap]).of_parts(OfParts::Largest),
+            Recorded::real(path("position"), self.position.as_slice()).of_parts(OfParts::Same),
+            Recorded::real(path("angle"), [self.angle.to_degrees()]).of_parts(OfParts::Same),
         ]
     }
 }

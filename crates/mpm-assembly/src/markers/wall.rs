@@ -67,8 +67,9 @@ pub struct WallContact<const D: usize> {
     pub(super) standing: Standing<D>,
     pub(super) prepared_standing: Standing<D>,
     pub(super) from: LoadFraction,
-    /// Unknowns of a wall with a load.
+    /// Unknowns of a wall with a load, and whether its load is added here.
     pub(super) block: Option<Block>,
+    pub(super) adds_load: bool,
     /// Largest gap of the round before, while a step is balanced again.
     pub(super) gap_before: f64,
     pub(super) couplings: CoupledPlaces,
@@ -98,6 +99,7 @@ impl<const D: usize> WallContact<D> {
             prepared_standing: standing,
             from: LoadFraction::START,
             block: None,
+            adds_load: true,
             gap_before: f64::INFINITY,
             couplings: CoupledPlaces::default(),
             prepared_summary: summary.clone(),
@@ -136,12 +138,12 @@ impl<const D: usize> WallContact<D> {
         &all[n * marker..n * (marker + 1)]
     }
 
-    /// The markers at `positions` `[L]` with the wall at `pose`.
+    /// One's own markers at `positions` `[L]` with the wall at `pose`.
     ///
     /// # Errors
     /// A marker has no distance from the wall, because its position is no number.
     pub(super) fn holds(&self, positions: &[Vector<D>], pose: &Pose<D>) -> Result<Vec<Held<D>>, Inadmissible> {
-        let held = positions.iter().enumerate().map(|(marker, x)| self.hold(marker, x, pose));
+        let held = self.markers.own.iter().map(|&marker| self.hold(marker, &positions[marker], pose));
         let held: Option<Vec<_>> = held.collect();
         held.ok_or_else(|| Inadmissible::Contribution("has a marker that is nowhere".into()))
     }
@@ -156,6 +158,7 @@ impl<const D: usize> WallContact<D> {
                 let gap = x - foot;
                 let q = Vector::from_column_slice(held) + gap * beta;
                 return Some(Held {
+                    marker,
                     force: q * measure,
                     stiffness: Matrix::identity() * (beta * measure),
                     foot,
@@ -171,6 +174,7 @@ impl<const D: usize> WallContact<D> {
         if q > 0.0 && matches!(self.wall.hold, Hold::Contact(_)) {
             let (force, stiffness) = (Vector::zeros(), Matrix::zeros());
             return Some(Held {
+                marker,
                 force,
                 stiffness,
                 foot,
@@ -180,6 +184,7 @@ impl<const D: usize> WallContact<D> {
             });
         }
         Some(Held {
+            marker,
             force: normal * (q * measure),
             stiffness: (normal * normal.transpose() * beta + hessian * q) * measure,
             foot,

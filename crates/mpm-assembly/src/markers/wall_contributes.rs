@@ -9,9 +9,10 @@ use crate::contact::loaded::Standing;
 use crate::contribution::{
     Begun, Contribution, ContributionEnergy, Inadmissible, Recorded, Refused, StepStart,
 };
+use crate::sharing::{Scale, Sharing};
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{CoupledPlaces, Couplings, UnknownId, Unknowns};
-use mpm_grid::{Ramp, Vector, six_digits};
+use mpm_grid::{Mesh, NodeId, Ramp, Vector, six_digits};
 use mpm_linear::Symmetry;
 
 /// Gap over the length of a cell at which a step is not balanced again, and above which none is accepted, where a wall holds
@@ -33,8 +34,11 @@ impl<const D: usize> WallContact<D> {
     fn couple(&mut self) -> Begun {
         let mut couplings = CoupledPlaces::default();
         let own = self.block.map(|block| block.place(0));
-        for carriers in &self.markers.carriers {
+        for carriers in self.markers.own.iter().map(|&marker| &self.markers.carriers[marker]) {
             couplings.push(carriers.iter().map(|&(node, _)| node).chain(own));
+        }
+        if let Some(own) = own {
+            couplings.push([own]);
         }
         let before = std::mem::replace(&mut self.couplings, couplings);
         if before == self.couplings { Begun::AsBefore } else { Begun::Anew }
@@ -49,13 +53,31 @@ impl<const D: usize> WallContact<D> {
 
     /// Largest gap over the length of its cell.
     fn widest(&self, held: &[Held<D>]) -> f64 {
-        held.iter().zip(&self.width).map(|(held, width)| held.gap / width).fold(0.0, f64::max)
+        held.iter().map(|held| held.gap / self.width[held.marker]).fold(0.0, f64::max)
+    }
+
+    /// Forces on all markers, nothing on those of others.
+    fn forces(&self, held: &[Held<D>]) -> Vec<Vector<D>> {
+        let mut forces = vec![Vector::zeros(); self.markers.position.len()];
+        held.iter().for_each(|held| forces[held.marker] = held.force);
+        forces
+    }
+
+    /// q of all markers, 0 of those of others.
+    fn pulls(&self, held: &[Held<D>]) -> Vec<f64> {
+        let mut pulls = vec![0.0; self.carried.len()];
+        let width = pulls.len() / self.markers.position.len();
+        for held in held {
+            pulls[width * held.marker..width * (held.marker + 1)].copy_from_slice(&held.q);
+        }
+        pulls
     }
 }
 
 impl<const D: usize> Contribution<D> for WallContact<D> {
     fn begin(&mut self, step: &StepStart<'_, D>, unknowns: &mut Unknowns<D>) -> Result<Begun, Refused> {
         self.from = step.from;
+        self.adds_load = step.sharing.leads();
         self.held.clone_from(&self.carried);
         self.gap_before = f64::INFINITY;
         if self.wall.load.is_none() {
@@ -82,12 +104,12 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
 
     fn add(&self, trial: &Trial<'_, D>, sums: &mut SystemSums<'_, D>) -> Result<(), Inadmissible> {
         let (_, held) = self.under(trial)?;
-        let forces: Vec<Vector<D>> = held.iter().map(|held| held.force).collect();
-        self.markers.spread(1.0, &forces, &mut sums.force.nodes);
+        self.markers.spread(1.0, &self.forces(&held), &mut sums.force.nodes);
         if sums.wants_tangent() {
             let numbering = trial.pattern.unknowns();
             let mut dense = Vec::new();
-            for (held, carriers) in held.iter().zip(&self.markers.carriers) {
+            for held in &held {
+                let carriers = &self.markers.carriers[held.marker];
                 let of_node =
                     |&(node, _): &(u32, f64)| (0..D).map(move |i| numbering.displacement(node as usize, i));
                 let unknowns: Vec<UnknownId> = carriers.iter().flat_map(of_node).collect();
@@ -105,42 +127,45 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let Ok((_, held)) = self.under(trial) else { return 0.0 };
-        let forces: Vec<Vector<D>> = held.iter().map(|held| held.force).collect();
-        self.markers.norm(&forces, trial.increment.nodes.len())
+    fn scale(&self, trial: &Trial<'_, D>) -> Scale<D> {
+        let Ok((_, held)) = self.under(trial) else { return Scale::Size(0.0) };
+        self.markers.of_nodes(&self.forces(&held), trial.increment.nodes.len())
     }
 
     /// Gaps are differences of positions, each of which is a sum.
     fn round_off(&self, sizes: &mut [f64]) {
-        let markers = self.markers.position.iter().zip(&self.markers.carriers);
-        for ((x, carriers), (beta, measure)) in markers.zip(self.beta.iter().zip(&self.markers.measure)) {
-            let size = ROUNDINGS * beta * measure * x.norm();
-            carriers.iter().for_each(|&(node, value)| sizes[node as usize] += size * value.abs());
+        for &marker in &self.markers.own {
+            let size = ROUNDINGS * self.beta[marker] * self.markers.measure[marker];
+            let size = size * self.markers.position[marker].norm();
+            self.markers.carriers[marker]
+                .iter()
+                .for_each(|&(node, value)| sizes[node as usize] += size * value.abs());
         }
     }
 
     /// The load, and what the markers do in each unknown: norms of both.
-    fn own_scale(&self, trial: &Trial<'_, D>) -> f64 {
-        let (Some(driven), Ok((_, held))) = (self.driven(trial), self.under(trial)) else { return 1.0 };
-        let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| load.abs()).collect();
+    fn own_scale(&self, trial: &Trial<'_, D>) -> Vec<f64> {
+        let (Some(driven), Ok((_, held))) = (self.driven(trial), self.under(trial)) else { return Vec::new() };
+        let part = if self.adds_load { 1.0 } else { 0.0 };
+        let mut sizes: Vec<f64> = driven.loads(trial.end).iter().map(|load| part * load.abs()).collect();
         for held in held {
             let work = driven.work(&held.foot, &held.force);
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
-        sizes.iter().map(|size| size * size).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
+        sizes
     }
 
-    fn own_round_off(&self, trial: &Trial<'_, D>) -> f64 {
-        let Some(driven) = self.driven(trial) else { return 0.0 };
-        let markers = self.markers.position.iter().zip(self.beta.iter().zip(&self.markers.measure));
+    fn own_round_off(&self, trial: &Trial<'_, D>) -> Vec<f64> {
+        let Some(driven) = self.driven(trial) else { return Vec::new() };
         let mut sizes = vec![0.0; driven.load.free.len()];
-        for (x, (beta, measure)) in markers {
+        for &marker in &self.markers.own {
+            let (x, beta) = (&self.markers.position[marker], self.beta[marker]);
+            let measure = self.markers.measure[marker];
             let rounded = Vector::repeat(ROUNDINGS * f64::EPSILON * beta * measure * x.norm());
             let work = driven.work(x, &rounded);
             sizes.iter_mut().zip(work).for_each(|(size, work)| *size += work.abs());
         }
-        sizes.iter().map(|size| size * size).sum::<f64>().sqrt()
+        sizes
     }
 
     fn moves_with_load(&self) -> bool {
@@ -156,6 +181,19 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
         true
     }
 
+    fn can_be_shared(&self) -> bool {
+        true
+    }
+
+    fn nodes(&self, mesh: &Mesh<D>, sharing: &dyn Sharing<D>) -> Vec<NodeId> {
+        self.markers.nodes(mesh, sharing)
+    }
+
+    fn hear(&mut self, sharing: &dyn Sharing<D>) {
+        let width = self.carried.len() / self.markers.position.len();
+        self.markers.hear((&mut self.carried, width), sharing);
+    }
+
     /// The work of forces that change linearly through the step: that on the wall where it moves, and the rest of that on the
     /// body, which gaps take.
     fn energy(&self, trial: &Trial<'_, D>) -> ContributionEnergy {
@@ -164,8 +202,9 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
             return ContributionEnergy::default();
         };
         let (mut energy, pose) = (ContributionEnergy::default(), self.pose(trial));
-        let moved = positions.iter().zip(&self.markers.position).map(|(end, start)| end - start);
-        for ((marker, moved), (start, end)) in moved.enumerate().zip(start.iter().zip(&end)) {
+        for (start, end) in start.iter().zip(&end) {
+            let marker = start.marker;
+            let moved = positions[marker] - self.markers.position[marker];
             // Between steps the wall pulls with what it carries.
             let before = start.pull(self.of_marker(&self.carried, marker)) * self.markers.measure[marker];
             let mean = (before + end.force) * -0.5;
@@ -176,19 +215,29 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
         energy
     }
 
-    fn augment(&mut self, trial: &Trial<'_, D>, round: u32) -> bool {
+    fn augment(&mut self, trial: &Trial<'_, D>, round: u32, sharing: &dyn Sharing<D>) -> bool {
         if !self.wall.exact || round >= ROUNDS {
             return false;
         }
-        let Ok((positions, held)) = self.under(trial) else { return false };
-        let rounding =
-            positions.iter().zip(&self.width).map(|(x, width)| 8.0 * f64::EPSILON * x.amax() / width);
-        let (gap, least) = (self.widest(&held), rounding.fold(CLOSED, f64::max));
+        let under = self.under(trial);
+        let of_own = under.as_ref().map_or([f64::NAN; 2], |(positions, held)| {
+            let own = self.markers.own.iter();
+            let rounding =
+                own.map(|&marker| 8.0 * f64::EPSILON * positions[marker].amax() / self.width[marker]);
+            [self.widest(held), rounding.fold(CLOSED, f64::max)]
+        });
+        let of_all = sharing.gathered(of_own.to_vec()).0;
+        let Ok((_, held)) = under else { return false };
+        if of_all.iter().any(|it| it.is_nan()) {
+            return false;
+        }
+        let largest = |k: usize| of_all.iter().skip(k).step_by(2).copied().fold(0.0, f64::max);
+        let (gap, least) = (largest(0), largest(1));
         if gap <= least || gap > NO_LESS * self.gap_before {
             return false;
         }
         self.gap_before = gap;
-        self.held = held.iter().flat_map(|held| held.q.iter().copied()).collect();
+        self.held = self.pulls(&held);
         true
     }
 
@@ -209,7 +258,7 @@ impl<const D: usize> Contribution<D> for WallContact<D> {
         };
         self.prepared_summary = Summary::at(pose.place(&self.wall.moment_about), angle);
         self.prepared_summary.add(&held, &positions);
-        self.prepared = held.into_iter().flat_map(|held| held.q).collect();
+        self.prepared = self.pulls(&held);
         self.prepared_standing = Standing { pose, angle };
         self.markers.prepare(&trial.increment.nodes);
         Ok(())

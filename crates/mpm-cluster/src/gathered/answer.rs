@@ -3,11 +3,13 @@
 use crate::message::{Reader, Writer};
 use mpm_linear::{Analysis, Cause, Factored, Inertia, Method, OutOfMemory, Pivot, Sign, Singular, Solved};
 
-/// A component of a node, whichever rank has it.
+/// Where an equation stands, whichever rank has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Place {
-    pub node: u64,
-    pub component: usize,
+pub(super) enum Place {
+    /// A component of a node.
+    Node { node: u64, component: usize },
+    /// The k-th of the unknowns behind those of the nodes, which all ranks have.
+    Behind(usize),
 }
 
 /// An answer.
@@ -74,12 +76,18 @@ fn read_optional(from: &mut Reader<'_>) -> Option<f64> {
 }
 
 fn write_place(place: Option<Place>, to: &mut Writer) {
-    to.counts(place.iter().flat_map(|it| [it.node, it.component as u64]).collect::<Vec<_>>().into_iter());
+    let numbers = match place {
+        None => vec![],
+        Some(Place::Node { node, component }) => vec![node, component as u64],
+        Some(Place::Behind(k)) => vec![k as u64],
+    };
+    to.counts(numbers.into_iter());
 }
 
 fn read_place(from: &mut Reader<'_>) -> Option<Place> {
     match from.counts()[..] {
-        [node, component] => Some(Place { node, component: component as usize }),
+        [node, component] => Some(Place::Node { node, component: component as usize }),
+        [k] => Some(Place::Behind(k as usize)),
         _ => None,
     }
 }
@@ -227,8 +235,14 @@ mod tests {
 
     #[test]
     fn answers_are_read_as_they_were_written() {
-        let somewhere = |equation: usize| Some(Place { node: equation as u64 / 2, component: equation % 2 });
-        let here = |place: Place| Some(place.node as usize * 2 + place.component);
+        let somewhere = |equation: usize| match equation {
+            7 => Some(Place::Behind(3)),
+            _ => Some(Place::Node { node: equation as u64 / 2, component: equation % 2 }),
+        };
+        let here = |place: Place| match place {
+            Place::Behind(k) => Some(4 + k),
+            Place::Node { node, component } => Some(node as usize * 2 + component),
+        };
         let pivot = Pivot { equation: 9, value: -2.0, relative: -1e-3 };
         let found = Factored {
             inertia: Some(Inertia { positive: 8, negative: 1 }),

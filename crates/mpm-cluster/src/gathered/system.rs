@@ -194,9 +194,13 @@ impl System {
         self.ranks.iter().map(of_rank).collect()
     }
 
-    /// The node and the component of an equation; none where it belongs to no node.
+    /// Where an equation stands; none where it is none.
     pub(super) fn place(&self, equation: usize) -> Option<Place> {
+        let behind = self.block * self.nodes.len();
+        if (behind..self.held.len()).contains(&equation) {
+            return Some(Place::Behind(equation - behind));
+        }
         let node = *self.nodes.get(equation / self.block)?;
-        Some(Place { node, component: equation % self.block })
+        Some(Place::Node { node, component: equation % self.block })
     }
 }

@@ -2,10 +2,13 @@
 
 #![allow(dead_code)]
 
-use mpm_cluster::{Cluster, Threads, Whole, on_threads};
+use mpm_cluster::{Bordered, Cluster, Gathered, Threads, Whole, on_threads};
+use mpm_material::FieldInfo;
 use mpm_scene::{Compiled, Scene, compile};
-use mpm_solver::observe::{Entry, Field, LoadStep, Moment, Observer, ObserverError, RunStart};
+use mpm_solver::observe::{Entry, Field, LoadStep, Moment, Observer, ObserverError, Resumed, RunStart};
 use mpm_solver::{Error, Model, State, Summary, resume_on, run_on};
+use std::fs;
+use std::path::Path;
 use std::rc::Rc;
 
 /// What a run leaves.
@@ -22,10 +25,27 @@ pub struct Seen {
     pub stress: Vec<f64>,
     pub strain: Vec<f64>,
     pub volume: Vec<f64>,
+    /// What tools tell of the points.
+    pub contact: Vec<f64>,
     pub outlines: Vec<Vec<[f64; 3]>>,
     /// States that were kept, after these load steps.
     pub keep_after: Vec<usize>,
+    /// The row that cannot be written.
+    pub fails_at: Option<usize>,
     pub states: Vec<State>,
+}
+
+/// What tools tell of the points.
+const CONTACT: [FieldInfo; 3] = [
+    FieldInfo { name: "contact_force", components: 3, unit: "F" },
+    FieldInfo { name: "contact_gap", components: 1, unit: "L" },
+    FieldInfo { name: "contact_slip", components: 1, unit: "L" },
+];
+
+impl Seen {
+    fn keeping(keep_after: &[usize]) -> Self {
+        Self { keep_after: keep_after.to_vec(), ..Self::default() }
+    }
 }
 
 impl Observer for Seen {
@@ -35,7 +55,14 @@ impl Observer for Seen {
         Ok(())
     }
 
+    fn resume(&mut self, run: &RunStart, _: &Resumed) -> Result<(), ObserverError> {
+        self.start(run)
+    }
+
     fn load_step(&mut self, step: &LoadStep<'_>) -> Result<(), ObserverError> {
+        if self.fails_at == Some(self.rows.len()) {
+            return Err("no space is left on the disk".into());
+        }
         let numbers = |entry: &Entry| match entry {
             Entry::Count(values) => values.iter().map(|&n| n as f64).collect(),
             Entry::Real(values) => values.clone(),
@@ -46,6 +73,9 @@ impl Observer for Seen {
         self.stress = step.fields.field(Field::CAUCHY_STRESS);
         self.strain = step.fields.field(Field::ELASTIC_STRAIN);
         self.volume = step.fields.field(Field::VOLUME);
+        let of_tools = self.columns.iter().any(|it| it.starts_with("tool/"));
+        let told = CONTACT.iter().filter(|_| of_tools);
+        self.contact = told.flat_map(|&info| step.fields.field(Field::from(info))).collect();
         self.outlines = step.fields.outlines();
         assert_eq!(step.fields.n_points(), self.volume.len());
         Ok(())
@@ -59,13 +89,24 @@ impl Observer for Seen {
     }
 }
 
+/// A scene of the repository with parts of its text replaced.
+pub fn repository_scene(path: &str, changes: &[(&str, &str)]) -> String {
+    let whole = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
+    let mut text = fs::read_to_string(whole).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{path} has no `{from}`");
+        text = text.replace(from, to);
+    }
+    text
+}
+
 pub fn compiled(text: &str) -> Compiled {
     compile(&Scene::from_ron(text).unwrap_or_else(|it| panic!("{it:?}"))).unwrap_or_else(|it| panic!("{it:?}"))
 }
 
 /// One rank alone.
 pub fn alone(text: &str, keep_after: &[usize]) -> (Seen, Result<Summary, Error>) {
-    let mut seen = Seen { keep_after: keep_after.to_vec(), ..Seen::default() };
+    let mut seen = Seen::keeping(keep_after);
     let summary = compiled(text).run(&mut seen);
     (seen, summary)
 }
@@ -73,16 +114,43 @@ pub fn alone(text: &str, keep_after: &[usize]) -> (Seen, Result<Summary, Error>)
 /// What each of so many ranks sees, where rank 0 sees all, and how the run ended there.
 pub fn shared(text: &str, ranks: usize, keep_after: &[usize]) -> Vec<(Seen, Result<Summary, String>)> {
     on_threads(ranks, |wire| match compiled(text) {
-        Compiled::Plane(model) => on_rank(model, wire, None, keep_after),
-        Compiled::Solid(model) => on_rank(model, wire, None, keep_after),
+        Compiled::Plane(model) => on_rank(model, wire, None, Seen::keeping(keep_after)),
+        Compiled::Solid(model) => on_rank(model, wire, None, Seen::keeping(keep_after)),
+    })
+}
+
+/// The same where this row cannot be written.
+pub fn shared_until(text: &str, ranks: usize, fails_at: usize) -> Vec<(Seen, Result<Summary, String>)> {
+    on_threads(ranks, |wire| {
+        let seen = Seen { fails_at: Some(fails_at), ..Seen::default() };
+        match compiled(text) {
+            Compiled::Plane(model) => on_rank(model, wire, None, seen),
+            Compiled::Solid(model) => on_rank(model, wire, None, seen),
+        }
+    })
+}
+
+/// The same where rank 0 solves for the unknowns of nodes only.
+pub fn shared_with_border(text: &str, ranks: usize) -> Vec<(Seen, Result<Summary, String>)> {
+    on_threads(ranks, |wire| {
+        let Compiled::Plane(mut model) = compiled(text) else { panic!("in the plane") };
+        let mut seen = Seen::default();
+        let cluster = Cluster::new(wire, &model).with_solver(|model, exchange| {
+            let of_nodes = Box::new(Gathered::new(model, exchange.clone()));
+            Box::new(Bordered::new(of_nodes, exchange))
+        });
+        let cluster = Rc::new(cluster);
+        let mut whole = cluster.whole(&mut seen);
+        let outcome = run_on(&mut model, cluster.clone(), &mut whole);
+        (seen, outcome.map_err(|it| it.to_string()))
     })
 }
 
 /// The same from a state on.
 pub fn resumed(text: &str, ranks: usize, state: &State) -> Vec<(Seen, Result<Summary, String>)> {
     on_threads(ranks, |wire| match compiled(text) {
-        Compiled::Plane(model) => on_rank(model, wire, Some(state), &[]),
-        Compiled::Solid(model) => on_rank(model, wire, Some(state), &[]),
+        Compiled::Plane(model) => on_rank(model, wire, Some(state), Seen::default()),
+        Compiled::Solid(model) => on_rank(model, wire, Some(state), Seen::default()),
     })
 }
 
@@ -90,9 +158,8 @@ fn on_rank<const D: usize>(
     mut model: Model<D>,
     wire: Threads,
     state: Option<&State>,
-    keep_after: &[usize],
+    mut seen: Seen,
 ) -> (Seen, Result<Summary, String>) {
-    let mut seen = Seen { keep_after: keep_after.to_vec(), ..Seen::default() };
     let cluster = Rc::new(Cluster::new(wire, &model));
     let mut whole: Whole<'_, D, Threads> = cluster.whole(&mut seen);
     let outcome = match state {
@@ -131,6 +198,16 @@ pub fn assert_same(text: &str, (one, several): (&Seen, &Seen), what: &str) {
     ];
     for (name, a, b) in fields {
         assert!(apart(a, b) < 1e-9, "{what}: {name} is {:e} apart\n{text}", apart(a, b));
+    }
+    // Forces of single corners are stiffnesses times differences of positions. Corners of a part of a domain stand halfway
+    // between two of before: rounding decides whose slip they go on with.
+    let n = one.volume.len() * usize::from(!one.contact.is_empty());
+    let of_slip = if text.contains("Split(") { f64::INFINITY } else { 1e-6 };
+    for (name, range, within) in
+        [("force", 0..3 * n, 1e-6), ("gap", 3 * n..4 * n, 1e-9), ("slip", 4 * n..5 * n, of_slip)]
+    {
+        let apart = apart(&one.contact[range.clone()], &several.contact[range]);
+        assert!(apart < within, "{what}: contact {name} is {apart:e} apart\n{text}");
     }
     let flat = |outlines: &[Vec<[f64; 3]>]| outlines.iter().flatten().flatten().copied().collect::<Vec<f64>>();
     assert!(apart(&flat(&one.outlines), &flat(&several.outlines)) < 1e-9, "{what}: outlines\n{text}");

@@ -226,7 +226,8 @@ impl<const D: usize> Problem<'_, D> {
                 }
                 agreed(&*shared.ranks, self.added(index, contribution.add(&trial, &mut sums)))?;
                 // Forces of a first trial are a prediction.
-                iterate.scales.push(sums.scale.take().filter(|_| !is_first));
+                let scale = sums.scale.take().filter(|_| !is_first);
+                iterate.scales.push(scale.map(|scale| shared.scale(scale)));
                 if let Some(body) = own {
                     let force = &mut iterate.out_of_balance.nodes;
                     for &v in &body.nodes {
@@ -242,9 +243,9 @@ impl<const D: usize> Problem<'_, D> {
                 finish_tangent(pattern, self.constraints, values);
                 shared.leave_to_owners(pattern, self.constraints, values);
             }
-            shared.ranks.complete(&mut iterate.reaction.nodes);
+            self.complete(&mut iterate.reaction);
             if let Some(lift) = lift {
-                shared.ranks.complete(&mut lift.nodes);
+                self.complete(lift);
             }
             // Internal force becomes f_int - f_ext; its free components must vanish.
             let Iterate { reaction, out_of_balance, .. } = iterate;
@@ -278,8 +279,15 @@ impl<const D: usize> Problem<'_, D> {
                 rate.add(sign / (after.get() - before.get()), &force);
             }
         }
-        ranks.complete(&mut rate.nodes);
+        self.complete(&mut rate);
         Ok(rate)
+    }
+
+    /// Adds what other ranks have of the forces on the same unknowns.
+    fn complete(&self, force: &mut UnknownVector<D>) {
+        let ranks = &self.connected.shared.ranks;
+        ranks.complete(&mut force.nodes);
+        ranks.sum(&mut force.own[self.connected.n_field()..]);
     }
 
     /// What the contribution with this index has answered, as a failure of the step.

@@ -51,7 +51,8 @@ impl<const D: usize> Problem<'_, D> {
         let trial = self.trial(&iterate.increment, false);
         let told = |index: usize| iterate.scales.get(index).copied().flatten();
         let scales = self.contributions.iter().enumerate();
-        let of_contributions: f64 = scales.map(|(k, it)| told(k).unwrap_or_else(|| it.scale(&trial))).sum();
+        let of_contributions: f64 =
+            scales.map(|(k, it)| told(k).unwrap_or_else(|| shared.scale(it.scale(&trial)))).sum();
         let scale = shared.norm(self.external) + norm(&*shared.ranks, supported) + of_contributions;
         let force = shared.norm(&iterate.out_of_balance.nodes);
         if force == 0.0 { 0.0 } else { force / scale }
@@ -76,11 +77,22 @@ impl<const D: usize> Problem<'_, D> {
         let with_own = self.named.iter().zip(&self.connected.own).filter(|(_, own)| !own.is_empty());
         let of_contributions = with_own.map(move |(named, own)| {
             let residual = norm_of(&iterate.out_of_balance.own[own.clone()]);
-            let scale = named.contribution.own_scale(&trial);
-            let rounding = OWN_ROUND_OFF.max(named.contribution.own_round_off(&trial) / scale);
+            let scale = self.own_size(named.contribution.own_scale(&trial)).unwrap_or(1.0);
+            let rounding = self.own_size(named.contribution.own_round_off(&trial)).unwrap_or(0.0) / scale;
+            let rounding = OWN_ROUND_OFF.max(rounding);
             (if residual == 0.0 { 0.0 } else { residual / scale }, rounding)
         });
         of_field.chain(of_contributions)
+    }
+
+    /// The norm of numbers that all ranks have in parts; none of none.
+    fn own_size(&self, mut sizes: Vec<f64>) -> Option<f64> {
+        if sizes.is_empty() {
+            return None;
+        }
+        self.connected.shared.ranks.sum(&mut sizes);
+        let size = norm_of(&sizes);
+        Some(if size == 0.0 { f64::MIN_POSITIVE } else { size })
     }
 
     /// Residual of the nodal field over `Σ_p V⁰_p h S_vp k_v`, which its drivers balance. Rounding leaves a field that is

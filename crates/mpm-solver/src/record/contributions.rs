@@ -2,8 +2,8 @@
 
 use crate::model::NamedContribution;
 use crate::observe::Entry;
-use crate::ranks::{Ranks, count};
-use mpm_assembly::{Recorded, RecordedValues};
+use crate::ranks::{Ranks, count, largest};
+use mpm_assembly::{OfParts, Recorded, RecordedValues};
 
 /// What a contribution tells, as an entry of its column.
 pub(super) fn entry(recorded: Recorded) -> Entry {
@@ -14,17 +14,30 @@ pub(super) fn entry(recorded: Recorded) -> Entry {
 }
 
 /// What the parts of a contribution tell together that ranks share.
-pub(super) fn sum_of_ranks<const D: usize>(entry: Entry, ranks: &dyn Ranks<D>) -> Entry {
-    match entry {
-        Entry::Count(counts) => Entry::Count(counts.into_iter().map(|n| count(ranks, n)).collect()),
-        Entry::Real(mut values) => {
+fn of_ranks<const D: usize>(recorded: Recorded, ranks: &dyn Ranks<D>) -> Entry {
+    let of_parts = recorded.of_parts;
+    match (entry(recorded), of_parts) {
+        (entry, OfParts::Same) => entry,
+        (Entry::Count(counts), OfParts::Sum) => {
+            Entry::Count(counts.into_iter().map(|n| count(ranks, n)).collect())
+        }
+        (Entry::Real(mut values), OfParts::Sum) => {
             ranks.sum(&mut values);
             Entry::Real(values)
+        }
+        (Entry::Count(counts), OfParts::Largest) => {
+            Entry::Count(counts.into_iter().map(|n| largest(ranks, n as f64) as u64).collect())
+        }
+        (Entry::Real(values), OfParts::Largest) => {
+            Entry::Real(values.into_iter().map(|x| largest(ranks, x)).collect())
         }
     }
 }
 
 /// Entries of a contribution's columns.
-pub(super) fn contribution_entries<const D: usize>(named: &NamedContribution<D>) -> Vec<Entry> {
-    named.contribution.history().into_iter().map(entry).collect()
+pub(super) fn contribution_entries<const D: usize>(
+    named: &NamedContribution<D>,
+    ranks: &dyn Ranks<D>,
+) -> Vec<Entry> {
+    named.contribution.history().into_iter().map(|recorded| of_ranks(recorded, ranks)).collect()
 }

@@ -1,7 +1,7 @@
 //! The history of a run: one row per load step.
 
 use super::columns::{AT_APEX, GAP, STAGE, STEP_STRAIN, columns, may_iterate};
-use super::contributions::{contribution_entries, entry, sum_of_ranks};
+use super::contributions::{contribution_entries, entry};
 use super::energy::elastic;
 use super::fields::{BodyFields, look_at_points, mesh_after};
 use super::grip::{Grip, MOST, driven, taken_away};
@@ -318,8 +318,7 @@ impl Record {
         if model.domain_limit.is_some() {
             entries.push(Entry::Count(vec![domains.capped + domains.split]));
         }
-        let of_contributions = model.contributions.iter().flat_map(contribution_entries);
-        entries.extend(of_contributions.map(|entry| sum_of_ranks(entry, ranks)));
+        entries.extend(model.contributions.iter().flat_map(|named| contribution_entries(named, ranks)));
         if self.has_apex {
             let counts = model.bodies.iter().filter_map(|named| named.body.points_at_apex());
             entries.push(Entry::Count(vec![count(ranks, counts.map(|count| count as u64).sum())]));

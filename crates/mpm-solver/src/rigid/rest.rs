@@ -140,7 +140,8 @@ impl<const D: usize> AtRest<D> {
         let forces = reaction.iter().chain(problem.external);
         let largest = forces.map(|force| force.amax()).fold(0.0, f64::max);
         let trial = problem.trial(&equilibrium.increment, false);
-        let of_contributions: f64 = problem.contributions.iter().map(|it| it.scale(&trial)).sum();
+        let of_contributions: f64 =
+            problem.contributions.iter().map(|it| problem.connected.shared.scale(it.scale(&trial))).sum();
         let most = problem.round_off.all.max(NO_FORCE * largest.max(of_contributions));
         if self.pins.iter().any(|&(node, component)| reaction[node][component].abs() > most) {
             return Err(loaded(&self.unheld));

@@ -112,8 +112,8 @@ impl Contribution<2> for Field {
         Ok(())
     }
 
-    fn own_scale(&self, _: &Trial<'_, 2>) -> f64 {
-        self.points.iter().map(|point| point.volume * self.source(&point.position).abs()).sum()
+    fn own_scale(&self, _: &Trial<'_, 2>) -> Vec<f64> {
+        vec![self.points.iter().map(|point| point.volume * self.source(&point.position).abs()).sum()]
     }
 
     fn prepare(&mut self, trial: &Trial<'_, 2>) -> Result<(), Inadmissible> {

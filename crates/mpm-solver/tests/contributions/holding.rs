@@ -2,8 +2,8 @@
 
 use super::setup::{self, History, square};
 use mpm_assembly::{
-    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, MaterialBody, Refused, StepStart, SystemSums,
-    Trial, UnknownId, Unknowns,
+    Begun, Contribution, CoupledPlaces, Couplings, Inadmissible, MaterialBody, Refused, Scale, StepStart,
+    SystemSums, Trial, UnknownId, Unknowns,
 };
 use mpm_basis::Smpm;
 use mpm_grid::{NodeId, Ramp, Region, Vector};
@@ -53,10 +53,10 @@ impl Contribution<2> for Springs {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, 2>) -> f64 {
+    fn scale(&self, trial: &Trial<'_, 2>) -> Scale<2> {
         let stiffness: Vector<2> = self.stiffness.into();
         let force = |&node: &usize| trial.increment.nodes[node].component_mul(&stiffness).norm();
-        self.numbers.iter().map(force).sum()
+        self.numbers.iter().map(force).sum::<f64>().into()
     }
 }
 

@@ -3,7 +3,7 @@
 use super::setup::{History, square};
 use mpm_assembly::{
     Begun, Block, Contribution, ContributionEnergy, CoupledPlaces, Couplings, Inadmissible, Recorded, Refused,
-    StepStart, SystemSums, Trial, UnknownId, Unknowns,
+    Scale, StepStart, SystemSums, Trial, UnknownId, Unknowns,
 };
 use mpm_grid::{LoadFraction, NodeId, Ramp, Region, Vector};
 use mpm_linear::Symmetry;
@@ -129,15 +129,16 @@ impl Contribution<2> for Punch {
         Ok(())
     }
 
-    fn scale(&self, trial: &Trial<'_, 2>) -> f64 {
+    fn scale(&self, trial: &Trial<'_, 2>) -> Scale<2> {
         let q = self.change(trial);
-        (0..self.nodes.len()).map(|k| self.stiffness * self.stretch(k, &q, trial).norm()).sum()
+        let force = |k: usize| self.stiffness * self.stretch(k, &q, trial).norm();
+        (0..self.nodes.len()).map(force).sum::<f64>().into()
     }
 
-    fn own_scale(&self, trial: &Trial<'_, 2>) -> f64 {
+    fn own_scale(&self, trial: &Trial<'_, 2>) -> Vec<f64> {
         match &self.drive {
-            Drive::Force(load) => load.iter().map(|load| load.abs()).sum::<f64>() * trial.end.get(),
-            Drive::Pose(_) => 1.0,
+            Drive::Force(load) => vec![load.iter().map(|load| load.abs()).sum::<f64>() * trial.end.get()],
+            Drive::Pose(_) => Vec::new(),
         }
     }
 

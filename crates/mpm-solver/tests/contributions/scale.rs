@@ -46,8 +46,8 @@ impl Contribution<2> for Spring {
         Ok(())
     }
 
-    fn own_scale(&self, _: &Trial<'_, 2>) -> f64 {
-        self.scale
+    fn own_scale(&self, _: &Trial<'_, 2>) -> Vec<f64> {
+        vec![self.scale]
     }
 }
 
