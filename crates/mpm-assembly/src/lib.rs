@@ -43,7 +43,7 @@ pub use contribution::{
 pub use differences::{NotCompared, body_stiffness_error, stiffness_error};
 pub use ghost::{GhostFaces, GhostStabilisation};
 pub use markers::{BodySide, Hold, MarkerForce, MarkerLoad, Wall, WallContact};
-pub use sharing::{OfPoint, SavedByPoint, Scale, Sharing, Unshared};
+pub use sharing::{OfPoint, SavedByPoint, Scale, Sharing, TakenApart, Unshared};
 pub use trial::{SystemSums, SystemTangent, Trial};
 pub use unknowns::{
     Block, Constraints, CoupledPlaces, Couplings, Place, SparsityPattern, UnknownId, UnknownVector, Unknowns,

@@ -64,11 +64,14 @@ pub struct OfPoint {
     pub numbers: Vec<f64>,
 }
 
+/// What is the same for all who share a contribution, and what belongs to points, ascending.
+pub type TakenApart = (Vec<f64>, Vec<OfPoint>);
+
 /// How the numbers that a contribution [saves](crate::Contribution::save) are shared out with the points.
 #[derive(Clone, Copy, Debug)]
 pub struct SavedByPoint {
-    /// What is the same for all who share the contribution, and what belongs to points, ascending.
-    pub apart: fn(&[f64]) -> (Vec<f64>, Vec<OfPoint>),
+    /// What is the same, and what belongs to points.
+    pub apart: fn(&[f64]) -> TakenApart,
     /// The reverse, of the points that one has, ascending.
     pub together: fn(&[f64], &[OfPoint]) -> Vec<f64>,
 }
