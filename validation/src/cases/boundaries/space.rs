@@ -2,12 +2,11 @@
 
 use super::super::{largest, scientific};
 use super::column::Column;
-use super::cylinder::{errors, inner_radius};
+use super::cylinder::{inner_radius, stress_error};
 use super::{axis, functions};
 use crate::history::History;
 use crate::scenes::{changed, own_text, run, text};
 use crate::{Broken, Case, Check, Extent, Findings};
-use nalgebra::{Isometry3, Vector3};
 
 pub(in crate::cases) const SPACE: Case = Case {
     name: "boundaries in space",
@@ -42,45 +41,13 @@ fn in_space(extent: Extent) -> Result<Findings, Broken> {
                 "cylinder, {name}, {cells}² cells: points against the plane, over the change of the radius"
             );
             checks.push(Check::new(what, apart(&found, &expected) / (inner - 5.0), 1e-5));
-            let error = errors(&found, inner, &Isometry3::identity())[1];
+            let error = stress_error(&found, inner);
             let what = format!("cylinder, {name}, {cells}² cells: error of the stress");
             let most = if cells == 12 { 8e-3 } else { 2e-3 };
             checks.push(Check::new(what, error, most).remark(scientific(error, 2)));
         }
     }
-    let meshes: &[u32] = extent.pick(&[1], &[1, 2]);
-    for (basis, _, name) in BASES {
-        let of_mesh = |&per_length: &u32| turned_tube(basis, per_length, inner);
-        let found: Vec<[f64; 2]> = meshes.iter().map(of_mesh).collect::<Result<_, _>>()?;
-        for (k, (what, most)) in [("displacement", 2e-3), ("stress", 8e-3)].into_iter().enumerate() {
-            let what = format!("turned tube, {name}, cells of 1: error of the {what}");
-            checks.push(Check::new(what, found[0][k], most).remark(scientific(found[0][k], 2)));
-        }
-        if let [coarse, fine] = found[..] {
-            for (what, k) in [("displacement", 0), ("stress", 1)] {
-                let order = (coarse[k] / fine[k]).log2();
-                let what = format!("turned tube, {name}, {what}: order to cells of a half below 1.8");
-                checks.push(Check::new(what, (1.8 - order).max(0.0), 0.0).remark(format!("{order:.2}")));
-            }
-        }
-    }
     Ok(checks.into())
-}
-
-/// Mean-square errors of the displacement and of the stress of a tube that stands askew, with so many cells per length.
-fn turned_tube(basis: &str, per_length: u32, inner: f64) -> Result<[f64; 2], Broken> {
-    let cells = |half: f64| axis(-half, half, 2.0 * half * f64::from(per_length));
-    let changes = [
-        ("basis", basis.into()),
-        ("mesh.axes[0]", cells(12.0)),
-        ("mesh.axes[1]", cells(12.0)),
-        ("mesh.axes[2]", cells(10.0)),
-    ];
-    let history = run(&changed(own_text("tube_turned")?, &changes)?)?.completed()?;
-    let turn = Vector3::new(0.8, 0.6, 0.0) * 30_f64.to_radians();
-    let centre = Vector3::new(0.21, -0.13, 0.0);
-    let pose = Isometry3::rotation(turn) * Isometry3::translation(centre.x, centre.y, centre.z);
-    Ok(errors(&history, inner, &pose))
 }
 
 fn cylinder(basis: &str, cells: u32) -> Result<History, Broken> {
