@@ -14,7 +14,7 @@ use crate::ranks::{Alone, Ranks, count};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
-use mpm_assembly::{Constraints, Contribution, OccupiedCell, views};
+use mpm_assembly::{Constraints, OccupiedCell, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
