@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 pub(in crate::cases) const CASE: Case = Case {
     name: "screw pile in sand",
     goal: "A screw pile turns and advances in sand with friction on it: what it presses the ground down with stands on the ground's base at every load step, its torque is above that of the friction under the stress at rest, and it bears more when pulled than its friction at rest.",
-    setup: "scenes/screw_pile_sand.ron: the pile, mesh and 5408 points of the case `screw pile` (no more than one cell over the thickness of the plate), in the sand of the case `cone in sand` under a surcharge of 20 kPa, friction 0.3 on shaft and plate, advance of a pitch a turn; 60° in 24 load steps of 2.5°, then pulled by 0.2, half of the pitch, in 40. The quick run turns by 2.5° and pulls by 0.005. Beyond 65° most load steps are halved, and a half turn was not reached in an hour on one core: what the plate displaces, half of the sand along its thread, is pressed against the wall of this small mesh.",
+    setup: "scenes/screw_pile_sand.ron: the pile, mesh and 5408 points of the case `screw pile` (no more than one cell over the thickness of the plate), in the sand of the case `cone in sand` under a surcharge of 20 kPa, friction 0.3 on shaft and plate, advance of a pitch a turn; 40° in 16 load steps of 2.5°, then pulled by 0.1, a quarter of the pitch, in 20. The quick run turns by 2.5° and pulls by 0.005. Beyond 65° most load steps are halved, and a half turn was not reached in an hour on a core that other work shared: what the plate displaces, half of the sand along its thread, is pressed against the wall of this small mesh.",
     reference: "Balance of vertical forces. Friction under the stress at rest, with σ_h = K₀ σ_v on the shaft and σ_v at its depth on both faces of the plate: torque 2πR_s² μ ∫K₀ σ_v dz + (4/3)π(R_h³ − R_s³) μ σ_v, and 2πR_s μ ∫K₀ σ_v dz when pulled; no bound, because turning changes the stress. Perko's empirical ratio of capacity to torque, 2.8 per metre for a shaft of 880 mm, is told beside and not checked, because at this depth of less than 1.5 plate diameters, with a wall at 0.45 from the plate's edge and with one cell over the plate, the numbers are those of this scene alone. Published torques in sand (Davidson et al. 2022, Cerfontaine et al. 2020) are not compared: their tables were not at hand.",
     run: pile,
 };
@@ -42,8 +42,8 @@ fn torque_at_rest() -> f64 {
 }
 
 fn pile(extent: Extent) -> Result<Findings, Broken> {
-    let (degrees, steps) = extent.pick((2.5, 1), (60.0, 24));
-    let (pull, pulls) = extent.pick((0.005, 1), (0.2, 40));
+    let (degrees, steps) = extent.pick((2.5, 1), (40.0, 16));
+    let (pull, pulls) = extent.pick((0.005, 1), (0.1, 20));
     let advance = -PITCH * degrees / 360.0;
     let stages = format!(
         "[(name: \"rest\", steps: 1), (name: \"turn\", steps: {steps}), (name: \"pull\", steps: {pulls})]"
@@ -68,7 +68,7 @@ fn pile(extent: Extent) -> Result<Findings, Broken> {
     let most = largest(force.iter().map(|force| force.abs()));
     let off = largest(borne.iter().map(|it| (it - borne[0]).abs() / most));
     let turned: Vec<usize> = rows(1.0).collect();
-    let part = extent.pick(1, 6);
+    let part = extent.pick(1, 4);
     let mean = |rows: &[usize], of: &[f64]| rows.iter().map(|&row| of[row]).sum::<f64>() / rows.len() as f64;
     let last = &turned[turned.len() - part..];
     let (at_end, uplift) = (mean(last, &torque), rows(2.0).map(|row| -force[row]).fold(0.0, f64::max));
