@@ -183,9 +183,9 @@ fn what_takes_too_many_iterations_is_factorised() {
     assert!(apart < 1e-7, "{apart:e}");
 }
 
-/// A strip pulled until its tangent is indefinite: what conjugate gradients cannot solve is factorised.
+/// A strip pulled until its tangent is indefinite: GMRES goes on where conjugate gradients cannot.
 #[test]
-fn an_indefinite_tangent_is_factorised() {
+fn an_indefinite_tangent_is_left_to_gmres() {
     let strip = |solver: &str| {
         let scene = include_str!("../../../scenes/simple_stretch.ron");
         scene.replace("schedule:", &format!("solver: {solver},\n    schedule:"))
@@ -194,7 +194,7 @@ fn an_indefinite_tangent_is_factorised() {
     let (iterative, summary) = run(&strip("Iterative"));
     assert!(expected.indefinite_steps > 0, "it is meant to be unstable");
     assert_eq!(iterative.methods[0], 3);
-    assert!(summary.indefinite_steps > 0 && iterative.methods.contains(&1), "{:?}", iterative.methods);
+    assert!(summary.indefinite_steps > 0 && iterative.methods.contains(&5), "{:?}", iterative.methods);
     let apart = direct.displacement.iter().zip(&iterative.displacement);
     let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-6, "{apart:e}");
