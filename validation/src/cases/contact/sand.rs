@@ -65,40 +65,45 @@ fn pile(extent: Extent) -> Result<Findings, Broken> {
     };
     // What the base bears besides the pile's force is the weight of the ground and its surcharge, at all load steps.
     let borne: Vec<f64> = base.iter().zip(&force).map(|(base, force)| base - force).skip(1).collect();
-    let most = largest(force.iter().map(|force| force.abs()));
-    let off = largest(borne.iter().map(|it| (it - borne[0]).abs() / most));
-    let turned: Vec<usize> = rows(1.0).collect();
-    let part = extent.pick(1, 4);
-    let mean = |rows: &[usize], of: &[f64]| rows.iter().map(|&row| of[row]).sum::<f64>() / rows.len() as f64;
-    let last = &turned[turned.len() - part..];
-    let (at_end, uplift) = (mean(last, &torque), rows(2.0).map(|row| -force[row]).fold(0.0, f64::max));
+    let off = largest(borne.iter().map(|it| (it / borne[0] - 1.0).abs()));
+    // Load steps are halved here and there, so that parts are told by the angle.
+    let (angle, parts) = (of("angle", 0), extent.pick(1, 4));
+    let width = degrees / f64::from(parts);
+    let mean_in = |part: u32, of: &[f64]| {
+        let (from, to) = (f64::from(part) * width + 1e-9, f64::from(part + 1) * width + 1e-9);
+        let rows: Vec<usize> = rows(1.0).filter(|&row| -angle[row] > from && -angle[row] <= to).collect();
+        rows.iter().map(|&row| of[row]).sum::<f64>() / rows.len() as f64
+    };
+    let at_end = mean_in(parts - 1, &torque);
+    let uplift = rows(2.0).map(|row| -force[row]).fold(0.0, f64::max);
     let mut table = Table::new(
-        "Means over parts of the turn; what the pile bears when it is pulled, over the torque of the last part:",
+        "Means over the load steps of parts of the turn; what the pile bears when it is pulled, over the torque of the last part:",
         &["turned", "torque", "over friction at rest", "crowd force", "uplift", "K_t"],
     );
-    for (k, rows) in turned.chunks(part).enumerate() {
-        let width = degrees / turned.len() as f64 * part as f64;
-        let ends = (k + 1) * part == turned.len();
-        let told = |number: f64, digits| if ends { fixed(number, digits) } else { String::new() };
-        let found = mean(rows, &torque);
+    for part in 0..parts {
+        let found = mean_in(part, &torque);
+        let told = |number: f64, digits| if part + 1 == parts { fixed(number, digits) } else { String::new() };
         table.push([
-            format!("{} to {}°", k as f64 * width, (k + 1) as f64 * width),
+            format!("{} to {}°", f64::from(part) * width, f64::from(part + 1) * width),
             fixed(found, 1),
             fixed(found / torque_at_rest(), 2),
-            fixed(mean(rows, &force), 0),
+            fixed(mean_in(part, &force), 0),
             told(uplift, 0),
             told(uplift / at_end, 2),
         ]);
     }
     let mut findings = Findings::default();
-    let said = format!("{:.1}, {:.1}", at_end, torque_at_rest());
-    let pulled = format!("{uplift:.0}, {:.0}", shaft_at_rest());
-    findings.checks.extend([
-        Check::new("vertical forces out of balance, over the largest force on the pile", off, 2e-2),
-        Check::none("torque at the end below friction at rest", usize::from(at_end < torque_at_rest()))
-            .remark(said),
-        Check::none("uplift below friction at rest", usize::from(uplift < shaft_at_rest())).remark(pulled),
-    ]);
+    let what = "force on the base less that on the pile: change from the ground at rest on, relative, largest";
+    findings.checks.push(Check::new(what, off, 5e-3));
+    // After 2.5 degrees friction is not yet mobilised.
+    if extent == Extent::Full {
+        let said = format!("{at_end:.1}, {:.1}", torque_at_rest());
+        let is_below = usize::from(at_end < torque_at_rest());
+        findings.checks.push(Check::none("torque at the end below friction at rest", is_below).remark(said));
+        let said = format!("{uplift:.0}, {:.0}", shaft_at_rest());
+        let is_below = usize::from(uplift < shaft_at_rest());
+        findings.checks.push(Check::none("uplift below friction at rest", is_below).remark(said));
+    }
     findings.tables.push(table);
     Ok(findings)
 }
