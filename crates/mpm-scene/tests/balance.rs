@@ -157,10 +157,10 @@ fn a_motion_without_load_is_kept_at_zero_where_the_scene_asks_for_it() {
         let text = scene.text().replacen("schedule:", &format!("solver: {solver}, schedule:"), 1);
         let (seen, error) = run(&text);
         assert!(error.is_none(), "{error:?}: {text}");
-        // Zero but for the round-off of nodes that points barely reach.
+        // Zero but for the round-off of nodes that points barely reach, and what an iteration leaves of them.
         let moved = seen.last("probe/all/displacement");
-        assert!(moved[1] < -0.01 && moved[0].abs() < 1e-12, "{moved:?}: {text}");
-        assert!(moved.get(2).is_none_or(|z| z.abs() < 1e-12), "{moved:?}: {text}");
+        assert!(moved[1] < -0.01 && moved[0].abs() < 1e-11, "{moved:?}: {text}");
+        assert!(moved.get(2).is_none_or(|z| z.abs() < 1e-11), "{moved:?}: {text}");
     }
     let loaded = run(&Boxes { rest: &push, ..plane(&BLOCK, ROLLERS) }.text()).1;
     let is_named = matches!(
