@@ -160,7 +160,8 @@ fn cone(extent: Extent) -> Result<Findings, Broken> {
             findings.checks.push(Check::none(what, usize::from(!(low..=high).contains(&found))).remark(said));
         }
     }
-    let heads = ["cone", "0.6 m", "1.8 m", "2.8 m", "3.8 m"];
+    let heads: Vec<String> = depths.iter().map(|depth| format!("{depth} m")).collect();
+    let heads: Vec<&str> = std::iter::once("cone").chain(heads.iter().map(String::as_str)).collect();
     let mut table = Table::new("Resistance, kPa, of cone and shaft at depths of the tip:", &heads);
     for (test, (path, _)) in runs.iter().rev() {
         table.push([test.name()].into_iter().chain(depths.iter().map(|&depth| fixed(mean(path, depth), 0))));
