@@ -149,7 +149,8 @@ fn cone(extent: Extent) -> Result<Findings, Broken> {
         let what = format!("{name}: base, weight and cone out of balance, over the largest force on the cone");
         findings.checks.push(Check::new(what, *imbalance, 1e-5));
         let shallow = [0.2, 0.4, 0.6].map(|depth| mean(path, depth));
-        let falls = shallow.windows(2).filter(|pair| !(pair[1] > pair[0])).count();
+        let grows = shallow.windows(2).filter(|pair| pair[1] > pair[0]).count();
+        let falls = shallow.len() - 1 - grows;
         findings
             .checks
             .push(Check::none(format!("{name}: falls of the resistance from 0.2 to 0.4 and 0.6 m"), falls));
