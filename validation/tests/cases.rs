@@ -94,6 +94,7 @@ tests! {
     sphere_on_a_block("sphere on a block")
     ball_t_bar_and_turned_cylinder_in_space("ball, T-bar and turned cylinder in space")
     cylinder_pile_and_vane_in_clay("cylinder, pile and vane in clay")
+    vane_in_space("vane in space")
     screws_and_full_turns("screws and full turns")
     footing_and_blade("footing and blade")
     generalised_vortex("generalised vortex")

@@ -5,7 +5,7 @@ use crate::error::{ContactError, TRIANGLE};
 use crate::plane::parts;
 use crate::shape::{Near, Outline, SMOOTH, Sample, Shape, keep_distinct};
 use crate::tree::{Tree, squared_distance};
-use crate::triangle::{Region, crossed, nearest};
+use crate::triangle::{Region, crossed, nearest, parts_of_triangle};
 use mpm_grid::Block;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -234,26 +234,13 @@ impl Surface {
         least
     }
 
-    fn sample_facets(&self, spacing: f64, out: &mut Vec<Sample<3>>) {
+    fn sample_facets(&self, spacing: f64, within: &Bounds<3>, out: &mut Vec<Sample<3>>) {
         for facet in 0..self.facets.len() {
-            let (x, normal) = (self.corners(facet), self.facet_normals[facet]);
-            let longest = (0..3).map(|k| (x[(k + 1) % 3] - x[k]).norm()).fold(0.0, f64::max);
-            let n = parts(longest, spacing).min(1 << 10);
-            let parts = f64::from(n);
-            let area = 0.5 * area_vector(&x).norm() / (parts * parts);
-            let (u, v) = ((x[1] - x[0]) / parts, (x[2] - x[0]) / parts);
+            let normal = self.facet_normals[facet];
             let grown = normal * self.rounding;
-            let mut add = |i: f64, j: f64| {
-                out.push(Sample { position: x[0] + u * i + v * j + grown, normal, area });
-            };
-            for i in 0..n {
-                for j in 0..n - i {
-                    add(f64::from(i) + 1.0 / 3.0, f64::from(j) + 1.0 / 3.0);
-                    if i + j + 1 < n {
-                        add(f64::from(i) + 2.0 / 3.0, f64::from(j) + 2.0 / 3.0);
-                    }
-                }
-            }
+            let parts = parts_of_triangle(&self.corners(facet), spacing);
+            let samples = parts.map(|(middle, area)| Sample { position: middle + grown, normal, area });
+            out.extend(samples.filter(|it| within.contains(&it.position)));
         }
     }
 
@@ -338,8 +325,8 @@ impl Shape<3> for Surface {
         self.tree.bounds().grown(self.rounding)
     }
 
-    fn samples(&self, spacing: f64, _within: &Bounds<3>, out: &mut Vec<Sample<3>>) {
-        self.sample_facets(spacing, out);
+    fn samples(&self, spacing: f64, within: &Bounds<3>, out: &mut Vec<Sample<3>>) {
+        self.sample_facets(spacing, within, out);
         if self.rounding > 0.0 {
             self.sample_edges(spacing, out);
             for (vertex, normal) in self.vertex_normals.iter().enumerate() {

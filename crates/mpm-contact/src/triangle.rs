@@ -1,5 +1,6 @@
-//! The nearest place of a triangle, and which part of it that is.
+//! The nearest place of a triangle, and which part of it that is; and its parts.
 
+use crate::plane::parts;
 use nalgebra::Vector3;
 
 /// Part of a triangle that holds the nearest place: vertices and edges by their number in the triangle; edge k runs
@@ -61,4 +62,50 @@ pub(crate) fn crossed(corners: &[Vector3<f64>; 3], x: &Vector3<f64>, by: &Vector
     let q = from.cross(&ab);
     let v = by.dot(&q) / det;
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| ac.dot(&q) / det)
+}
+
+/// Centroids and areas of parts of the triangle, neither longer nor wider than `spacing`: rows along its longest edge, each cut across.
+pub(crate) fn parts_of_triangle(
+    corners: &[Vector3<f64>; 3],
+    spacing: f64,
+) -> impl Iterator<Item = (Vector3<f64>, f64)> + use<> {
+    let length = |k: usize| (corners[(k + 1) % 3] - corners[k]).norm();
+    let first = (1..3).fold(0, |longest, k| if length(k) > length(longest) { k } else { longest });
+    let [from, to, apex] = [0, 1, 2].map(|k| corners[(first + k) % 3]);
+    let longest = (to - from).norm();
+    let height = (to - from).cross(&(apex - from)).norm() / longest;
+    let rows = parts(height, spacing);
+    (0..rows).flat_map(move |row| {
+        // Shares of the longest edge on both sides of the row, and the height of its centroid as a share of the triangle's.
+        let [wide, narrow] = [row, row + 1].map(|it| 1.0 - f64::from(it) / f64::from(rows));
+        let up = (f64::from(row) + (wide + 2.0 * narrow) / (3.0 * (wide + narrow))) / f64::from(rows);
+        let (start, end) = (from + (apex - from) * up, to + (apex - to) * up);
+        let columns = parts(longest * wide, spacing);
+        let area = 0.5 * (wide + narrow) * longest * height / f64::from(rows) / f64::from(columns);
+        (0..columns)
+            .map(move |column| (start + (end - start) * ((f64::from(column) + 0.5) / f64::from(columns)), area))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_as_many_as_the_area_needs_and_have_its_moments() {
+        let x = [Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.1, 0.21, 4.3), Vector3::new(0.12, 0.2, 2.0)];
+        let whole = 0.5 * (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
+        for turn in 0..3 {
+            let corners = [0, 1, 2].map(|k| x[(k + turn) % 3]);
+            for (spacing, most) in [(10.0, 1), (0.1, 40), (0.005, 2000)] {
+                let parts: Vec<_> = parts_of_triangle(&corners, spacing).collect();
+                assert!(parts.len() <= most, "{} parts of {spacing}", parts.len());
+                let area: f64 = parts.iter().map(|it| it.1).sum();
+                let moment: Vector3<f64> = parts.iter().map(|it| it.0 * it.1).sum();
+                assert!((area / whole - 1.0).abs() < 1e-12);
+                assert!((moment / area - (x[0] + x[1] + x[2]) / 3.0).norm() < 1e-12);
+                assert!(parts.iter().all(|it| (nearest(&corners, &it.0).1 - it.0).norm() < 1e-12));
+            }
+        }
+    }
 }

@@ -3,6 +3,9 @@
 use mpm_scene::{Scene, compile};
 use mpm_solver::observe::{Entry, Field, LoadStep, Observer, ObserverError, RunStart};
 
+/// What the history calls LU.
+const LU: u64 = 2;
+
 /// What is seen of the last load step, and how many iterations each took.
 #[derive(Default)]
 struct Seen {
@@ -224,6 +227,34 @@ fn turned_bodies_in_space_are_pressed_evenly() {
         });
         assert!(apart < 1e-7, "{shape}: {apart:e}");
     }
+}
+
+/// The tangent of a pressure in space is exact where edges of its side are free, too: Newton's method converges quadratically. It
+/// stays symmetric where supports hold the edges.
+#[test]
+fn newtons_method_is_quadratic_where_edges_are_free() {
+    let pressed = |supports: &str, loads: &str| {
+        let seen = run(&format!(
+            r#"Solid(
+                mesh: Box(axes: [Uniform(from: 0, to: 2, cells: 4), Uniform(from: 0, to: 2, cells: 4), Uniform(from: 0, to: 2, cells: 4)]),
+                basis: Cpdi2Hexahedron, stabilisation: Ghost(),
+                materials: {{ "steel": Hencky(young: 1000, poisson: 0.3) }},
+                bodies: [(name: "b", material: "steel", shape: Box(from: (0, 0, 0), to: (1, 1, 1.2)), points_per_cell: 2)],
+                supports: [(name: "base", region: Plane(axis: Z, at: 0), fix: [X, Y, Z]), {supports}],
+                loads: [Pressure(body: "b", side: "top", value: 300), {loads}],
+                schedule: (steps: 2), tolerance: (residual: 1e-11),
+            )"#
+        ));
+        let Some(Entry::Count(factorization)) = seen.entry("factorization") else { panic!("none recorded") };
+        (factorization[0] == LU, seen.iterations.clone())
+    };
+    let (is_unsymmetric, iterations) = pressed("", r#"Pressure(body: "b", side: "right", value: 150)"#);
+    assert!(is_unsymmetric && iterations.iter().all(|it| *it <= 6), "{iterations:?}");
+    let side = |name: &str, axis: &str, at: u32| {
+        format!("(name: \"{name}\", region: Plane(axis: {axis}, at: {at}), fix: [{axis}])")
+    };
+    let held = [side("left", "X", 0), side("right", "X", 1), side("front", "Y", 0), side("back", "Y", 1)];
+    assert!(!pressed(&held.join(", "), "").0);
 }
 
 /// Corners of CPDI2q domains move as markers do, so that a traction on a plane is the same at markers. Those of CPDI1 do not, and

@@ -114,6 +114,7 @@ pub const CASES: &[Case] = &[
     contact::RATE,
     contact::CYLINDER,
     contact::TURNED,
+    contact::VANE,
     contact::SPHERE,
     contact::SPACE,
     contact::PLOUGH,

@@ -1,6 +1,7 @@
 //! A part of a body's boundary at rest, cut into straight facets.
 
 use mpm_grid::{Block, Vector};
+use std::collections::BTreeMap;
 
 /// A part of a body's boundary at rest: markers and the facets between them, segments in the plane with the body on their
 /// left, triangles in space whose corners run anticlockwise as seen from outside.
@@ -46,11 +47,19 @@ impl<const D: usize> BodySide<D> {
         areas
     }
 
-    /// Markers at which a chain in the plane ends: none where it is closed.
-    pub fn ends(&self) -> Vec<usize> {
-        let mut met = vec![0; self.markers.len()];
-        self.facets.iter().flatten().for_each(|&marker| met[marker as usize] += 1);
-        (0..met.len()).filter(|&marker| met[marker] == 1).collect()
+    /// The edge of the part, where no facet goes on: in the plane the markers at which a chain ends, in space pairs of markers.
+    /// None where the part is closed.
+    pub fn edges(&self) -> Vec<Vec<usize>> {
+        let mut met: BTreeMap<Vec<u32>, i32> = BTreeMap::new();
+        for (facet, k) in self.facets.iter().flat_map(|facet| (0..D).map(move |k| (facet, k))) {
+            let mut side: Vec<u32> = (1..D).map(|i| facet[(k + i) % D]).collect();
+            let is_forward = if D == 2 { k == 0 } else { side[0] < side[D - 2] };
+            side.sort_unstable();
+            // Facets beside each other run along their common side in opposite directions.
+            *met.entry(side).or_default() += if is_forward { 1 } else { -1 };
+        }
+        let open = met.into_iter().filter(|(_, count)| *count != 0);
+        open.map(|(side, _)| side.into_iter().map(|marker| marker as usize).collect()).collect()
     }
 }
 
@@ -120,6 +129,23 @@ mod tests {
         let markers = [0.0, 1.0, 3.0].map(|x| Vector::<2>::new(x, 0.0)).to_vec();
         let (body, name) = ("b".to_owned(), "s".to_owned());
         let side = BodySide { body, name, markers, facets: vec![[0, 1], [1, 2]], layers: 1 };
-        assert_eq!((side.measures(), side.ends()), (vec![0.5, 1.5, 1.0], vec![0, 2]));
+        assert_eq!((side.measures(), side.edges()), (vec![0.5, 1.5, 1.0], vec![vec![0], vec![2]]));
+    }
+
+    #[test]
+    fn edges_of_open_and_closed_parts() {
+        let marker = |k: u32| Vector::<3>::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+        let quad = |q: [u32; 4]| [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]].map(|it| it.map(|k| q[k]));
+        let cube = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let part = |quads: &[[u32; 4]]| {
+            let facets = quads.iter().flat_map(|q| quad(*q)).collect();
+            let (body, name) = ("b".to_owned(), "s".to_owned());
+            BodySide { body, name, markers: (0..8).map(marker).collect(), facets, layers: 2 }
+        };
+        assert!(part(&cube).edges().is_empty());
+        // Without the top and the bottom.
+        let open: Vec<[usize; 2]> = vec![[0, 1], [0, 2], [1, 3], [2, 3], [4, 5], [4, 6], [5, 7], [6, 7]];
+        assert_eq!(part(&cube[2..]).edges(), open);
+        assert_eq!(part(&cube[..1]).edges(), open[..4]);
     }
 }

@@ -8,12 +8,16 @@ use crate::boundary::{Boundary, chain};
 use crate::error::SceneError;
 use crate::language::{BodyInput, LoadInput, SceneIn, ShapeInput, TilingInput};
 use mpm_assembly::{BodySide, MarkerForce, MarkerLoad};
-use mpm_grid::{Layout, Mesh, Vector};
+use mpm_grid::{Layout, Mesh, NodeId, Vector};
 use mpm_linear::Symmetry;
 use mpm_solver::Model;
+use std::collections::BTreeMap;
 
 /// Values of functions below this are those of rounding at the edge of a cell.
 const NOTHING: f64 = 1e-12;
+
+/// Part of an edge's length by which its ends may lie off a plane in which it counts as lying.
+const IN_PLANE: f64 = 1e-9;
 
 /// What the boundaries of bodies are known by, in the order of the bodies.
 pub(super) struct Sides<'a, const D: usize> {
@@ -168,33 +172,40 @@ pub(super) fn side_loads<const D: usize, B>(
     Ok(loads)
 }
 
-/// Whether a load on a side has a symmetric tangent: a pressure does where the side is closed, or supports hold each of its
-/// ends across a plane, on which nothing flows through the side. In space the ends of sides are left out of the tangent.
+/// Whether a load on a side has a symmetric tangent: a pressure does where the side is closed, or supports hold its edges across
+/// the planes they lie in, on which nothing flows through the side.
 fn symmetry<const D: usize>(
     side: &BodySide<D>,
     force: &MarkerForce<D>,
     model: &Model<D>,
     start: &Mesh<D>,
 ) -> Symmetry {
-    if matches!(force, MarkerForce::Dead(_)) || D == 3 {
+    if matches!(force, MarkerForce::Dead(_)) {
         return Symmetry::Symmetric;
     }
-    let is_held = |marker: &Vector<D>| {
-        let Ok(place) = start.locate(marker, 0.0) else { return false };
+    let holds = |node: &NodeId, d: usize| {
+        let mut of_node = model.supports.iter().filter(|support| support.nodes.binary_search(node).is_ok());
+        of_node.any(|support| support.components[d].is_some())
+    };
+    let held = |marker: &Vector<D>| -> [bool; D] {
+        let Ok(place) = start.locate(marker, 0.0) else { return [false; D] };
         let mut nodes = Vec::new();
         start.values(&place, |node, value| {
             if value.abs() > NOTHING {
                 nodes.push(node);
             }
         });
-        let holds = |node, d: usize| {
-            let mut of_node = model.supports.iter().filter(|support| support.nodes.binary_search(node).is_ok());
-            of_node.any(|support| support.components[d].is_some())
-        };
-        (0..D).any(|d| nodes.iter().all(|node| holds(node, d)))
+        std::array::from_fn(|d| nodes.iter().all(|node| holds(node, d)))
     };
-    match side.ends().iter().all(|&end| is_held(&side.markers[end])) {
-        true => Symmetry::Symmetric,
-        false => Symmetry::Unsymmetric,
-    }
+    let edges = side.edges();
+    let mut at_edges: BTreeMap<usize, [bool; D]> = BTreeMap::new();
+    edges.iter().flatten().for_each(|&marker| {
+        at_edges.entry(marker).or_insert_with(|| held(&side.markers[marker]));
+    });
+    let is_held = |edge: &Vec<usize>| {
+        let along = side.markers[edge[edge.len() - 1]] - side.markers[edge[0]];
+        let lies_in_plane = |d: usize| along[d].abs() <= IN_PLANE * along.norm();
+        (0..D).any(|d| lies_in_plane(d) && edge.iter().all(|marker| at_edges[marker][d]))
+    };
+    if edges.iter().all(is_held) { Symmetry::Symmetric } else { Symmetry::Unsymmetric }
 }

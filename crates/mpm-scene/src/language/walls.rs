@@ -15,7 +15,8 @@ pub struct WallInput<const D: usize> {
     /// Name of the body.
     pub body: String,
     /// Name of the side that it holds: of a `Box` `left`, `right`, `bottom`, `top`, in space also `front` and `back`; of a
-    /// `Ring` or `Tube` `inner`, `outer`, in a sector also `start` and `end`; of a `Cylinder` in the plane `outer`; of a
+    /// `Ring` or `Tube` `inner`, `outer`, in a sector also `start` and `end`, in space also `bottom` and `top`; of a `Cylinder`
+    /// `outer`, in space also `bottom` and `top`; of a
     /// `Polygon` in the plane `edge 0`, from its first corner to the second, and so on, and `hole 0`, …. A `Cylinder`, a `Tube`
     /// or a `Polygon` that is cut by the cells of a mesh has no domains along its sides: these carry loads, and no wall holds
     /// them.

@@ -2,16 +2,17 @@
 
 use super::super::{largest, scientific};
 use super::column::Column;
-use super::cylinder::{inner_radius, stress_error};
+use super::cylinder::{inner_radius, stress_error, stress_error_about};
 use super::{axis, functions};
 use crate::history::History;
 use crate::scenes::{changed, own_text, run, text};
 use crate::{Broken, Case, Check, Extent, Findings};
+use nalgebra::{Rotation3, Unit, Vector3};
 
 pub(in crate::cases) const SPACE: Case = Case {
     name: "boundaries in space",
     goal: "Walls hold and pressures follow sides in space, where these cut the mesh, as they do in the plane.",
-    setup: "The inclined column, turned by 30° about z, with 3 points a cell and direction, and a quarter of the cylinder under pressure, with 2, both on splines of degree 2 one cell deep, smooth in front and behind; CPDI1 and CPDI2 hexahedra; coarse meshes, and twice as many cells in the full run.",
+    setup: "The inclined column, turned by 30° about z, with 3 points a cell and direction, and a quarter of the cylinder under pressure, with 2, both on splines of degree 2 one cell deep, smooth in front and behind; CPDI1 and CPDI2 hexahedra; and the whole cylinder, 4 long, between smooth walls, its axis along no line of the mesh, on splines of degree 2, hexahedra; coarse meshes, and twice as many cells in the full run.",
     reference: "The same in the plane, with as many points a cell: CPDI1 for CPDI1, CPDI2q for hexahedra; ghost faces, which are integrated along z and not summed over corners, keep the two apart by a thousandth of the error (without them the cylinders agree to 8e-15). The stress of the cylinder in one dimension.",
     run: in_space,
 };
@@ -47,7 +48,38 @@ fn in_space(extent: Extent) -> Result<Findings, Broken> {
             checks.push(Check::new(what, error, most).remark(scientific(error, 2)));
         }
     }
+    askew(extent, &mut checks)?;
     Ok(checks.into())
+}
+
+/// Cells of the box around the whole cylinder, coarse; about 1.5 long.
+const AROUND: [(f64, f64, f64); 3] = [(-11.3, 11.7, 16.0), (-9.8, 10.2, 14.0), (-10.1, 10.4, 14.0)];
+
+/// The whole cylinder with an axis along no line of the mesh.
+fn askew(extent: Extent, checks: &mut Vec<Check>) -> Result<(), Broken> {
+    let inner = inner_radius()?;
+    let axis_of_turn = Unit::new_normalize(Vector3::new(-2.0, 1.0, 0.0));
+    let frame = Rotation3::from_axis_angle(&axis_of_turn, 50.0_f64.to_radians()).into_inner();
+    let mut found: Vec<f64> = Vec::new();
+    for &factor in extent.pick(&[1.0][..], &[1.0, 2.0]) {
+        let mut changes = vec![("mesh.functions", functions(2))];
+        for (path, (from, to, cells)) in
+            ["mesh.axes[0]", "mesh.axes[1]", "mesh.axes[2]"].into_iter().zip(AROUND)
+        {
+            changes.push((path, axis(from, to, factor * cells)));
+        }
+        let history = run(&changed(own_text("tube_pressure_turned")?, &changes)?)?.completed()?;
+        let error = stress_error_about(&history, inner, &frame);
+        let what = format!("cylinder askew, cells {} wide: error of the stress", 1.5 / factor);
+        checks.push(Check::new(what, error, 2e-2 / (factor * factor)).remark(scientific(error, 2)));
+        found.push(error);
+    }
+    if let [coarse, fine] = found[..] {
+        let order = (coarse / fine).log2();
+        let what = "cylinder askew: order of the stress below 1.9";
+        checks.push(Check::new(what, (1.9 - order).max(0.0), 0.0).remark(format!("{order:.2}")));
+    }
+    Ok(())
 }
 
 fn cylinder(basis: &str, cells: u32) -> Result<History, Broken> {

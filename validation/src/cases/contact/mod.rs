@@ -14,6 +14,7 @@ mod sand;
 mod space;
 mod sphere;
 mod turned;
+mod vane;
 
 pub(super) use blocks::CASE as BLOCKS;
 pub(super) use circle::CASE as CIRCLE;
@@ -29,6 +30,7 @@ pub(super) use sand::CASE as PILE_IN_SAND;
 pub(super) use space::CASE as SPACE;
 pub(super) use sphere::CASE as SPHERE;
 pub(super) use turned::CASE as TURNED;
+pub(super) use vane::CASE as VANE;
 
 use crate::Broken;
 use crate::history::History;
