@@ -2,8 +2,8 @@
 
 use crate::shares::shares;
 use mpm_cli::{Complaint, Crew};
-use mpm_cluster::{Bordered, Cluster, Exchange, Wire};
-use mpm_linear::Choice;
+use mpm_cluster::{Bordered, Cluster, Exchange, Gathered, Wire};
+use mpm_linear::{Choice, LinearSolver};
 use mpm_petsc::{MpiWire, Owners, Petsc, Session, Traffic};
 use mpm_scene::Compiled;
 use mpm_solver::observe::Observer;
@@ -25,6 +25,10 @@ impl MpiCrew {
     fn cluster<const D: usize>(&self, model: &Model<D>) -> Rc<Cluster<D, MpiWire>> {
         let session = self.session.clone();
         let cluster = Cluster::new(MpiWire::of(&session), model).with_solver(move |model, exchange| {
+            // PETSc's solvers here know the blocks of nodes and a few unknowns besides, and no further field on the nodes.
+            if model.bodies.iter().any(|named| named.body.regularisation().is_some()) {
+                return Box::new(Gathered::new(model, exchange)) as Box<dyn LinearSolver>;
+            }
             let nodes = Rc::new(NodesOfRanks(exchange.clone()));
             let choice = model.choice().unwrap_or(Choice::Auto);
             let of_nodes = Petsc::new(session.clone(), nodes.clone(), nodes, choice);
