@@ -33,7 +33,13 @@ pub struct Gathered<const D: usize, W> {
 impl<const D: usize, W: Wire> Gathered<D, W> {
     /// Solves as the model wants it.
     pub fn new(model: &Model<D>, exchange: Rc<Exchange<D, W>>) -> Self {
-        Self { exchange, solver: model.linear_solver(), generation: None, further: Vec::new(), system: System::default() }
+        Self {
+            exchange,
+            solver: model.linear_solver(),
+            generation: None,
+            further: Vec::new(),
+            system: System::default(),
+        }
     }
 
     fn is_rank_zero(&self) -> bool {

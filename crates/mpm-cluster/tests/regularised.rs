@@ -31,7 +31,11 @@ fn pushed(basis: &str, driver: &str) -> String {
 #[test]
 fn fields_of_plastic_strain_and_of_shear() {
     check(&pushed("Cpdi1", ""), &[1, 2, 3, 4]);
-    check(&pushed("Gimp", "driver: Strain,"), &[2, 5]);
+    // Nodes that are new in a load step begin with a mean over groups of points, which are other ones on ranks; here few are new.
+    check(
+        &pushed("Gimp", "driver: Strain,").replace("by: (1.5, 0)", "by: (0.1, 0)").replace("1e-9", "1e-11"),
+        &[2, 5],
+    );
 }
 
 #[test]

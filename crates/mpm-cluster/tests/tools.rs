@@ -2,9 +2,7 @@
 
 mod setup;
 
-use setup::{
-    Seen, alone, assert_same, check, check_resumed, repository_scene, shared, shared_with_border,
-};
+use setup::{Seen, alone, assert_same, check, check_resumed, repository_scene, shared, shared_with_border};
 
 /// A block on which a disc rolls and slides, and a weight that sinks and tilts.
 const TOOLS: &str = r#"PlaneStrain(

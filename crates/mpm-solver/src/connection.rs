@@ -113,8 +113,7 @@ impl<const D: usize> Connected<D> {
 
     /// Scalar product of unknowns, summed node by node; those behind the nodes are the same on all ranks.
     pub(crate) fn dot(&self, a: &UnknownVector<D>, b: &UnknownVector<D>) -> f64 {
-        let of_nodes: f64 =
-            self.shared.counted(a.nodes.iter().zip(&b.nodes)).map(|(_, (a, b))| a.dot(b)).sum();
+        let of_nodes: f64 = self.shared.counted(a.nodes.iter().zip(&b.nodes)).map(|(_, (a, b))| a.dot(b)).sum();
         let ((a_field, a_rest), (b_field, b_rest)) =
             (a.own.split_at(self.n_field()), b.own.split_at(self.n_field()));
         let of_field = self.shared.counted_at(self.field_nodes(), a_field.iter().zip(b_field));
@@ -280,8 +279,7 @@ pub(crate) fn connect<const D: usize>(
                 .zip(linked)
                 .map(|(kept, now)| kept.relinked(now.connectivity))
                 .collect();
-            let field =
-                field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, (&pattern, &shared)));
+            let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, (&pattern, &shared)));
             Ok((Connected { active, assembly_plans, pattern, own, field, is_analysed, shared }, Kept::Pattern))
         }
         former => {

@@ -16,7 +16,9 @@ use crate::connection::{Connected, contributions};
 use crate::model::Model;
 use crate::ranks::{Ranks, any, largest};
 use modes::{Frames, Mode, turns};
-use mpm_assembly::{Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent};
+use mpm_assembly::{
+    Constraints, Contribution, SystemSums, SystemTangent, Trial, UnknownVector, finish_tangent,
+};
 use mpm_basis::Connectivity;
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::{Matrix, Symmetry};

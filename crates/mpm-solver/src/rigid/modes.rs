@@ -60,11 +60,7 @@ pub(crate) struct Frames<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Frames<'a, D> {
-    pub(crate) fn of(
-        parts: &'a RigidParts<D>,
-        positions: &'a [Vector<D>],
-        ranks: &'a dyn Ranks<D>,
-    ) -> Self {
+    pub(crate) fn of(parts: &'a RigidParts<D>, positions: &'a [Vector<D>], ranks: &'a dyn Ranks<D>) -> Self {
         let inner = |part: usize| parts.inner(part).iter().map(|&node| positions[node as usize]);
         let joints = |part: usize| parts.joints(part).map(|(_, joint)| joint.position);
         let sum = |places: &mut dyn Iterator<Item = Vector<D>>| {

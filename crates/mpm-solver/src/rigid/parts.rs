@@ -90,18 +90,14 @@ impl<const D: usize> RigidParts<D> {
             Told { joints: joints.collect(), ..told(group, &sets, bodies, ranks) }
         });
         let told: Vec<Told> = told.collect();
-        let inner = nodes.into_iter().map(|nodes| {
-            nodes.into_iter().filter(|node| !is_joint[*node as usize]).collect::<Vec<u32>>()
-        });
+        let inner = nodes
+            .into_iter()
+            .map(|nodes| nodes.into_iter().filter(|node| !is_joint[*node as usize]).collect::<Vec<u32>>());
         Self::joined((&told, inner.collect()), at, ranks)
     }
 
     /// Joins the parts that all ranks tell of; `inner` are the nodes of the own ones that are no joints.
-    fn joined(
-        (own, inner): (&[Told], Vec<Vec<u32>>),
-        at: NodesAt<'_, D>,
-        ranks: &dyn Ranks<D>,
-    ) -> Self {
+    fn joined((own, inner): (&[Told], Vec<Vec<u32>>), at: NodesAt<'_, D>, ranks: &dyn Ranks<D>) -> Self {
         let (all, first) = told_by_all(own, ranks);
         let mut ids: Vec<u64> = all.iter().flat_map(|it| it.joints.iter().map(|joint| joint.0)).collect();
         ids.sort_unstable();

@@ -115,7 +115,9 @@ fn pins<const D: usize>(fields: &[Vec<Vector<D>>], connected: &Connected<D>) -> 
         for (other, there) in left.iter_mut().zip(&there) {
             other.iter_mut().zip(&field).for_each(|(other, u)| *other -= u * (there / own));
         }
-        pins.extend((0..nodes.len()).flat_map(|v| (0..D).map(move |i| (v, i))).filter(|it| is_pivot(it.0, it.1)));
+        pins.extend(
+            (0..nodes.len()).flat_map(|v| (0..D).map(move |i| (v, i))).filter(|it| is_pivot(it.0, it.1)),
+        );
     }
     pins
 }
@@ -152,8 +154,7 @@ impl<const D: usize> AtRest<D> {
         let forces = reaction.iter().chain(problem.external);
         let largest = largest(ranks, forces.map(|force| force.amax()).fold(0.0, f64::max));
         let trial = problem.trial(&equilibrium.increment, false);
-        let of_contributions: f64 =
-            problem.contributions.iter().map(|it| shared.scale(it.scale(&trial))).sum();
+        let of_contributions: f64 = problem.contributions.iter().map(|it| shared.scale(it.scale(&trial))).sum();
         let most = problem.round_off.all.max(NO_FORCE * largest.max(of_contributions));
         let carries_force = |&(node, component): &(usize, usize)| reaction[node][component].abs() > most;
         if any(ranks, self.pins.iter().any(carries_force)) {

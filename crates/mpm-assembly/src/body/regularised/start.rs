@@ -148,12 +148,7 @@ impl<const D: usize> System<'_, D> {
     }
 
     /// Conjugate gradients from `rhs` over `weight` on; what they have found after [`ITERATIONS`] is a start, too.
-    fn solve(
-        &self,
-        rhs: Vec<f64>,
-        (weight, diagonal): (&[f64], &[f64]),
-        shared: &dyn SharedField,
-    ) -> Vec<f64> {
+    fn solve(&self, rhs: Vec<f64>, (weight, diagonal): (&[f64], &[f64]), shared: &dyn SharedField) -> Vec<f64> {
         let n = rhs.len();
         let dot = |a: &[f64], b: &[f64]| shared.dot(a, b);
         let is_something: Vec<f64> = rhs.iter().map(|b| f64::from(u8::from(*b != 0.0))).collect();
