@@ -5,7 +5,7 @@ use mpm_cli::{Complaint, Crew};
 use mpm_cluster::{Bordered, Cluster, Exchange, Gathered, Wire};
 use mpm_linear::{Choice, LinearSolver};
 use mpm_petsc::{MpiWire, Owners, Petsc, Session, Traffic};
-use mpm_scene::Compiled;
+use mpm_scene::{Compiled, ShareOfPoints};
 use mpm_solver::observe::Observer;
 use mpm_solver::{Error, Model, State, Summary};
 use std::rc::Rc;
@@ -54,6 +54,13 @@ impl MpiCrew {
         outcome
     }
 
+    /// Ranks on the machine of this one, with it: those whose machines have the same name.
+    fn on_machine(&self) -> usize {
+        let name = std::fs::read("/proc/sys/kernel/hostname").unwrap_or_default();
+        let to_all: Vec<(usize, Vec<u8>)> = (0..self.session.size()).map(|rank| (rank, name.clone())).collect();
+        self.wire.exchange(&to_all).iter().filter(|it| it.1 == name).count()
+    }
+
     /// Says what every rank has sent, where the option is given.
     fn tell_traffic<const D: usize>(&self, cluster: &Cluster<D, MpiWire>) {
         if self.session.option(c"-mpm_traffic").is_none() {
@@ -85,6 +92,11 @@ impl Crew for MpiCrew {
     /// One a rank: ranks fill the cores.
     fn threads(&self) -> Option<u16> {
         Some(1)
+    }
+
+    fn share(&self) -> Option<ShareOfPoints> {
+        let (rank, ranks) = (self.session.rank(), self.session.size());
+        (ranks > 1).then(|| ShareOfPoints { rank, ranks, on_machine: self.on_machine() })
     }
 
     fn agree(&self, here: Result<(), Complaint>) -> Result<(), Complaint> {

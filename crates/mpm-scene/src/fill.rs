@@ -2,6 +2,7 @@
 
 use crate::boundary::Boundary;
 use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
+use crate::share::ShareOfPoints;
 use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
 };
@@ -39,6 +40,27 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub mean_dilatation: Option<MeanDilatation>,
     /// Points inside these are left out.
     pub tools: Vec<Tool<D>>,
+    /// Which points are made.
+    pub share: ShareOfPoints,
+}
+
+/// A point of a body as loads and probes see it, also one that another rank makes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<const D: usize> {
+    /// Position at rest `[L]`.
+    pub position: Vector<D>,
+    /// Its volume, of a body of revolution the area of its cross section `[L^D]`.
+    pub size: f64,
+}
+
+impl<const D: usize> Place<D> {
+    /// Volume at rest, of a body of revolution that of the ring `[L^D]` or `[L³]`.
+    pub(crate) fn volume(&self, space: Space) -> f64 {
+        match space {
+            Space::Cartesian => self.size,
+            Space::Axisymmetric => TAU * self.position[0] * self.size,
+        }
+    }
 }
 
 /// A body, and for every face of the plan the points next to it with their areas of it.
@@ -51,6 +73,10 @@ pub(crate) struct Filled<const D: usize> {
     pub shape_volume: Option<f64>,
     /// Mass over volume of all points, where it is known `[M/L^D]`.
     pub density: Option<f64>,
+    /// The places of all points.
+    pub places: Vec<Place<D>>,
+    /// Numbers of the body's points among these, where it has not all.
+    pub numbers: Option<Vec<u64>>,
 }
 
 /// Mass per reference volume `[M/L^D]`.
@@ -84,13 +110,8 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     (starts, density): (&[PointStart], Option<&Density>),
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, RefusedStart> {
-    let Seeded { seeds, faces, boundary, shape_volume } = seeded;
+    let Seeded { seeds, places, numbers, faces, boundary, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
-    // Of a body of revolution, the section times the way of its centre.
-    let ring = |seed: &SeedOf<D, B>| match plan.space {
-        Space::Cartesian => seed.volume,
-        Space::Axisymmetric => TAU * seed.position[0] * seed.volume,
-    };
     let shape_volume = match plan.space {
         Space::Cartesian => shape_volume,
         Space::Axisymmetric => None,
@@ -98,14 +119,15 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     let mean = density.map(|density| match density {
         Density::Even(density) => *density,
         Density::OfPoints(densities) => {
-            let volume: f64 = seeds.iter().map(ring).sum();
-            let mass: f64 = seeds.iter().zip(densities).map(|(seed, density)| density * ring(seed)).sum();
+            let volumes = || places.iter().map(|place| place.volume(plan.space));
+            let volume: f64 = volumes().sum();
+            let mass: f64 = volumes().zip(densities).map(|(volume, density)| density * volume).sum();
             mass / volume
         }
     });
-    let (places, domains): (Vec<_>, Vec<_>) =
+    let (own, domains): (Vec<_>, Vec<_>) =
         seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
-    let body = MaterialBody::of(law, basis.domains_of_body(domains), places);
+    let body = MaterialBody::of(law, basis.domains_of_body(domains), own);
     let mut body = body.with_mean_dilatation(plan.mean_dilatation);
     if !starts.is_empty() {
         body = body.with_starts(starts)?;
@@ -113,12 +135,22 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     match density.filter(|_| plan.needs_mass) {
         None => {}
         Some(Density::Even(density)) => body = body.with_density(*density),
-        Some(Density::OfPoints(densities)) => body = body.with_densities(densities),
+        Some(Density::OfPoints(densities)) => {
+            body = match &numbers {
+                None => body.with_densities(densities),
+                Some(numbers) => body.with_densities(&at(densities, numbers)),
+            }
+        }
     }
     if plan.keep_reference_positions {
         body = body.with_reference_positions();
     }
-    Ok(Filled { body: Box::new(body), faces, boundary, shape_volume, density: mean })
+    Ok(Filled { body: Box::new(body), faces, boundary, shape_volume, density: mean, places, numbers })
+}
+
+/// Those of some values that have these numbers.
+pub(crate) fn at<T: Clone>(values: &[T], numbers: &[u64]) -> Vec<T> {
+    numbers.iter().map(|&number| values[number as usize].clone()).collect()
 }
 
 /// A point of a basis at rest.
@@ -127,15 +159,18 @@ pub(crate) type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
 /// The points of a body at rest; the rest as in [`Filled`].
 pub(crate) struct Seeded<S, const D: usize> {
     seeds: Vec<S>,
+    places: Vec<Place<D>>,
+    /// Numbers of the seeds among the places, where they are not all.
+    pub numbers: Option<Vec<u64>>,
     faces: Vec<Vec<FaceShare<D>>>,
     boundary: Boundary<D>,
     shape_volume: Option<f64>,
 }
 
 impl<const D: usize, Own> Seeded<Seed<D, Own>, D> {
-    /// Positions at rest.
+    /// Positions at rest of all points.
     pub fn positions(&self) -> Vec<[f64; D]> {
-        self.seeds.iter().map(|seed| seed.position.into()).collect()
+        self.places.iter().map(|place| place.position.into()).collect()
     }
 }
 
@@ -147,7 +182,6 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
 ) -> Result<Seeded<SeedOf<D, B>, D>, String> {
     let bytes_per_point = bytes_of_point::<D, B>(history);
     basis.suits(plan.start)?;
-    let mut seeds = Vec::new();
     let (mut faces, mut boundary) = (vec![Vec::new(); plan.faces.len()], Boundary::default());
     let made = made_parts(basis, plan)?;
     let pieces = match &made {
@@ -165,7 +199,7 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
             "{count:e} material points are more than the {MOST_POINTS:e} that a body can have"
         ));
     }
-    plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point)?;
+    check_room::<D>(plan, count, bytes_per_point)?;
     let mut flat = None;
     if let Some(parts) = &made {
         let is_solid = |part: &&Part<D>| {
@@ -175,10 +209,12 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         };
         flat = parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre);
     }
+    let mut points = Points::of(plan.share, count);
     if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
-        seed_parts(basis, parts, &mut seeds, &mut faces);
+        seed_parts(basis, parts, &mut points, &mut faces);
     } else if made.is_none() {
         let cut = (basis.pieces_per_cell(plan.points_per_cell)?, plan.space.axes());
+        let mut seeds = Vec::new();
         for_each_piece(plan.shape_mesh, &plan.shape, cut, |piece, outer| {
             // Ends can be so close together, or so far apart, that their numbers do not tell how far.
             if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
@@ -187,15 +223,15 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
             if flat.is_some() {
                 return;
             }
-            let first = seeds.len();
             let piece = &plan.pose.as_ref().map_or(*piece, |pose| placed(piece, pose));
             basis.seed(piece, &mut |seed| seeds.push(seed));
+            let of_piece = points.take(&mut seeds);
             if plan.needs_sides {
                 boundary.add(piece, outer);
             }
             for (face, shares) in plan.faces.iter().zip(&mut faces) {
                 if let Some((area, centre)) = area_on(face, piece, outer) {
-                    shares.extend(face_share(&seeds, first..seeds.len(), area, &centre));
+                    shares.extend(face_share(&points.places, of_piece.clone(), area, &centre));
                 }
             }
         })?;
@@ -210,50 +246,110 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         shares.sort_by_key(|share| share.point);
     }
     if let Shape::Cells { volume, is_exact: true, .. } = plan.shape {
-        let filled: f64 = seeds.iter().map(|seed| seed.volume).sum();
-        seeds.iter_mut().for_each(|seed| seed.volume *= volume / filled);
+        points.fill(volume);
     }
-    leave_out(&plan.tools, &mut seeds, &mut faces)?;
-    if let Some(seed) = seeds.iter().find(|seed| plan.space.is_axisymmetric() && seed.position[0] <= 0.0) {
-        let at = Position(&seed.position);
+    points.leave_out(&plan.tools, &mut faces)?;
+    let Points { seeds, places, numbers, .. } = points;
+    if let Some(place) = places.iter().find(|it| plan.space.is_axisymmetric() && it.position[0] <= 0.0) {
+        let at = Position(&place.position);
         return Err(format!("a material point at {at} stands at r ≤ 0, expected beside the axis, r > 0"));
     }
-    Ok(Seeded { seeds, faces, boundary, shape_volume: made.and_then(|parts| parts.volume) })
+    let numbers = (!plan.share.is_all()).then_some(numbers);
+    let shape_volume = made.and_then(|parts| parts.volume);
+    Ok(Seeded { seeds, places, numbers, faces, boundary, shape_volume })
+}
+
+/// Refuses more points than there is memory for: those that are made here, and the places of all.
+fn check_room<const D: usize>(plan: &Plan<'_, D>, count: f64, bytes_per_point: usize) -> Result<(), String> {
+    if plan.share.is_all() {
+        return plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point);
+    }
+    let (own, ranks) = (plan.share.range(count).len() as f64, plan.share.ranks);
+    let places = (count / own.max(1.0) * size_of::<Place<D>>() as f64) as usize;
+    let what = format_args!("{own:e} of {count:e} material points on one of {ranks} ranks");
+    plan.memory.check(what, own.max(1.0), bytes_per_point.saturating_add(places))
+}
+
+/// The points of a body as they are made.
+struct Points<S, const D: usize> {
+    /// Numbers of those that are made here.
+    own: Range<usize>,
+    seeds: Vec<S>,
+    /// Numbers of the seeds, where they are not all.
+    numbers: Vec<u64>,
+    is_share: bool,
+    places: Vec<Place<D>>,
+}
+
+impl<const D: usize, Domain> Points<Seed<D, Domain>, D> {
+    /// None yet, of so many.
+    fn of(share: ShareOfPoints, count: f64) -> Self {
+        let (seeds, numbers, places) = (Vec::new(), Vec::new(), Vec::new());
+        Self { own: share.range(count), seeds, numbers, is_share: !share.is_all(), places }
+    }
+
+    /// Takes the next ones, and keeps those that are made here; which numbers they have.
+    fn take(&mut self, next: &mut Vec<Seed<D, Domain>>) -> Range<usize> {
+        let first = self.places.len();
+        for seed in next.drain(..) {
+            let number = self.places.len();
+            self.places.push(Place { position: seed.position, size: seed.volume });
+            if !self.is_share {
+                self.seeds.push(seed);
+            } else if self.own.contains(&number) {
+                self.seeds.push(seed);
+                self.numbers.push(number as u64);
+            }
+        }
+        first..self.places.len()
+    }
+
+    /// Gives all of them together this volume.
+    fn fill(&mut self, volume: f64) {
+        let filled: f64 = self.places.iter().map(|place| place.size).sum();
+        self.places.iter_mut().for_each(|place| place.size *= volume / filled);
+        self.seeds.iter_mut().for_each(|seed| seed.volume *= volume / filled);
+    }
+
+    /// Leaves out those that stand inside a tool.
+    fn leave_out(&mut self, tools: &[Tool<D>], faces: &mut [Vec<FaceShare<D>>]) -> Result<(), String> {
+        if tools.is_empty() {
+            return Ok(());
+        }
+        let mut kept = 0;
+        let number = |place: &Place<D>| {
+            let is_kept = !tools.iter().any(|tool| tool.contains(&place.position));
+            kept += usize::from(is_kept);
+            is_kept.then(|| kept - 1)
+        };
+        let now: Vec<Option<usize>> = self.places.iter().map(number).collect();
+        if kept == 0 {
+            return Err("all of its points stand inside the tools that it is without".into());
+        }
+        let before = |k: usize| if self.is_share { self.numbers[k] as usize } else { k };
+        let of_seeds: Vec<Option<usize>> = (0..self.seeds.len()).map(|k| now[before(k)]).collect();
+        retain(&mut self.seeds, &of_seeds);
+        retain(&mut self.places, &now);
+        if self.is_share {
+            self.numbers = of_seeds.into_iter().flatten().map(|number| number as u64).collect();
+        }
+        for shares in faces {
+            let renumbered = |share: &FaceShare<D>| Some(FaceShare { point: now[share.point]?, ..*share });
+            *shares = shares.iter().filter_map(renumbered).collect();
+        }
+        Ok(())
+    }
+}
+
+/// Keeps the items that still have a number.
+fn retain<T>(items: &mut Vec<T>, numbers: &[Option<usize>]) {
+    let mut number = numbers.iter();
+    items.retain(|_| number.next().is_some_and(Option::is_some));
 }
 
 /// A piece in another place.
 fn placed<const D: usize>(piece: &LinearCell<D>, pose: &Pose<D>) -> LinearCell<D> {
     LinearCell::new(piece.corners().map(|corner| pose.place(&corner)))
-}
-
-/// Leaves out the points that stand inside a tool.
-fn leave_out<const D: usize, Domain>(
-    tools: &[Tool<D>],
-    seeds: &mut Vec<Seed<D, Domain>>,
-    faces: &mut [Vec<FaceShare<D>>],
-) -> Result<(), String> {
-    if tools.is_empty() {
-        return Ok(());
-    }
-    let mut kept = 0;
-    let numbers: Vec<Option<usize>> = seeds
-        .iter()
-        .map(|seed| {
-            let is_kept = !tools.iter().any(|tool| tool.contains(&seed.position));
-            kept += usize::from(is_kept);
-            is_kept.then(|| kept - 1)
-        })
-        .collect();
-    if kept == 0 {
-        return Err("all of its points stand inside the tools that it is without".into());
-    }
-    let mut number = numbers.iter();
-    seeds.retain(|_| number.next().is_some_and(Option::is_some));
-    for shares in faces {
-        let renumbered = |share: &FaceShare<D>| Some(FaceShare { point: numbers[share.point]?, ..*share });
-        *shares = shares.iter().filter_map(renumbered).collect();
-    }
-    Ok(())
 }
 
 /// The parts of shapes that are not filled piece by piece.
@@ -277,39 +373,39 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
 }
 
 /// A part of a face, given to the one of some points that is nearest to its centre.
-fn face_share<const D: usize, Domain>(
-    seeds: &[Seed<D, Domain>],
+fn face_share<const D: usize>(
+    places: &[Place<D>],
     of: Range<usize>,
     area: f64,
     centre: &Vector<D>,
 ) -> Option<FaceShare<D>> {
-    let distance = |p: usize| (seeds[p].position - centre).norm_squared();
+    let distance = |p: usize| (places[p].position - centre).norm_squared();
     let point = of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
-    Some(FaceShare { point, area, arm: centre - seeds[point].position })
+    Some(FaceShare { point, area, arm: centre - places[point].position })
 }
 
 /// Points of given parts, and those that carry faces.
 fn seed_parts<const D: usize, B: Basis<D>>(
     basis: &B,
     parts: &Parts<D>,
-    seeds: &mut Vec<SeedOf<D, B>>,
+    points: &mut Points<SeedOf<D, B>, D>,
     faces: &mut [Vec<FaceShare<D>>],
 ) {
     // Number of the first point of every part.
     let mut starts = Vec::with_capacity(parts.parts.len() + 1);
+    let mut seeds: Vec<SeedOf<D, B>> = Vec::new();
     for part in &parts.parts {
-        let first = seeds.len();
-        starts.push(first);
         basis.seed(&parallelepiped(part), &mut |seed| seeds.push(seed));
         // A part may hold more or less than its domain.
-        let seeded: f64 = seeds[first..].iter().map(|seed| seed.volume).sum();
-        seeds[first..].iter_mut().for_each(|seed| seed.volume *= part.volume / seeded);
+        let seeded: f64 = seeds.iter().map(|seed| seed.volume).sum();
+        seeds.iter_mut().for_each(|seed| seed.volume *= part.volume / seeded);
+        starts.push(points.take(&mut seeds).start);
     }
-    starts.push(seeds.len());
+    starts.push(points.places.len());
     for (shares, face) in faces.iter_mut().zip(&parts.faces) {
         for share in face {
-            let points = starts[share.part]..starts[share.part + 1];
-            shares.extend(face_share(seeds, points, share.area, &share.centre));
+            let of_part = starts[share.part]..starts[share.part + 1];
+            shares.extend(face_share(&points.places, of_part, share.area, &share.centre));
         }
     }
 }

@@ -21,8 +21,8 @@ pub trait Ranks<const D: usize>: Sharing<D> {
         1
     }
 
-    /// Called once, before the first load step, with a model that is the same and whole on every rank: takes out of it what
-    /// other ranks hold. `at` is the load fraction whose mesh the points stand in.
+    /// Called once, before the first load step, with a model that is the same and whole on every rank, or of which every rank has
+    /// a [share](Model::share): leaves every rank with what it shall hold. `at` is the load fraction whose mesh the points stand in.
     ///
     /// # Errors
     /// What in the model cannot be shared, in a sentence that says what was expected; the same on all ranks.

@@ -6,7 +6,7 @@ use super::law::{Refusal, Refused, Site, WithLaw, inside, with_law};
 use super::parameters::fields_of;
 use super::quantity::Fields;
 use crate::error::SceneError;
-use crate::fill::{Filled, Plan, body, seeds};
+use crate::fill::{Filled, Place, Plan, at, body, seeds};
 use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
@@ -18,7 +18,6 @@ use mpm_basis::{
 };
 use mpm_material::{PerPoint, PointHistory, SymmetricTensor, Varied};
 use mpm_solver::DomainLimit;
-use mpm_solver::NamedBody;
 
 /// The bases of one space: makes bodies of points under the one that the scene names.
 pub(super) trait FillBody<const D: usize>: std::fmt::Debug {
@@ -135,9 +134,9 @@ pub(super) fn check_domains<const D: usize, B: FillBody<D>>(
 /// What the scene wants done about domains that have outgrown their cells.
 pub(super) fn domain_limit<const D: usize>(
     domains: &DomainsInput,
-    bodies: &[NamedBody<D>],
+    places: &[Vec<Place<D>>],
 ) -> Option<DomainLimit> {
-    let points: usize = bodies.iter().map(|named| named.body.n_points()).sum();
+    let points: usize = places.iter().map(Vec::len).sum();
     Some(match domains.control? {
         ControlInput::Cap { cells } => {
             DomainLimit { control: DomainControl::Cap { cells: cells.0 }, most_points: points }
@@ -179,7 +178,11 @@ where
     let law = beginning.law;
     let seeded = seeds(&basis, plan, history_bytes(law).map_err(Refusal::Law)?)?;
     let positions = seeded.positions();
-    let starts = starts(beginning, &positions)?;
+    let mut starts = starts(beginning, &positions)?;
+    let numbers = seeded.numbers.clone();
+    if let Some(numbers) = numbers.as_ref().filter(|_| !starts.points.is_empty()) {
+        starts.points = at(&starts.points, numbers);
+    }
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
     let shipped = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
@@ -197,7 +200,7 @@ where
             Refusal::Initial(refused(
                 beginning.initial,
                 (&stress, plan.space),
-                &positions[point],
+                &positions[numbers.map_or(point, |numbers| numbers[point] as usize)],
                 reason.reason,
             ))
         },
