@@ -18,6 +18,7 @@ mod fill;
 pub mod language;
 mod limits;
 mod pieces;
+mod places;
 mod plausibility;
 mod share;
 mod vortex;

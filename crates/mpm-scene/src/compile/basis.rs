@@ -6,11 +6,12 @@ use super::law::{Refusal, Refused, Site, WithLaw, inside, with_law};
 use super::parameters::fields_of;
 use super::quantity::Fields;
 use crate::error::SceneError;
-use crate::fill::{Filled, Place, Plan, at, body, seeds};
+use crate::fill::{Filled, Plan, body, seeds};
 use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
 };
+use crate::places::{Place, at};
 use mpm_assembly::{InSpace, RefusedStart, ShippedBasis, ShippedLaw};
 use mpm_basis::{
     CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback, Gimp,

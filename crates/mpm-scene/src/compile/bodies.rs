@@ -12,13 +12,14 @@ use super::tools::{ToolParts, tool};
 use crate::boundary::Boundary;
 use crate::error::SceneError;
 use crate::files::SceneFiles;
-use crate::fill::{FaceShare, Place, Plan};
+use crate::fill::Plan;
 use crate::language::{
     BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput, TilingInput,
     TurnedInput,
 };
 use crate::limits::Room;
 use crate::pieces::Shape;
+use crate::places::{FaceShare, Place};
 use mpm_assembly::{MeanDilatation, Space};
 use mpm_contact::{Pose, Tool};
 use mpm_geometry::Face;

@@ -3,8 +3,8 @@
 use super::names::{A_NAME, is_name};
 use super::stages::Stages;
 use crate::error::SceneError;
-use crate::fill::{FaceShare, Place};
 use crate::language::{ControlInput, Coordinates, Count, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
+use crate::places::{FaceShare, Place};
 use crate::vortex::Vortex;
 use mpm_assembly::Space;
 use mpm_grid::{Mesh, Position, Ramp, Vector, six_digits};

@@ -6,7 +6,7 @@
 
 use super::problem::{Iterate, Problem};
 use super::round_off::BodyScale;
-use crate::connection::NodalField;
+use crate::nodal_field::NodalField;
 use crate::ranks::{any, norm, norm_of};
 use mpm_assembly::FieldStart;
 use mpm_grid::Vector;
