@@ -230,7 +230,9 @@ fn check_room<const D: usize>(plan: &Plan<'_, D>, count: f64, bytes_per_point: u
         return plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point);
     }
     let (own, ranks) = (plan.share.range(count).len() as f64, plan.share.ranks);
-    let places = (count / own.max(1.0) * size_of::<Place<D>>() as f64) as usize;
+    // The places of all, and their positions once more for what points begin with.
+    let place = size_of::<Place<D>>() + size_of::<Vector<D>>();
+    let places = (count / own.max(1.0) * place as f64) as usize;
     let what = format_args!("{own:e} of {count:e} material points on one of {ranks} ranks");
     plan.memory.check(what, own.max(1.0), bytes_per_point.saturating_add(places))
 }

@@ -11,6 +11,13 @@ pub(crate) struct Room {
     pub share: ShareOfPoints,
 }
 
+impl Room {
+    /// For all points.
+    pub(crate) fn for_all(memory: MemoryLimit) -> Self {
+        Self { memory, share: ShareOfPoints::ALL }
+    }
+}
+
 /// Nodes among which the nodes of a scene's supports are sought, in all.
 const MOST_SOUGHT: f64 = 2e7;
 

@@ -75,7 +75,7 @@ pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
 /// # Errors
 /// The first thing that is wrong with the scene, or with a file that it names, with its path.
 pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
-    made(scene, files, Room { memory: memory_left(), share: ShareOfPoints::ALL })
+    made(scene, files, Room::for_all(memory_left()))
 }
 
 /// As [`compile_with`], of the points that one of several ranks makes. The model can be run by ranks that share it,
@@ -109,7 +109,7 @@ pub fn compile_share_within(
 /// # Errors
 /// As [`compile_with`].
 pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Result<Compiled, SceneError> {
-    made(scene, files, Room { memory: MemoryLimit { bytes }, share: ShareOfPoints::ALL })
+    made(scene, files, Room::for_all(MemoryLimit { bytes }))
 }
 
 /// The mesh of a scene and how it moves; files that the scene names are not asked for.
