@@ -165,15 +165,7 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         ));
     }
     check_room::<D>(plan, count, bytes_per_point)?;
-    let mut flat = None;
-    if let Some(parts) = &made {
-        let is_solid = |part: &&Part<D>| {
-            let sides = part.half_vectors.column_iter().map(|side| side.norm());
-            let volumes = [part.volume, parallelepiped(part).volume()];
-            sides.chain(volumes).all(|it| it > 0.0 && it.is_finite())
-        };
-        flat = parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre);
-    }
+    let mut flat = made.as_ref().and_then(flat_part);
     let mut points = Points::of(plan.share, count);
     if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
         seed_parts(basis, parts, &mut points, &mut faces);
@@ -222,6 +214,16 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
     let numbers = (!plan.share.is_all()).then_some(numbers);
     let shape_volume = made.and_then(|parts| parts.volume);
     Ok(Seeded { seeds, places, numbers, faces, boundary, shape_volume })
+}
+
+/// Where the first part stands that has no volume.
+fn flat_part<const D: usize>(parts: &Parts<D>) -> Option<Vector<D>> {
+    let is_solid = |part: &&Part<D>| {
+        let sides = part.half_vectors.column_iter().map(|side| side.norm());
+        let volumes = [part.volume, parallelepiped(part).volume()];
+        sides.chain(volumes).all(|it| it > 0.0 && it.is_finite())
+    };
+    parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre)
 }
 
 /// Refuses more points than there is memory for: those that are made here, and the places of all.

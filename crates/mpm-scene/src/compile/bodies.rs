@@ -64,17 +64,15 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
         let path = format!("bodies[{b}]");
-        if scene.bodies[..b].iter().any(|other| other.name == input.name) {
-            return Err(SceneError::new(
-                format!("{path}.name"),
-                format!("a second body named `{}`", input.name),
-            ));
+        let others = &scene.bodies[..b];
+        if others.iter().any(|other| other.name == input.name) {
+            let reason = format!("a second body named `{}`", input.name);
+            return Err(SceneError::new(format!("{path}.name"), reason));
         }
         let refuse = |it| SceneError::new(format!("{path}.shape"), it);
         shapes.push(WithSurface::of(input, layout, files).map_err(refuse)?);
         let cutouts = WithSurface::cutouts(input, layout, files).map_err(refuse)?;
         let Some((own, before)) = shapes.split_last() else { continue };
-        let others = &scene.bodies[..b];
         let cut = cut_out(input, (others, before), &of_tools, &cutouts).map_err(refuse)?;
         let overlapped = others.iter().zip(before).find(|&other| overlap(other, (input, own)));
         if let Some((other, _)) = overlapped {
