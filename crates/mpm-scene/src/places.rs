@@ -57,7 +57,12 @@ impl<const D: usize, Domain> Points<Seed<D, Domain>, D> {
     /// None yet, of so many.
     pub fn of(share: ShareOfPoints, count: f64) -> Self {
         let (seeds, numbers, places) = (Vec::new(), Vec::new(), Vec::new());
-        Self { own: share.range(count), seeds, numbers, is_share: !share.is_all(), places }
+        let mut own = share.range(count);
+        if share.rank + 1 == share.ranks {
+            // A point more than was counted is lost on no rank.
+            own.end = usize::MAX;
+        }
+        Self { own, seeds, numbers, is_share: !share.is_all(), places }
     }
 
     /// Takes the next ones, and keeps those that are made here; which numbers they have.
