@@ -2,7 +2,7 @@
 
 use crate::complaint::Complaint;
 use crate::crew::{Crew, agreed};
-use crate::input::{self, Settings};
+use crate::input::{self, Input, Settings};
 use crate::report::count;
 use crate::run::{files_of, start_threads};
 use crate::say::say;
@@ -35,7 +35,15 @@ pub fn check(arguments: &CheckArguments, crew: &dyn Crew) -> Result<(), Complain
     let CheckArguments { scene, settings, threads, json, .. } = arguments;
     start_threads(threads.or(crew.threads()))?;
     let files = files_of(scene, arguments.files.as_deref());
-    let mut input = agreed(crew, input::read(scene, &settings.set, &files))?;
+    let mut input = match (agreed(crew, input::read(scene, &settings.set, &files)), crew.share()) {
+        (Ok(input), _) => input,
+        // What is too large for one rank may be shared by several.
+        (Err(_), Some(share)) if !*json => {
+            let mut input = agreed(crew, input::read_share(scene, &settings.set, &files, Some(share)))?;
+            return tell_shares(&mut input, crew);
+        }
+        (Err(complaint), _) => return Err(complaint),
+    };
     let estimate = input.compiled.estimate().map_err(|error| Complaint::unfinished(error.to_string()));
     let estimate = agreed(crew, estimate)?;
     if crew.leads() && *json {
@@ -44,8 +52,13 @@ pub fn check(arguments: &CheckArguments, crew: &dyn Crew) -> Result<(), Complain
     } else if crew.leads() {
         say(&sizes(&estimate, &input.scene, &unwritten_fields(&input.scene), &input.notes))?;
     }
+    if *json { Ok(()) } else { tell_shares(&mut input, crew) }
+}
+
+/// Says what each rank has.
+fn tell_shares(input: &mut Input, crew: &dyn Crew) -> Result<(), Complaint> {
     match crew.shares(&mut input.compiled)? {
-        Some(shares) if crew.leads() && !*json => say(&shares),
+        Some(shares) if crew.leads() => say(&shares),
         _ => Ok(()),
     }
 }

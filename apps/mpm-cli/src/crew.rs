@@ -1,7 +1,7 @@
 //! Who carries out a run: this process alone, or several ranks that share it.
 
 use crate::complaint::Complaint;
-use mpm_scene::Compiled;
+use mpm_scene::{Compiled, ShareOfPoints};
 use mpm_solver::observe::Observer;
 use mpm_solver::{Error, State, Summary};
 
@@ -23,6 +23,11 @@ pub trait Crew {
     /// The complaint, on all ranks.
     fn agree(&self, here: Result<(), Complaint>) -> Result<(), Complaint> {
         here
+    }
+
+    /// Which points of a scene this process makes, where others make the rest.
+    fn share(&self) -> Option<ShareOfPoints> {
+        None
     }
 
     /// Runs a model, from the beginning or from a state on. The observer sees the points of all on the one who leads.

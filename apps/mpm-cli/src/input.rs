@@ -5,7 +5,7 @@ use crate::reading::Files;
 use clap::Args;
 use mpm_io::FolderFiles;
 use mpm_scene::language::{EditError, Position, ReadError, Scene, position_of, set_value};
-use mpm_scene::{Compiled, SceneError, compile_with, implausible};
+use mpm_scene::{Compiled, SceneError, ShareOfPoints, compile_share, compile_with, implausible};
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
@@ -40,6 +40,16 @@ pub fn read(file: &Path, settings: &[String], files: &FolderFiles) -> Result<Inp
     set(file, text(file)?, settings, files)
 }
 
+/// The same of the points that this process makes; of all, where no others make any.
+pub fn read_share(
+    file: &Path,
+    settings: &[String],
+    files: &FolderFiles,
+    share: Option<ShareOfPoints>,
+) -> Result<Input, Complaint> {
+    set_share(file, text(file)?, settings, files, share)
+}
+
 /// The text of the scene in `file`.
 pub fn text(file: &Path) -> Result<String, Complaint> {
     let cannot = |reason: String| Complaint::input(format!("cannot read scene {}: {reason}", file.display()));
@@ -57,19 +67,27 @@ pub fn text(file: &Path) -> Result<String, Complaint> {
 }
 
 /// Sets values in the scene in `text`, which comes from `file`, and compiles it; `files` has what it names.
-pub fn set(
+pub fn set(file: &Path, text: String, settings: &[String], files: &FolderFiles) -> Result<Input, Complaint> {
+    set_share(file, text, settings, files, None)
+}
+
+fn set_share(
     file: &Path,
     mut text: String,
     settings: &[String],
     files: &FolderFiles,
+    share: Option<ShareOfPoints>,
 ) -> Result<Input, Complaint> {
     let mut scene = read_text(file, &text)?;
     for setting in settings {
         (text, scene) = set_one(&text, setting)?;
     }
     let files = Files::of(files);
-    let compiled = compile_with(&scene, &files)
-        .map_err(|error| refused_setting(file, &text, settings, told(&scene, error)))?;
+    let compiled = match share {
+        None => compile_with(&scene, &files),
+        Some(share) => compile_share(&scene, &files, share),
+    };
+    let compiled = compiled.map_err(|error| refused_setting(file, &text, settings, told(&scene, error)))?;
     Ok(Input { text, scene, compiled, notes: files.into_notes() })
 }
 

@@ -88,7 +88,8 @@ pub fn run(arguments: &RunArguments, crew: &dyn Crew) -> Result<(), Complaint> {
     let threads = arguments.threads.or(crew.threads());
     start_threads(threads)?;
     let files = files_of(&arguments.scene, arguments.files.as_deref());
-    let input = agreed(crew, input::read(&arguments.scene, &arguments.settings.set, &files))?;
+    let read = input::read_share(&arguments.scene, &arguments.settings.set, &files, crew.share());
+    let input = agreed(crew, read)?;
     let path = arguments
         .output
         .clone()

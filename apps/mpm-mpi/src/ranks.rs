@@ -2,10 +2,10 @@
 
 use crate::shares::shares;
 use mpm_cli::{Complaint, Crew};
-use mpm_cluster::{Bordered, Cluster, Exchange, Wire};
-use mpm_linear::Choice;
+use mpm_cluster::{Bordered, Cluster, Exchange, Gathered, Wire};
+use mpm_linear::{Choice, LinearSolver};
 use mpm_petsc::{MpiWire, Owners, Petsc, Session, Traffic};
-use mpm_scene::Compiled;
+use mpm_scene::{Compiled, ShareOfPoints};
 use mpm_solver::observe::Observer;
 use mpm_solver::{Error, Model, State, Summary};
 use std::rc::Rc;
@@ -25,6 +25,10 @@ impl MpiCrew {
     fn cluster<const D: usize>(&self, model: &Model<D>) -> Rc<Cluster<D, MpiWire>> {
         let session = self.session.clone();
         let cluster = Cluster::new(MpiWire::of(&session), model).with_solver(move |model, exchange| {
+            // PETSc's solvers here know the blocks of nodes and a few unknowns besides, and no further field on the nodes.
+            if model.bodies.iter().any(|named| named.body.regularisation().is_some()) {
+                return Box::new(Gathered::new(model, exchange)) as Box<dyn LinearSolver>;
+            }
             let nodes = Rc::new(NodesOfRanks(exchange.clone()));
             let choice = model.choice().unwrap_or(Choice::Auto);
             let of_nodes = Petsc::new(session.clone(), nodes.clone(), nodes, choice);
@@ -48,6 +52,13 @@ impl MpiCrew {
         self.tell_traffic(&cluster);
         self.tell_unused();
         outcome
+    }
+
+    /// Ranks on the machine of this one, with it: those whose machines have the same name.
+    fn on_machine(&self) -> usize {
+        let name = std::fs::read("/proc/sys/kernel/hostname").unwrap_or_default();
+        let to_all: Vec<(usize, Vec<u8>)> = (0..self.session.size()).map(|rank| (rank, name.clone())).collect();
+        self.wire.exchange(&to_all).iter().filter(|it| it.1 == name).count()
     }
 
     /// Says what every rank has sent, where the option is given.
@@ -81,6 +92,11 @@ impl Crew for MpiCrew {
     /// One a rank: ranks fill the cores.
     fn threads(&self) -> Option<u16> {
         Some(1)
+    }
+
+    fn share(&self) -> Option<ShareOfPoints> {
+        let (rank, ranks) = (self.session.rank(), self.session.size());
+        (ranks > 1).then(|| ShareOfPoints { rank, ranks, on_machine: self.on_machine() })
     }
 
     fn agree(&self, here: Result<(), Complaint>) -> Result<(), Complaint> {

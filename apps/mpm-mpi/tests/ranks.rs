@@ -105,10 +105,12 @@ fn what_is_wrong_is_said_once() {
     let path = scene("scenes/column.ron");
     let nowhere = folder.path().join("nowhere/results.h5");
     refused(3, &["run", text(&path), "-o", text(&nowhere)], 2, "cannot create results file");
-    // Nodal fields are not shared yet.
-    let field = scene("scenes/doughnut_regularised.ron");
-    let results = folder.path().join("field.h5");
-    refused(2, &["run", text(&field), "-o", text(&results)], 2, "expected a law without one");
+    // A body that nothing holds.
+    let free = fs::read_to_string(&path).expect("a scene");
+    let free = set_value(&free, "supports", "[]").expect("a scene").text;
+    let (free_scene, results) = (folder.path().join("free.ron"), folder.path().join("free.h5"));
+    fs::write(&free_scene, free).expect("it is writable");
+    refused(2, &["run", text(&free_scene), "-o", text(&results)], 1, "nothing holds");
 }
 
 /// A disk of its own that fills up, where the system lets us have one.
@@ -172,6 +174,41 @@ fn tools_and_walls_are_shared() {
         }
         fs::remove_file(expected).expect("it is there");
     }
+}
+
+/// Of some values of a scene, on one and on two ranks.
+fn compare_with(name: &str, values: &[(&str, &str)]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.ron");
+    let whole = fs::read_to_string(scene(name)).expect("a scene");
+    let set = |text: String, (name, value): &(&str, &str)| set_value(&text, name, value).expect("a scene").text;
+    fs::write(&path, values.iter().fold(whole, set)).expect("it is writable");
+    let expected = folder.path().join("alone.h5");
+    alone(&path, &expected);
+    for n in [1, 2] {
+        let found = folder.path().join(format!("{n}.h5"));
+        run_on(n, &["run", text(&path), "--quiet", "--force", "-o", text(&found)]);
+        compare(&found, &expected, WITHIN);
+    }
+}
+
+#[test]
+fn a_nodal_field_is_shared() {
+    let short = [("schedule.steps", "3"), ("supports[1].turn.angle", "3"), ("tolerance.residual", "1e-10")];
+    compare_with("scenes/doughnut_regularised.ron", &[&short[..], &[("output.every", "1")]].concat());
+}
+
+/// A column that may slide sideways, which no load makes it do.
+#[test]
+fn a_motion_that_nothing_holds_is_kept_at_zero() {
+    let slides = r#"[(name: "base", region: Plane(axis: Y, at: 0), fix: [Y])]"#;
+    let values = [
+        ("supports", slides),
+        ("unheld_motion", "Zero"),
+        ("loads[0].acceleration", "(0, -0.5)"),
+        ("tolerance.residual", "1e-10"),
+    ];
+    compare_with("scenes/column.ron", &values);
 }
 
 #[test]

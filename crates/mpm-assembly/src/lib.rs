@@ -31,9 +31,9 @@ pub use body::{
     AdvanceError, AssemblyPlan, Body, BodyConnectivity, BodyLoads, COLUMNS, Controlled, Converged, Dilatation,
     DomainsOfBody, FieldNodes, FieldPoint, FieldStart, FollowedBody, ForeignPoints, InSpace, InadmissiblePoint,
     InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell, PassInput, PointExtent,
-    PointForce, PointStart, PointView, RefusedStart, ShippedBasis, ShippedLaw, SideForce, SideForces, Space,
-    StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, crowding_over_shear, determinant,
-    finish_tangent, follow, leave_to_owners, pressure_over_shear, views,
+    PointForce, PointStart, PointView, RefusedStart, SharedField, ShippedBasis, ShippedLaw, SideForce,
+    SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, crowding_over_shear,
+    determinant, finish_tangent, follow, leave_to_owners, pressure_over_shear, reached, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

@@ -3,7 +3,7 @@
 use mpm_assembly::{
     AssemblyPlan, Body, BodyConnectivity, ConnectedBody, Constraints, Contribution, Converged, DomainsOfBody,
     FieldNodes, FieldPoint, FieldStart, LawOfBody, MaterialBody, SparsityPattern, SystemSums, Trial,
-    UnknownVector, Unknowns, body_stiffness_error, follow, stiffness_error,
+    UnknownVector, Unknowns, Unshared, body_stiffness_error, follow, stiffness_error,
 };
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, LoadFraction, Mesh, NodeSpace, Vector};
@@ -96,7 +96,7 @@ impl<const D: usize> Setup<D> {
     }
 
     fn follow(&self, point: impl Fn(usize) -> FieldPoint<D>) -> FieldStart {
-        follow(&self.pattern, &[(&self.plan, self.body.regularisation().unwrap(), &point)])
+        follow(&self.pattern, &[(&self.plan, self.body.regularisation().unwrap(), &point)], &Unshared)
     }
 
     fn unknowns(&self, size: f64, field: Vec<f64>) -> UnknownVector<D> {

@@ -90,6 +90,42 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
         model.bodies.iter().map(of_body).collect()
     }
 
+    /// Takes the points that every rank has made, which have these numbers, to the owners of their cells.
+    fn bring(
+        &self,
+        model: &mut Model<D>,
+        (mesh, cells): (&Mesh<D>, &[Vec<Option<[u32; D]>>]),
+        numbers: &[Vec<u64>],
+    ) {
+        let own: Vec<[u32; D]> = cells.iter().flatten().flatten().copied().collect();
+        self.exchange.set_cuts(Cuts::balanced(mesh.lattice().cells(), &own, self.exchange.wire()));
+        let keys: Vec<Vec<Key>> = numbers.iter().map(|numbers| Key::numbered(numbers)).collect();
+        let mut owners = self.owners(cells, &keys);
+        // A point outside the mesh is refused by the first load step, on one rank.
+        for (cell, owner) in cells.iter().flatten().zip(owners.iter_mut().flatten()) {
+            if cell.is_none() {
+                *owner = 0;
+            }
+        }
+        let named = Named::of(model);
+        {
+            let mut points = self.points.borrow_mut();
+            (points.named, points.keys) = (named, keys);
+        }
+        self.take_to(model, &owners);
+    }
+
+    /// Takes the points of all ranks to these, with what names and remembers them.
+    fn take_to(&self, model: &mut Model<D>, owners: &[Vec<usize>]) {
+        let (mut points, wire) = (self.points.borrow_mut(), self.exchange.wire());
+        let points = &mut *points;
+        let remembered = points.memories.of(model, &points.keys);
+        let before = points.keys.clone();
+        migrate(model, &mut points.keys, owners, wire);
+        points.named.write(model, &points.keys);
+        points.memories.migrate(model, remembered, (&before, owners), (&points.keys, wire));
+    }
+
     /// The owner of every point of these keys; where it lies outside the mesh, this rank.
     fn owners(&self, cells: &[Vec<Option<[u32; D]>>], keys: &[Vec<Key>]) -> Vec<Vec<usize>> {
         if let Some(placement) = &self.placement {
@@ -133,6 +169,10 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         }
         let mesh = model.motion.mesh_at(&model.layout, at).map_err(|it| format!("the mesh: {it}"))?;
         let cells = Self::cells(model, &mesh);
+        if let Some(numbers) = model.share.take() {
+            self.bring(model, (&mesh, &cells), &numbers);
+            return Ok(());
+        }
         // Every rank has all points; each gives its share of them, as if they were dealt out in turn.
         let in_turn = cells.iter().flatten().skip(wire.rank()).step_by(wire.size());
         let in_turn: Vec<[u32; D]> = in_turn.flatten().copied().collect();
@@ -215,12 +255,7 @@ impl<const D: usize, W: Wire + 'static> Ranks<D> for Cluster<D, W> {
         let mut leaving = [owners.iter().flatten().filter(|&&owner| owner != wire.rank()).count() as f64];
         self.exchange.sum(&mut leaving);
         if leaving[0] > 0.0 {
-            let mut points = self.points.borrow_mut();
-            let remembered = points.memories.of(model, &points.keys);
-            let before = points.keys.clone();
-            migrate(model, &mut points.keys, &owners, wire);
-            points.named.write(model, &points.keys);
-            points.memories.migrate(model, remembered, (&before, &owners), (&points.keys, wire));
+            self.take_to(model, &owners);
         }
     }
 

@@ -169,48 +169,6 @@ impl<const D: usize, W: Wire> Exchange<D, W> {
         }
     }
 
-    /// Numbers the nodes of a coarser lattice that consists of every `2^level`-th line. `wanted` are indices there,
-    /// ascending from the last direction to the first, each once. Returns those that this rank owns, the number of the first
-    /// of them, and the numbers of the wanted ones.
-    pub fn number_lattice(&self, wanted: &[[u32; 3]], level: u32) -> (Vec<[u32; 3]>, u64, Vec<u64>) {
-        let owner = |index: &[u32; 3]| {
-            self.cuts.borrow().owner(std::array::from_fn(|d| index[d].saturating_mul(1 << level)))
-        };
-        let owners: Vec<usize> = wanted.iter().map(owner).collect();
-        let mut out: Vec<Option<Writer>> = vec![None; self.wire.size()];
-        for (index, &owner) in wanted.iter().zip(&owners) {
-            let out = out[owner].get_or_insert_with(Writer::default);
-            index.iter().for_each(|&i| out.count(u64::from(i)));
-        }
-        let read = |bytes: &[u8]| {
-            let (mut reader, mut indices) = (Reader::new(bytes), Vec::new());
-            while !reader.is_at_end() {
-                indices.push([0; 3].map(|_: u32| reader.count() as u32));
-            }
-            indices
-        };
-        let asked: Vec<(usize, Vec<[u32; 3]>)> =
-            self.wire.exchange(&sent(out)).iter().map(|(rank, bytes)| (*rank, read(bytes))).collect();
-        let key = |index: &[u32; 3]| [index[2], index[1], index[0]];
-        let mut owned: Vec<[u32; 3]> = asked.iter().flat_map(|it| it.1.iter().copied()).collect();
-        owned.sort_unstable_by_key(key);
-        owned.dedup();
-        let (first, _) = self.sum_before(owned.len());
-        let mut out: Vec<Option<Writer>> = vec![None; self.wire.size()];
-        for (rank, indices) in &asked {
-            let out = out[*rank].get_or_insert_with(Writer::default);
-            for index in indices {
-                let place = owned.binary_search_by_key(&key(index), key).expect("what was asked is owned");
-                out.count(first + place as u64);
-            }
-        }
-        let answers = self.wire.exchange(&sent(out));
-        let mut readers: Vec<Reader<'_>> = vec![Reader::new(&[]); self.wire.size()];
-        answers.iter().for_each(|(rank, bytes)| readers[*rank] = Reader::new(bytes));
-        let numbers = owners.iter().map(|&owner| readers[owner].count()).collect();
-        (owned, first, numbers)
-    }
-
     /// Sum of a count over lower ranks, and over all.
     pub fn sum_before(&self, count: usize) -> (u64, u64) {
         let mut all = vec![0.0; self.wire.size()];

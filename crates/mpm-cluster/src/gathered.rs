@@ -24,6 +24,8 @@ pub struct Gathered<const D: usize, W> {
     solver: Box<dyn LinearSolver>,
     /// See [`Exchange::generation`].
     generation: Option<u64>,
+    /// The nodes of this rank with a further unknown, in the order of these.
+    further: Vec<u64>,
     /// On rank 0.
     system: System,
 }
@@ -31,7 +33,13 @@ pub struct Gathered<const D: usize, W> {
 impl<const D: usize, W: Wire> Gathered<D, W> {
     /// Solves as the model wants it.
     pub fn new(model: &Model<D>, exchange: Rc<Exchange<D, W>>) -> Self {
-        Self { exchange, solver: model.linear_solver(), generation: None, system: System::default() }
+        Self {
+            exchange,
+            solver: model.linear_solver(),
+            generation: None,
+            further: Vec::new(),
+            system: System::default(),
+        }
     }
 
     fn is_rank_zero(&self) -> bool {
@@ -60,7 +68,11 @@ impl<const D: usize, W: Wire> Gathered<D, W> {
     fn equation(&self, place: Place) -> Option<usize> {
         let numbering = self.exchange.numbering();
         match place {
-            Place::Behind(k) => Some(numbering.nodes.len() * D + k),
+            Place::Behind(k) => Some(numbering.nodes.len() * D + self.further.len() + k),
+            Place::Further { node } => {
+                let entry = self.further.binary_search(&node).ok()?;
+                Some(numbering.nodes.len() * D + entry)
+            }
             Place::Node { node, component } => {
                 let node = numbering.nodes.binary_search_by_key(&node, |it| it.index() as u64).ok()?;
                 Some(node * D + component)
@@ -85,6 +97,7 @@ impl<const D: usize, W: Wire> LinearSolver for Gathered<D, W> {
         self.generation = Some(self.exchange.generation());
         if !is_kept {
             let mut own = Writer::default();
+            self.further = system::further(&pattern, hints, &self.exchange.numbering());
             system::write(&pattern, hints, &self.exchange.numbering(), &mut own);
             let all = self.to_rank_zero(own.finish());
             if self.is_rank_zero() {

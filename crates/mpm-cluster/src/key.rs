@@ -19,6 +19,11 @@ impl Key {
         (0..points).map(|point| Self { number: point as u64, ..Self::default() }).collect()
     }
 
+    /// Those of points with these numbers.
+    pub(crate) fn numbered(numbers: &[u64]) -> Vec<Self> {
+        numbers.iter().map(|&number| Self { number, ..Self::default() }).collect()
+    }
+
     /// Those of its parts, ascending.
     pub(crate) fn parts(self, count: usize) -> Vec<Self> {
         let digits = self.digits + count.next_power_of_two().trailing_zeros();

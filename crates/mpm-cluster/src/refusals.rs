@@ -1,14 +1,10 @@
 //! What ranks cannot share yet.
 
 use mpm_basis::DomainControl;
-use mpm_solver::{Model, SolverChoice, UnheldMotion};
+use mpm_solver::{Model, SolverChoice};
 
 /// The first thing in a model that several ranks cannot share, as a sentence; none if they can.
 pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
-    let mut fields = model.bodies.iter().filter(|named| named.body.regularisation().is_some());
-    if let Some(named) = fields.next() {
-        return Some(format!("the law of body `{}` has a nodal field, expected a law without one", named.name));
-    }
     if let Some(named) = model.contributions.iter().find(|named| !named.contribution.can_be_shared()) {
         let name = &named.name;
         return Some(format!("`{name}` acts on all bodies as one rank sees them, expected none such"));
@@ -19,10 +15,6 @@ pub(crate) fn refused<const D: usize>(model: &Model<D>) -> Option<String> {
         (
             splits && !model.probes.is_empty(),
             "points that are followed may be split, expected no `probes` or no `Split` in `domains.control`",
-        ),
-        (
-            model.unheld_motion == UnheldMotion::Zero,
-            "motions that nothing holds are kept at zero, expected `unheld_motion: Refuse`",
         ),
         (is_custom, "the linear solver is one of its own, expected one of those that ship"),
     ];

@@ -137,11 +137,26 @@ fn a_rank_that_panics_ends_all() {
 
 #[test]
 fn what_cannot_be_shared_is_named() {
-    let zero = scene("unheld_motion: Zero,", 1);
-    let messages: Vec<String> = shared(&zero, 2, &[]).into_iter().map(|it| it.1.unwrap_err()).collect();
-    assert_eq!(messages[0], messages[1]);
-    assert!(messages[0].contains("`unheld_motion: Refuse`"), "{}", messages[0]);
-    shared(&zero.replace("unheld_motion: Zero,", ""), 2, &[])[0].1.as_ref().unwrap();
+    use mpm_cluster::{Cluster, on_threads};
+    use mpm_linear::{Automatic, Choice};
+    use mpm_scene::Compiled;
+    use mpm_solver::{SolverChoice, run_on};
+    use std::rc::Rc;
+
+    for (ranks, is_shared) in [(1, true), (2, false)] {
+        let ended = on_threads(ranks, |wire| {
+            let Compiled::Plane(mut model) = setup::compiled(&scene("", 1)) else { panic!("in the plane") };
+            model.solver = SolverChoice::custom(|| Automatic::new(Choice::Direct));
+            let cluster = Rc::new(Cluster::new(wire, &model));
+            let mut seen = setup::Seen::default();
+            let mut whole = cluster.whole(&mut seen);
+            run_on(&mut model, cluster.clone(), &mut whole).map_err(|it| it.to_string())
+        });
+        for outcome in ended {
+            assert_eq!(outcome.is_ok(), is_shared, "{outcome:?}");
+            assert!(outcome.err().is_none_or(|it| it.contains("the linear solver is one of its own")));
+        }
+    }
 }
 
 #[test]

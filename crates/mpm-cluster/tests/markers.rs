@@ -2,7 +2,7 @@
 
 mod setup;
 
-use setup::{Seen, alone, assert_same, repository_scene, resumed, shared};
+use setup::{check, check_resumed, repository_scene};
 
 /// A turned block between a wall that moves and on which it slides, and a frame with a load, under a pressure and a traction.
 const WALLS: &str = r#"PlaneStrain(
@@ -34,18 +34,6 @@ fn walls(basis: &str, functions: &str, exact: &str) -> String {
     WALLS.replace("BASIS", basis).replace("FUNCTIONS", functions).replace("EXACT", exact)
 }
 
-fn check(text: &str, ranks: &[usize]) {
-    let (one, summary) = alone(text, &[]);
-    let summary = summary.unwrap_or_else(|it| panic!("{it}\n{text}"));
-    for &size in ranks {
-        let all = shared(text, size, &[]);
-        let several = all[0].1.as_ref().unwrap_or_else(|it| panic!("{size} ranks: {it}\n{text}"));
-        assert_same(text, (&one, &all[0].0), &format!("{size} ranks"));
-        assert_eq!(several.iterations, summary.iterations, "{size} ranks\n{text}");
-        assert_eq!((several.cuts, several.points), (summary.cuts, summary.points), "{text}");
-    }
-}
-
 #[test]
 fn walls_and_loads_on_sides() {
     check(&walls("Cpdi1", "", "exact: false"), &[1, 2, 3, 4]);
@@ -62,14 +50,7 @@ fn markers_go_from_rank_to_rank() {
 #[test]
 fn a_run_with_walls_goes_on_with_any_number_of_ranks() {
     for (text, after) in [(walls("Cpdi1", "", "exact: false"), 3), (CARRIED.to_owned(), 6)] {
-        let (one, _) = alone(&text, &[after]);
-        let state = &shared(&text, 3, &[after])[0].0.states[0];
-        let rest = Seen { rows: one.rows[after + 1..].to_vec(), ..one.clone() };
-        for size in [1, 2, 3, 4] {
-            let later = resumed(&text, size, state);
-            later[0].1.as_ref().unwrap();
-            assert_same(&text, (&rest, &later[0].0), &format!("{size} ranks"));
-        }
+        check_resumed(&text, after);
     }
 }
 

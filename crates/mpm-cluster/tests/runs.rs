@@ -2,7 +2,7 @@
 
 mod setup;
 
-use setup::{alone, apart, assert_same, shared};
+use setup::{alone, apart, assert_same, check, shared};
 
 /// A block in the plane under its own weight, pushed from the side.
 fn block(basis: &str, law: &str, more: &str) -> String {
@@ -25,21 +25,6 @@ fn block(basis: &str, law: &str, more: &str) -> String {
 
 const ELASTIC: &str = "Hencky(young: 2e3, poisson: 0.3, density: 10)";
 const PLASTIC: &str = "VonMises(young: 2e3, poisson: 0.3, yield_radius: 150, density: 10)";
-
-fn check(text: &str, ranks: &[usize]) {
-    let (one, summary) = alone(text, &[]);
-    let summary = summary.unwrap();
-    for &size in ranks {
-        let all = shared(text, size, &[]);
-        let several = all[0].1.as_ref().unwrap();
-        assert_eq!(several.iterations, summary.iterations, "{size} ranks\n{text}");
-        assert_eq!(
-            (several.steps, several.cuts, several.points),
-            (summary.steps, summary.cuts, summary.points)
-        );
-        assert_same(text, (&one, &all[0].0), &format!("{size} ranks"));
-    }
-}
 
 #[test]
 fn blocks_of_all_bases_and_laws() {

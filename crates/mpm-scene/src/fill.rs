@@ -2,6 +2,8 @@
 
 use crate::boundary::Boundary;
 use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
+use crate::places::{FaceShare, Place, Points, at, face_share};
+use crate::share::ShareOfPoints;
 use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
 };
@@ -10,8 +12,6 @@ use mpm_contact::{Pose, Tool};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
 use mpm_grid::{Block, LinearCell, Mesh, Position, Vector};
 use mpm_material::SymmetricTensor;
-use std::f64::consts::TAU;
-use std::ops::Range;
 
 /// What a body is to be filled with.
 pub(crate) struct Plan<'a, const D: usize> {
@@ -39,6 +39,8 @@ pub(crate) struct Plan<'a, const D: usize> {
     pub mean_dilatation: Option<MeanDilatation>,
     /// Points inside these are left out.
     pub tools: Vec<Tool<D>>,
+    /// Which points are made.
+    pub share: ShareOfPoints,
 }
 
 /// A body, and for every face of the plan the points next to it with their areas of it.
@@ -51,6 +53,10 @@ pub(crate) struct Filled<const D: usize> {
     pub shape_volume: Option<f64>,
     /// Mass over volume of all points, where it is known `[M/L^D]`.
     pub density: Option<f64>,
+    /// The places of all points.
+    pub places: Vec<Place<D>>,
+    /// Numbers of the body's points among these, where it has not all.
+    pub numbers: Option<Vec<u64>>,
 }
 
 /// Mass per reference volume `[M/L^D]`.
@@ -60,16 +66,6 @@ pub(crate) enum Density {
     Even(f64),
     /// Of every point.
     OfPoints(Vec<f64>),
-}
-
-/// What a point carries of a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FaceShare<const D: usize> {
-    pub point: usize,
-    /// Its area of the face `[L^(D-1)]`.
-    pub area: f64,
-    /// From the point to the middle of that area `[L]`.
-    pub arm: Vector<D>,
 }
 
 /// Makes a body of points of one basis and law, which begin as `starts` say; with none of them, at rest and free of
@@ -84,13 +80,8 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     (starts, density): (&[PointStart], Option<&Density>),
     plan: &Plan<'_, D>,
 ) -> Result<Filled<D>, RefusedStart> {
-    let Seeded { seeds, faces, boundary, shape_volume } = seeded;
+    let Seeded { seeds, places, numbers, faces, boundary, shape_volume } = seeded;
     let shape_volume = plan.shape.volume().or(shape_volume);
-    // Of a body of revolution, the section times the way of its centre.
-    let ring = |seed: &SeedOf<D, B>| match plan.space {
-        Space::Cartesian => seed.volume,
-        Space::Axisymmetric => TAU * seed.position[0] * seed.volume,
-    };
     let shape_volume = match plan.space {
         Space::Cartesian => shape_volume,
         Space::Axisymmetric => None,
@@ -98,14 +89,15 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     let mean = density.map(|density| match density {
         Density::Even(density) => *density,
         Density::OfPoints(densities) => {
-            let volume: f64 = seeds.iter().map(ring).sum();
-            let mass: f64 = seeds.iter().zip(densities).map(|(seed, density)| density * ring(seed)).sum();
+            let volumes = || places.iter().map(|place| place.volume(plan.space));
+            let volume: f64 = volumes().sum();
+            let mass: f64 = volumes().zip(densities).map(|(volume, density)| density * volume).sum();
             mass / volume
         }
     });
-    let (places, domains): (Vec<_>, Vec<_>) =
+    let (own, domains): (Vec<_>, Vec<_>) =
         seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
-    let body = MaterialBody::of(law, basis.domains_of_body(domains), places);
+    let body = MaterialBody::of(law, basis.domains_of_body(domains), own);
     let mut body = body.with_mean_dilatation(plan.mean_dilatation);
     if !starts.is_empty() {
         body = body.with_starts(starts)?;
@@ -113,12 +105,17 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
     match density.filter(|_| plan.needs_mass) {
         None => {}
         Some(Density::Even(density)) => body = body.with_density(*density),
-        Some(Density::OfPoints(densities)) => body = body.with_densities(densities),
+        Some(Density::OfPoints(densities)) => {
+            body = match &numbers {
+                None => body.with_densities(densities),
+                Some(numbers) => body.with_densities(&at(densities, numbers)),
+            }
+        }
     }
     if plan.keep_reference_positions {
         body = body.with_reference_positions();
     }
-    Ok(Filled { body: Box::new(body), faces, boundary, shape_volume, density: mean })
+    Ok(Filled { body: Box::new(body), faces, boundary, shape_volume, density: mean, places, numbers })
 }
 
 /// A point of a basis at rest.
@@ -127,15 +124,18 @@ pub(crate) type SeedOf<const D: usize, B> = Seed<D, <B as Basis<D>>::Domain>;
 /// The points of a body at rest; the rest as in [`Filled`].
 pub(crate) struct Seeded<S, const D: usize> {
     seeds: Vec<S>,
+    places: Vec<Place<D>>,
+    /// Numbers of the seeds among the places, where they are not all.
+    pub numbers: Option<Vec<u64>>,
     faces: Vec<Vec<FaceShare<D>>>,
     boundary: Boundary<D>,
     shape_volume: Option<f64>,
 }
 
 impl<const D: usize, Own> Seeded<Seed<D, Own>, D> {
-    /// Positions at rest.
+    /// Positions at rest of all points.
     pub fn positions(&self) -> Vec<[f64; D]> {
-        self.seeds.iter().map(|seed| seed.position.into()).collect()
+        self.places.iter().map(|place| place.position.into()).collect()
     }
 }
 
@@ -147,7 +147,6 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
 ) -> Result<Seeded<SeedOf<D, B>, D>, String> {
     let bytes_per_point = bytes_of_point::<D, B>(history);
     basis.suits(plan.start)?;
-    let mut seeds = Vec::new();
     let (mut faces, mut boundary) = (vec![Vec::new(); plan.faces.len()], Boundary::default());
     let made = made_parts(basis, plan)?;
     let pieces = match &made {
@@ -165,20 +164,14 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
             "{count:e} material points are more than the {MOST_POINTS:e} that a body can have"
         ));
     }
-    plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point)?;
-    let mut flat = None;
-    if let Some(parts) = &made {
-        let is_solid = |part: &&Part<D>| {
-            let sides = part.half_vectors.column_iter().map(|side| side.norm());
-            let volumes = [part.volume, parallelepiped(part).volume()];
-            sides.chain(volumes).all(|it| it > 0.0 && it.is_finite())
-        };
-        flat = parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre);
-    }
+    check_room::<D>(plan, count, bytes_per_point)?;
+    let mut flat = made.as_ref().and_then(flat_part);
+    let mut points = Points::of(plan.share, count);
     if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
-        seed_parts(basis, parts, &mut seeds, &mut faces);
+        seed_parts(basis, parts, &mut points, &mut faces);
     } else if made.is_none() {
         let cut = (basis.pieces_per_cell(plan.points_per_cell)?, plan.space.axes());
+        let mut seeds = Vec::new();
         for_each_piece(plan.shape_mesh, &plan.shape, cut, |piece, outer| {
             // Ends can be so close together, or so far apart, that their numbers do not tell how far.
             if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
@@ -187,15 +180,15 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
             if flat.is_some() {
                 return;
             }
-            let first = seeds.len();
             let piece = &plan.pose.as_ref().map_or(*piece, |pose| placed(piece, pose));
             basis.seed(piece, &mut |seed| seeds.push(seed));
+            let of_piece = points.take(&mut seeds);
             if plan.needs_sides {
                 boundary.add(piece, outer);
             }
             for (face, shares) in plan.faces.iter().zip(&mut faces) {
                 if let Some((area, centre)) = area_on(face, piece, outer) {
-                    shares.extend(face_share(&seeds, first..seeds.len(), area, &centre));
+                    shares.extend(face_share(&points.places, of_piece.clone(), area, &centre));
                 }
             }
         })?;
@@ -210,50 +203,45 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         shares.sort_by_key(|share| share.point);
     }
     if let Shape::Cells { volume, is_exact: true, .. } = plan.shape {
-        let filled: f64 = seeds.iter().map(|seed| seed.volume).sum();
-        seeds.iter_mut().for_each(|seed| seed.volume *= volume / filled);
+        points.fill(volume);
     }
-    leave_out(&plan.tools, &mut seeds, &mut faces)?;
-    if let Some(seed) = seeds.iter().find(|seed| plan.space.is_axisymmetric() && seed.position[0] <= 0.0) {
-        let at = Position(&seed.position);
+    points.leave_out(&plan.tools, &mut faces)?;
+    let Points { seeds, places, numbers, .. } = points;
+    if let Some(place) = places.iter().find(|it| plan.space.is_axisymmetric() && it.position[0] <= 0.0) {
+        let at = Position(&place.position);
         return Err(format!("a material point at {at} stands at r ≤ 0, expected beside the axis, r > 0"));
     }
-    Ok(Seeded { seeds, faces, boundary, shape_volume: made.and_then(|parts| parts.volume) })
+    let numbers = (!plan.share.is_all()).then_some(numbers);
+    let shape_volume = made.and_then(|parts| parts.volume);
+    Ok(Seeded { seeds, places, numbers, faces, boundary, shape_volume })
+}
+
+/// Where the first part stands that has no volume.
+fn flat_part<const D: usize>(parts: &Parts<D>) -> Option<Vector<D>> {
+    let is_solid = |part: &&Part<D>| {
+        let sides = part.half_vectors.column_iter().map(|side| side.norm());
+        let volumes = [part.volume, parallelepiped(part).volume()];
+        sides.chain(volumes).all(|it| it > 0.0 && it.is_finite())
+    };
+    parts.parts.iter().find(|part| !is_solid(part)).map(|part| part.centre)
+}
+
+/// Refuses more points than there is memory for: those that are made here, and the places of all.
+fn check_room<const D: usize>(plan: &Plan<'_, D>, count: f64, bytes_per_point: usize) -> Result<(), String> {
+    if plan.share.is_all() {
+        return plan.memory.check(format_args!("{count:e} material points"), count, bytes_per_point);
+    }
+    let (own, ranks) = (plan.share.range(count).len() as f64, plan.share.ranks);
+    // The places of all, and their positions once more for what points begin with.
+    let place = size_of::<Place<D>>() + size_of::<Vector<D>>();
+    let places = (count / own.max(1.0) * place as f64) as usize;
+    let what = format_args!("{own:e} of {count:e} material points on one of {ranks} ranks");
+    plan.memory.check(what, own.max(1.0), bytes_per_point.saturating_add(places))
 }
 
 /// A piece in another place.
 fn placed<const D: usize>(piece: &LinearCell<D>, pose: &Pose<D>) -> LinearCell<D> {
     LinearCell::new(piece.corners().map(|corner| pose.place(&corner)))
-}
-
-/// Leaves out the points that stand inside a tool.
-fn leave_out<const D: usize, Domain>(
-    tools: &[Tool<D>],
-    seeds: &mut Vec<Seed<D, Domain>>,
-    faces: &mut [Vec<FaceShare<D>>],
-) -> Result<(), String> {
-    if tools.is_empty() {
-        return Ok(());
-    }
-    let mut kept = 0;
-    let numbers: Vec<Option<usize>> = seeds
-        .iter()
-        .map(|seed| {
-            let is_kept = !tools.iter().any(|tool| tool.contains(&seed.position));
-            kept += usize::from(is_kept);
-            is_kept.then(|| kept - 1)
-        })
-        .collect();
-    if kept == 0 {
-        return Err("all of its points stand inside the tools that it is without".into());
-    }
-    let mut number = numbers.iter();
-    seeds.retain(|_| number.next().is_some_and(Option::is_some));
-    for shares in faces {
-        let renumbered = |share: &FaceShare<D>| Some(FaceShare { point: numbers[share.point]?, ..*share });
-        *shares = shares.iter().filter_map(renumbered).collect();
-    }
-    Ok(())
 }
 
 /// The parts of shapes that are not filled piece by piece.
@@ -276,40 +264,28 @@ fn made_parts<const D: usize, B: Basis<D>>(basis: &B, plan: &Plan<'_, D>) -> Res
     }
 }
 
-/// A part of a face, given to the one of some points that is nearest to its centre.
-fn face_share<const D: usize, Domain>(
-    seeds: &[Seed<D, Domain>],
-    of: Range<usize>,
-    area: f64,
-    centre: &Vector<D>,
-) -> Option<FaceShare<D>> {
-    let distance = |p: usize| (seeds[p].position - centre).norm_squared();
-    let point = of.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
-    Some(FaceShare { point, area, arm: centre - seeds[point].position })
-}
-
 /// Points of given parts, and those that carry faces.
 fn seed_parts<const D: usize, B: Basis<D>>(
     basis: &B,
     parts: &Parts<D>,
-    seeds: &mut Vec<SeedOf<D, B>>,
+    points: &mut Points<SeedOf<D, B>, D>,
     faces: &mut [Vec<FaceShare<D>>],
 ) {
     // Number of the first point of every part.
     let mut starts = Vec::with_capacity(parts.parts.len() + 1);
+    let mut seeds: Vec<SeedOf<D, B>> = Vec::new();
     for part in &parts.parts {
-        let first = seeds.len();
-        starts.push(first);
         basis.seed(&parallelepiped(part), &mut |seed| seeds.push(seed));
         // A part may hold more or less than its domain.
-        let seeded: f64 = seeds[first..].iter().map(|seed| seed.volume).sum();
-        seeds[first..].iter_mut().for_each(|seed| seed.volume *= part.volume / seeded);
+        let seeded: f64 = seeds.iter().map(|seed| seed.volume).sum();
+        seeds.iter_mut().for_each(|seed| seed.volume *= part.volume / seeded);
+        starts.push(points.take(&mut seeds).start);
     }
-    starts.push(seeds.len());
+    starts.push(points.places.len());
     for (shares, face) in faces.iter_mut().zip(&parts.faces) {
         for share in face {
-            let points = starts[share.part]..starts[share.part + 1];
-            shares.extend(face_share(seeds, points, share.area, &share.centre));
+            let of_part = starts[share.part]..starts[share.part + 1];
+            shares.extend(face_share(&points.places, of_part, share.area, &share.centre));
         }
     }
 }

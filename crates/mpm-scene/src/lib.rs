@@ -18,7 +18,9 @@ mod fill;
 pub mod language;
 mod limits;
 mod pieces;
+mod places;
 mod plausibility;
+mod share;
 mod vortex;
 
 pub use added_stages::AddedStages;
@@ -27,11 +29,13 @@ pub use check::{
 };
 pub use compile::{
     Acting, ActingOn, Along, BodyShares, DrawnLoad, DrawnSide, DrivenPath, ToolSurface, acting, compile,
-    compile_with, compile_within, drive, in_plane, mesh_of, shares_at_rest, tool_surfaces,
+    compile_share, compile_share_within, compile_with, compile_within, drive, in_plane, mesh_of,
+    shares_at_rest, tool_surfaces,
 };
 pub use compiled::Compiled;
 pub use error::SceneError;
 pub use files::{NamedColumns, NoFiles, PointTable, SceneFiles};
 pub use language::Scene;
 pub use plausibility::{doubts, implausible};
+pub use share::ShareOfPoints;
 pub use vortex::Vortex;

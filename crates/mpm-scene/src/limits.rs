@@ -1,7 +1,22 @@
 //! Memory that a scene may take up, and how long its supports may be sought.
 
+use crate::share::ShareOfPoints;
 use mpm_geometry::MemoryLimit;
 use std::fs;
+
+/// What a rank has room for, and which points it makes.
+#[derive(Clone, Copy)]
+pub(crate) struct Room {
+    pub memory: MemoryLimit,
+    pub share: ShareOfPoints,
+}
+
+impl Room {
+    /// For all points.
+    pub(crate) fn for_all(memory: MemoryLimit) -> Self {
+        Self { memory, share: ShareOfPoints::ALL }
+    }
+}
 
 /// Nodes among which the nodes of a scene's supports are sought, in all.
 const MOST_SOUGHT: f64 = 2e7;

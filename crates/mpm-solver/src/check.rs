@@ -14,6 +14,9 @@ pub enum ModelError {
     /// Parts of the model need different nodes.
     #[error(transparent)]
     Nodes(#[from] NodeMismatch),
+    /// A share of the points, and no ranks that have the others.
+    #[error("it has a share of the points, expected all of them, or ranks that make the others")]
+    Share,
     /// No stage, and so no load steps.
     #[error("there are no load steps, expected a stage at least")]
     NoStages,
@@ -87,6 +90,11 @@ pub enum ModelError {
 }
 
 impl<const D: usize> Model<D> {
+    /// Refuses a model of which nobody has the other points.
+    pub(crate) fn check_whole(&self) -> Result<(), ModelError> {
+        if self.share.is_some() { Err(ModelError::Share) } else { Ok(()) }
+    }
+
     /// Refuses models that cannot be run; every run begins with this check.
     ///
     /// # Errors

@@ -2,12 +2,13 @@
 
 use crate::failure::StepFailure;
 use crate::model::{Model, NamedBody, NamedContribution};
-use crate::ranks::{Ranks, Shared, agreed, all, count};
+use crate::nodal_field::{NodalField, nodal_field};
+use crate::ranks::{Ranks, Shared, agreed, all, count, total};
 use crate::skipped::Skipped;
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{
     AssemblyPlan, Begun, BodyAtStart, BodyConnectivity, ConnectedBody, Contribution, CoupledPlaces, Couplings,
-    FieldNodes, FieldStart, FollowedBody, SparsityPattern, StepStart, UnknownVector, Unknowns, follow,
+    FieldNodes, SparsityPattern, StepStart, UnknownVector, Unknowns, reached,
 };
 use mpm_basis::{ActiveNodes, Connectivity, Stencils, UnconnectedPoint};
 use mpm_grid::{LoadFraction, Mesh, MeshMotion, NodeId};
@@ -31,15 +32,6 @@ pub(crate) struct Connected<const D: usize> {
     pub is_analysed: Cell<bool>,
     /// With whom the nodes are shared.
     pub shared: Shared<D>,
-}
-
-/// The nodal field of regularised bodies in a load step. Its unknowns are the first that belong to no node's displacement.
-pub(crate) struct NodalField {
-    pub nodes: Arc<FieldNodes>,
-    /// Its active nodes, in order.
-    pub active: Vec<usize>,
-    /// Where it begins.
-    pub start: FieldStart,
 }
 
 impl<const D: usize> Connected<D> {
@@ -69,6 +61,37 @@ impl<const D: usize> Connected<D> {
     pub(crate) fn n_nodes(&self) -> u64 {
         let counted = self.shared.counted(self.active.nodes().iter()).count();
         count(&*self.shared.ranks, counted as u64)
+    }
+
+    /// The nodes of the nodal field; none without one.
+    pub(crate) fn field_nodes(&self) -> &[usize] {
+        self.field.as_ref().map_or(&[], |field| &field.active)
+    }
+
+    /// Adds what other ranks have of forces on the same unknowns.
+    pub(crate) fn complete(&self, force: &mut UnknownVector<D>) {
+        let (of_field, rest) = force.own.split_at_mut(self.n_field());
+        self.shared.ranks.complete(&mut force.nodes);
+        if self.field.is_some() {
+            self.shared.complete_at(self.field_nodes(), of_field, self.active.len());
+        }
+        self.shared.ranks.sum(rest);
+    }
+
+    /// Whether this rank counts an equation: every equation is counted by one.
+    pub(crate) fn counts_equation(&self, equation: usize) -> bool {
+        let node = self.unknowns().node_of(equation).map(|it| it.0).or_else(|| self.field_node(equation));
+        node.map_or_else(|| self.shared.ranks.leads(), |node| self.shared.counts(node))
+    }
+
+    /// Scalar product of unknowns, summed node by node; those behind the nodes are the same on all ranks.
+    pub(crate) fn dot(&self, a: &UnknownVector<D>, b: &UnknownVector<D>) -> f64 {
+        let of_nodes: f64 = self.shared.counted(a.nodes.iter().zip(&b.nodes)).map(|(_, (a, b))| a.dot(b)).sum();
+        let ((a_field, a_rest), (b_field, b_rest)) =
+            (a.own.split_at(self.n_field()), b.own.split_at(self.n_field()));
+        let of_field = self.shared.counted_at(self.field_nodes(), a_field.iter().zip(b_field));
+        let here = of_field.fold(of_nodes, |sum, (a, b)| sum + a * b);
+        a_rest.iter().zip(b_rest).fold(total(&*self.shared.ranks, here), |sum, (a, b)| sum + a * b)
     }
 
     /// Number of unknowns of the nodal field.
@@ -229,7 +252,7 @@ pub(crate) fn connect<const D: usize>(
                 .zip(linked)
                 .map(|(kept, now)| kept.relinked(now.connectivity))
                 .collect();
-            let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, &pattern));
+            let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, (&pattern, &shared)));
             Ok((Connected { active, assembly_plans, pattern, own, field, is_analysed, shared }, Kept::Pattern))
         }
         former => {
@@ -287,33 +310,11 @@ fn couple<const D: usize>(
         }
     };
     let mut assembly_plans: Vec<AssemblyPlan<D>> = linked.into_iter().enumerate().map(plan).collect();
-    let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, &pattern));
+    let field = field.map(|nodes| nodal_field(model, nodes, &mut assembly_plans, (&pattern, &shared)));
     for named in &mut model.contributions {
         named.contribution.locate(&pattern);
     }
     Connected { active, assembly_plans, pattern, own, field, is_analysed: Cell::new(false), shared }
-}
-
-/// The nodal field as it follows the points at the start of the step.
-fn nodal_field<const D: usize>(
-    model: &Model<D>,
-    nodes: Arc<FieldNodes>,
-    plans: &mut [AssemblyPlan<D>],
-    pattern: &SparsityPattern<D>,
-) -> NodalField {
-    for (named, plan) in model.bodies.iter().zip(&mut *plans) {
-        if let Some(regularisation) = named.body.regularisation() {
-            plan.begin_field(&regularisation, &|point| named.body.field_point(point));
-        }
-    }
-    let bodies = model.bodies.iter().zip(&*plans).filter_map(|(named, plan)| {
-        let regularisation = named.body.regularisation()?;
-        Some((plan, regularisation, move |point| named.body.field_point(point)))
-    });
-    let bodies: Vec<_> = bodies.collect();
-    let bodies: Vec<FollowedBody<'_, D>> =
-        bodies.iter().map(|(plan, regularisation, point)| (*plan, *regularisation, point as _)).collect();
-    NodalField { active: nodes.active().collect(), start: follow(pattern, &bodies), nodes }
 }
 
 /// What contributions may know when a load step begins.
@@ -351,7 +352,11 @@ fn begin<const D: usize>(model: &mut Model<D>, start: &Start<'_, D>) -> Result<N
         .filter(is_regularised)
         .map(|(_, connectivity)| *connectivity)
         .collect();
-    let field = (!regularised.is_empty()).then(|| Arc::new(FieldNodes::of(&regularised, &mut unknowns)));
+    let field = (!regularised.is_empty()).then(|| {
+        let mut by_any = reached(&regularised, active.len());
+        ranks.complete_numbers(&mut by_any);
+        Arc::new(FieldNodes::where_reached(&by_any, &mut unknowns))
+    });
     let bodies = model.bodies.iter().zip(connectivity);
     let bodies: Vec<BodyAtStart<'_, D>> = bodies
         .map(|(named, connectivity)| BodyAtStart { name: &named.name, body: &*named.body, connectivity })

@@ -22,6 +22,7 @@ mod history_notes;
 mod load_step;
 mod loading;
 mod model;
+mod nodal_field;
 mod nodes;
 pub mod observe;
 mod predictor;

@@ -6,7 +6,7 @@
 
 use crate::failure::StepFailure;
 use crate::model::Model;
-use mpm_assembly::{Constraints, Scale, Sharing, SparsityPattern, UnknownVector, leave_to_owners};
+use mpm_assembly::{Constraints, Scale, Sharing, SparsityPattern, leave_to_owners};
 use mpm_basis::{ActiveNodes, Stencils};
 use mpm_grid::{LoadFraction, Mesh, Vector};
 use mpm_linear::LinearSolver;
@@ -21,8 +21,8 @@ pub trait Ranks<const D: usize>: Sharing<D> {
         1
     }
 
-    /// Called once, before the first load step, with a model that is the same and whole on every rank: takes out of it what
-    /// other ranks hold. `at` is the load fraction whose mesh the points stand in.
+    /// Called once, before the first load step, with a model that is the same and whole on every rank, or of which every rank has
+    /// a [share](Model::share): leaves every rank with what it shall hold. `at` is the load fraction whose mesh the points stand in.
     ///
     /// # Errors
     /// What in the model cannot be shared, in a sentence that says what was expected; the same on all ranks.
@@ -206,10 +206,24 @@ impl<const D: usize> Shared<D> {
         total(&*self.ranks, self.counted(a.iter().zip(b)).map(|(_, (a, b))| a.dot(b)).sum())
     }
 
-    /// Scalar product of unknowns, summed node by node.
-    pub(crate) fn dot(&self, a: &UnknownVector<D>, b: &UnknownVector<D>) -> f64 {
-        let nodes = self.dot_nodes(&a.nodes, &b.nodes);
-        a.own.iter().zip(&b.own).fold(nodes, |sum, (a, b)| sum + a * b)
+    /// Those of some nodes that this rank counts: what they have.
+    pub(crate) fn counted_at<'a, T>(
+        &'a self,
+        nodes: &'a [usize],
+        of_nodes: impl Iterator<Item = T> + Clone + 'a,
+    ) -> impl Iterator<Item = T> + Clone + 'a {
+        nodes.iter().zip(of_nodes).filter(|it| self.counts(*it.0)).map(|it| it.1)
+    }
+
+    /// Adds to one number for each of some nodes, of so many, what other ranks have of the same nodes.
+    pub(crate) fn complete_at(&self, nodes: &[usize], field: &mut [f64], n_nodes: usize) {
+        if self.owned.is_none() {
+            return;
+        }
+        let mut of_all = vec![0.0; n_nodes];
+        nodes.iter().zip(&*field).for_each(|(&node, value)| of_all[node] = *value);
+        self.ranks.complete_numbers(&mut of_all);
+        nodes.iter().zip(field).for_each(|(&node, value)| *value = of_all[node]);
     }
 
     /// Euclidean norm of a complete field of the nodes, see [`norm`].
@@ -231,6 +245,11 @@ impl<const D: usize> Shared<D> {
     /// The same of one number per node.
     pub(crate) fn norm_of(&self, field: &[f64]) -> f64 {
         norm(&*self.ranks, self.counted(field.iter()).map(|(_, x)| Vector::<1>::new(*x)))
+    }
+
+    /// The same of one number for each of some nodes.
+    pub(crate) fn norm_at(&self, nodes: &[usize], field: &[f64]) -> f64 {
+        norm(&*self.ranks, self.counted_at(nodes, field.iter()).map(|x| Vector::<1>::new(*x)))
     }
 }
 

@@ -27,8 +27,13 @@ pub(crate) fn run<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     model.check()?;
-    let record = Record::new(model);
+    let is_share = model.share.is_some();
     ranks.divide(model, LoadFraction::START).map_err(Error::Ranks)?;
+    model.check_whole()?;
+    if is_share {
+        check_begun(model, 0, &*ranks)?;
+    }
+    let record = Record::new(model, &*ranks);
     observer.start(&record.start()).map_err(Error::Observer)?;
     let solver = Solver::new(linear_solver(model, &*ranks), observer.cancellation(), Timings::new());
     let state = RunState { record, steps: Steps::new(model), tools: Tools { solver, former: None, ranks } };
@@ -49,7 +54,8 @@ pub(crate) fn resume<const D: usize>(
 ) -> Result<Summary, Error> {
     let wrong = |reason: String| StateError::new("progress", reason);
     model.check()?;
-    let mut record = Record::new(model);
+    model.check_whole()?;
+    let mut record = Record::new(model, &Alone);
     state.restore(model)?;
     record.restore(&state.progress).map_err(wrong)?;
     let timings = Timings::restore(&state.progress.spent).map_err(wrong)?;

@@ -104,7 +104,12 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("contact/src/surface.rs", "", "the reader of STL files says so before"),
     ("assembly/src/contact/", "", "cut steps and damaged checkpoints, in tests beside and of mpm-scene"),
     ("compile/shapes.rs", "`without`: no tool is named", "of rings, in `tools.rs` of `mpm-scene`"),
-    ("scene/src/fill.rs", "all of its points stand inside", "in `tools.rs` of `mpm-scene`"),
+    ("scene/src/places.rs", "all of its points stand inside", "in `tools.rs` of `mpm-scene`"),
+    (
+        "scene/src/fill.rs",
+        "{own:e} of {count:e} material points on one of",
+        "of several ranks, in `shares.rs` of `mpm-cluster`",
+    ),
     ("body/domain_control.rs", "points would be split", "the solver says it with the step and the body"),
     ("mpm-io/src/scene_files/", "", "of files, in the tests there, in `kinds.rs` and in `places.rs`"),
     ("read.rs", "a NUL character", "of a character that no page can show, in `places.rs`"),

@@ -8,9 +8,16 @@ use mpm_linear::{Analysis, Cause, Factored, Inertia, Method, OutOfMemory, Pivot,
 pub(super) enum Place {
     /// A component of a node.
     Node { node: u64, component: usize },
+    /// The further unknown of a node.
+    Further { node: u64 },
     /// The k-th of the unknowns behind those of the nodes, which all ranks have.
     Behind(usize),
 }
+
+/// Which kind of place follows in a message.
+const OF_NODE: u64 = 0;
+const FURTHER: u64 = 1;
+const BEHIND: u64 = 2;
 
 /// An answer.
 pub(super) enum Told<T> {
@@ -78,16 +85,18 @@ fn read_optional(from: &mut Reader<'_>) -> Option<f64> {
 fn write_place(place: Option<Place>, to: &mut Writer) {
     let numbers = match place {
         None => vec![],
-        Some(Place::Node { node, component }) => vec![node, component as u64],
-        Some(Place::Behind(k)) => vec![k as u64],
+        Some(Place::Node { node, component }) => vec![OF_NODE, node, component as u64],
+        Some(Place::Further { node }) => vec![FURTHER, node],
+        Some(Place::Behind(k)) => vec![BEHIND, k as u64],
     };
     to.counts(numbers.into_iter());
 }
 
 fn read_place(from: &mut Reader<'_>) -> Option<Place> {
     match from.counts()[..] {
-        [node, component] => Some(Place::Node { node, component: component as usize }),
-        [k] => Some(Place::Behind(k as usize)),
+        [OF_NODE, node, component] => Some(Place::Node { node, component: component as usize }),
+        [FURTHER, node] => Some(Place::Further { node }),
+        [BEHIND, k] => Some(Place::Behind(k as usize)),
         _ => None,
     }
 }
@@ -236,10 +245,12 @@ mod tests {
     #[test]
     fn answers_are_read_as_they_were_written() {
         let somewhere = |equation: usize| match equation {
+            5 => Some(Place::Further { node: 2 }),
             7 => Some(Place::Behind(3)),
             _ => Some(Place::Node { node: equation as u64 / 2, component: equation % 2 }),
         };
         let here = |place: Place| match place {
+            Place::Further { node } => Some(3 + node as usize),
             Place::Behind(k) => Some(4 + k),
             Place::Node { node, component } => Some(node as usize * 2 + component),
         };

@@ -6,8 +6,8 @@ use mpm_linear::{Analysis, Hints, LatticePlaces, LinearSolver, Matrix, OutOfMemo
 
 use super::answer::Place;
 
-/// The sum of the systems of all ranks, its nodes in ascending order. Unknowns behind those of the nodes are the same on all
-/// ranks.
+/// The sum of the systems of all ranks, its nodes in ascending order. Behind the blocks of the nodes come further unknowns of
+/// some of them, and then those that belong to no node, which are the same on all ranks.
 #[derive(Default)]
 pub(super) struct System {
     column_start: Vec<usize>,
@@ -16,6 +16,8 @@ pub(super) struct System {
     block: usize,
     /// The nodes, ascending.
     nodes: Vec<u64>,
+    /// Numbers of those with a further unknown, ascending.
+    further: Vec<usize>,
     index: Vec<[u32; 3]>,
     position: Vec<[f64; 3]>,
     held: Vec<bool>,
@@ -32,6 +34,8 @@ struct Part {
 /// What a rank tells of its pattern.
 struct Seen {
     nodes: Vec<u64>,
+    /// Those with a further unknown.
+    further: Vec<u64>,
     index: Vec<u64>,
     position: Vec<f64>,
     held: Vec<u64>,
@@ -39,9 +43,17 @@ struct Seen {
     row: Vec<u64>,
 }
 
+/// The nodes with a further unknown, in the order of these.
+pub(super) fn further(pattern: &Pattern<'_>, hints: &Hints<'_>, numbering: &Numbering) -> Vec<u64> {
+    let equations = numbering.nodes.len() * pattern.block..pattern.n_equations();
+    let node = |equation| hints.further.and_then(|further| further(equation));
+    equations.map_while(node).map(|node| numbering.nodes[node].index() as u64).collect()
+}
+
 /// Writes the pattern of a rank and what is known of it.
 pub(super) fn write(pattern: &Pattern<'_>, hints: &Hints<'_>, numbering: &Numbering, to: &mut Writer) {
     to.counts(numbering.nodes.iter().map(|node| node.index() as u64));
+    to.counts(further(pattern, hints, numbering).into_iter());
     let index: Vec<u64> = numbering.index.iter().flatten().map(|&i| u64::from(i)).collect();
     to.counts(index.into_iter());
     let nodes = 0..numbering.nodes.len();
@@ -57,6 +69,7 @@ fn read(bytes: &[u8]) -> Seen {
     let mut from = Reader::new(bytes);
     Seen {
         nodes: from.counts(),
+        further: from.counts(),
         index: from.counts(),
         position: from.numbers(),
         held: from.counts(),
@@ -72,8 +85,13 @@ impl System {
         let mut nodes: Vec<u64> = seen.iter().flat_map(|it| it.nodes.iter().copied()).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let n_own = seen.iter().map(|it| it.held.len() - block * it.nodes.len()).max().unwrap_or(0);
-        let n = block * nodes.len() + n_own;
+        let place = |node: &u64| nodes.binary_search(node).expect("a node of all ranks");
+        let mut further: Vec<usize> = seen.iter().flat_map(|it| it.further.iter().map(place)).collect();
+        further.sort_unstable();
+        further.dedup();
+        let behind = |it: &Seen| it.held.len() - block * it.nodes.len() - it.further.len();
+        let n_behind = seen.iter().map(behind).max().unwrap_or(0);
+        let n = block * nodes.len() + further.len() + n_behind;
         let mut system = Self {
             is_unsymmetric: symmetry == Symmetry::Unsymmetric,
             block,
@@ -81,6 +99,7 @@ impl System {
             position: vec![[0.0; 3]; nodes.len()],
             held: vec![false; n],
             nodes,
+            further,
             ..Self::default()
         };
         let equations: Vec<Vec<usize>> = seen.iter().map(|it| system.take(it)).collect();
@@ -122,12 +141,22 @@ impl System {
             }
             equations.extend((0..block).map(|i| block * place + i));
         }
-        let n_own = seen.held.len() - equations.len();
-        equations.extend(block * self.nodes.len()..block * self.nodes.len() + n_own);
+        for node in &seen.further {
+            let place = self.nodes.binary_search(node).expect("a node of all ranks");
+            let entry = self.further.binary_search(&place).expect("a further unknown of all ranks");
+            equations.push(block * self.nodes.len() + entry);
+        }
+        let (n_behind, behind) = (seen.held.len() - equations.len(), self.behind());
+        equations.extend(behind..behind + n_behind);
         for (&equation, &held) in equations.iter().zip(&seen.held) {
             self.held[equation] |= held > 0;
         }
         equations
+    }
+
+    /// The first of the unknowns that belong to no node.
+    fn behind(&self) -> usize {
+        self.block * self.nodes.len() + self.further.len()
     }
 
     fn pattern(&self) -> Pattern<'_> {
@@ -153,10 +182,12 @@ impl System {
         is_kept: bool,
     ) -> Result<Analysis, OutOfMemory> {
         let (position, is_held) = (|node: usize| self.position[node], |equation: usize| self.held[equation]);
+        let first = self.block * self.nodes.len();
+        let further = |equation: usize| self.further.get(equation.checked_sub(first)?).copied();
         let all = Hints {
             lattice: hints.lattice.map(|lattice| LatticePlaces { index: &self.index, ..lattice }),
             position: if hints.position.is_some() { Some(&position) } else { None },
-            further: None,
+            further: if self.further.is_empty() { None } else { Some(&further) },
             is_held: if hints.is_held.is_some() { Some(&is_held) } else { None },
             is_kept,
             owned: None,
@@ -196,9 +227,12 @@ impl System {
 
     /// Where an equation stands; none where it is none.
     pub(super) fn place(&self, equation: usize) -> Option<Place> {
-        let behind = self.block * self.nodes.len();
+        let (of_nodes, behind) = (self.block * self.nodes.len(), self.behind());
         if (behind..self.held.len()).contains(&equation) {
             return Some(Place::Behind(equation - behind));
+        }
+        if let Some(further) = equation.checked_sub(of_nodes) {
+            return Some(Place::Further { node: self.nodes[*self.further.get(further)?] });
         }
         let node = *self.nodes.get(equation / self.block)?;
         Some(Place::Node { node, component: equation % self.block })

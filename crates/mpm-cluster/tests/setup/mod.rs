@@ -169,6 +169,38 @@ fn on_rank<const D: usize>(
     (seen, outcome.map_err(|it| it.to_string()))
 }
 
+/// Asserts that so many ranks find what one finds, in as many iterations, cuts and points.
+pub fn check(text: &str, ranks: &[usize]) {
+    let (one, summary) = alone(text, &[]);
+    let summary = summary.unwrap_or_else(|it| panic!("{it}\n{text}"));
+    for &size in ranks {
+        let all = shared(text, size, &[]);
+        let several = all[0].1.as_ref().unwrap_or_else(|it| panic!("{size} ranks: {it}\n{text}"));
+        assert_same(text, (&one, &all[0].0), &format!("{size} ranks"));
+        assert_eq!(several.iterations, summary.iterations, "{size} ranks\n{text}");
+        let counts = |it: &Summary| (it.steps, it.cuts, it.points);
+        assert_eq!(counts(several), counts(&summary), "{size} ranks\n{text}");
+    }
+}
+
+/// Asserts that a run whose state three ranks keep after a load step goes on with one, two, three and four as one rank goes on alone;
+/// what one rank has kept, and what three have.
+pub fn check_resumed(text: &str, after: usize) -> [State; 2] {
+    let (one, _) = alone(text, &[after]);
+    let three = shared(text, 3, &[after]);
+    let state = &three[0].0.states[0];
+    let rest = Seen { rows: one.rows[after + 1..].to_vec(), ..one.clone() };
+    for size in [1, 2, 3, 4] {
+        let later = resumed(text, size, state);
+        later[0].1.as_ref().unwrap_or_else(|it| panic!("{size} ranks: {it}\n{text}"));
+        assert_same(text, (&rest, &later[0].0), &format!("{size} ranks"));
+    }
+    let (mut goes_on, mut model) = (Seen::default(), compiled(text));
+    model.resume(state, &mut goes_on).unwrap_or_else(|it| panic!("{it}\n{text}"));
+    assert_same(text, (&rest, &goes_on), "alone");
+    [one.states[0].clone(), state.clone()]
+}
+
 /// Largest difference of two lists over the largest entry of both.
 pub fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());

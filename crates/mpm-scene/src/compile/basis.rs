@@ -11,6 +11,7 @@ use crate::language::{
     ControlInput, CornerWeightsInput, DomainsInput, GimpUpdateInput, MaterialInput, PlaneBasis, SolidBasis,
     TrianglesInput,
 };
+use crate::places::{Place, at};
 use mpm_assembly::{InSpace, RefusedStart, ShippedBasis, ShippedLaw};
 use mpm_basis::{
     CornerWeights, Cpdi1, Cpdi2Hexahedron, Cpdi2Tetrahedron, Cpdi2q, Cpdi2t, DomainControl, Fallback, Gimp,
@@ -18,7 +19,6 @@ use mpm_basis::{
 };
 use mpm_material::{PerPoint, PointHistory, SymmetricTensor, Varied};
 use mpm_solver::DomainLimit;
-use mpm_solver::NamedBody;
 
 /// The bases of one space: makes bodies of points under the one that the scene names.
 pub(super) trait FillBody<const D: usize>: std::fmt::Debug {
@@ -135,9 +135,9 @@ pub(super) fn check_domains<const D: usize, B: FillBody<D>>(
 /// What the scene wants done about domains that have outgrown their cells.
 pub(super) fn domain_limit<const D: usize>(
     domains: &DomainsInput,
-    bodies: &[NamedBody<D>],
+    places: &[Vec<Place<D>>],
 ) -> Option<DomainLimit> {
-    let points: usize = bodies.iter().map(|named| named.body.n_points()).sum();
+    let points: usize = places.iter().map(Vec::len).sum();
     Some(match domains.control? {
         ControlInput::Cap { cells } => {
             DomainLimit { control: DomainControl::Cap { cells: cells.0 }, most_points: points }
@@ -179,7 +179,11 @@ where
     let law = beginning.law;
     let seeded = seeds(&basis, plan, history_bytes(law).map_err(Refusal::Law)?)?;
     let positions = seeded.positions();
-    let starts = starts(beginning, &positions)?;
+    let mut starts = starts(beginning, &positions)?;
+    let numbers = seeded.numbers.clone();
+    if let Some(numbers) = numbers.as_ref().filter(|_| !starts.points.is_empty()) {
+        starts.points = at(&starts.points, numbers);
+    }
     let fields = Fields::new(beginning.files);
     let site = positions.get(starts.stiffest).map(|position| Site { fields: &fields, position });
     let shipped = with_law(law, site, Chosen(&starts)).map_err(Refusal::Law)?;
@@ -197,7 +201,7 @@ where
             Refusal::Initial(refused(
                 beginning.initial,
                 (&stress, plan.space),
-                &positions[point],
+                &positions[numbers.map_or(point, |numbers| numbers[point] as usize)],
                 reason.reason,
             ))
         },

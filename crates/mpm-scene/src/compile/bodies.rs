@@ -12,15 +12,17 @@ use super::tools::{ToolParts, tool};
 use crate::boundary::Boundary;
 use crate::error::SceneError;
 use crate::files::SceneFiles;
-use crate::fill::{FaceShare, Plan};
+use crate::fill::Plan;
 use crate::language::{
     BodyInput, FieldInput, LoadInput, MaterialInput, MeanDilatationInput, SceneIn, ShapeInput, TilingInput,
     TurnedInput,
 };
+use crate::limits::Room;
 use crate::pieces::Shape;
+use crate::places::{FaceShare, Place};
 use mpm_assembly::{MeanDilatation, Space};
 use mpm_contact::{Pose, Tool};
-use mpm_geometry::{Face, MemoryLimit};
+use mpm_geometry::Face;
 use mpm_grid::{Layout, Mesh, Vector};
 use mpm_solver::NamedBody;
 use nalgebra::Vector3;
@@ -29,6 +31,7 @@ use nalgebra::Vector3;
 type Faces<const D: usize> = Vec<Vec<Vec<FaceShare<D>>>>;
 
 /// What is made of the bodies of a scene, each in their order.
+#[derive(Default)]
 pub(super) struct Bodies<const D: usize> {
     pub bodies: Vec<NamedBody<D>>,
     /// The points at their faces.
@@ -37,6 +40,10 @@ pub(super) struct Bodies<const D: usize> {
     pub boundaries: Vec<Boundary<D>>,
     /// The sides on which they are cut by symmetry.
     pub cuts: Vec<Sides<D>>,
+    /// The places of all their points.
+    pub places: Vec<Vec<Place<D>>>,
+    /// Numbers among these of the points that are made, where they are not all.
+    pub numbers: Vec<Option<Vec<u64>>>,
 }
 
 /// Fills the bodies.
@@ -44,7 +51,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
     (layout, start, space): (&Layout<D>, &Mesh<D>, Space),
     files: &dyn SceneFiles,
-    memory: MemoryLimit,
+    Room { memory, share }: Room,
 ) -> Result<Bodies<D>, SceneError> {
     let mesh = &Mesh::at_rest(layout);
     if scene.bodies.is_empty() {
@@ -53,21 +60,19 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
     check_outline(scene)?;
     let of_tools: Vec<_> = scene.tools.iter().map(|tool| (&tool.name[..], solid_part(tool))).collect();
     let of_tools = tool_shapes(&of_tools, layout, files)?;
-    let mut made = Bodies { bodies: Vec::new(), faces: Vec::new(), boundaries: Vec::new(), cuts: Vec::new() };
+    let mut made = Bodies::default();
     let mut shapes: Vec<WithSurface<'_, D>> = Vec::new();
     for (b, input) in scene.bodies.iter().enumerate() {
         let path = format!("bodies[{b}]");
-        if scene.bodies[..b].iter().any(|other| other.name == input.name) {
-            return Err(SceneError::new(
-                format!("{path}.name"),
-                format!("a second body named `{}`", input.name),
-            ));
+        let others = &scene.bodies[..b];
+        if others.iter().any(|other| other.name == input.name) {
+            let reason = format!("a second body named `{}`", input.name);
+            return Err(SceneError::new(format!("{path}.name"), reason));
         }
         let refuse = |it| SceneError::new(format!("{path}.shape"), it);
         shapes.push(WithSurface::of(input, layout, files).map_err(refuse)?);
         let cutouts = WithSurface::cutouts(input, layout, files).map_err(refuse)?;
         let Some((own, before)) = shapes.split_last() else { continue };
-        let others = &scene.bodies[..b];
         let cut = cut_out(input, (others, before), &of_tools, &cutouts).map_err(refuse)?;
         let overlapped = others.iter().zip(before).find(|&other| overlap(other, (input, own)));
         if let Some((other, _)) = overlapped {
@@ -98,6 +103,7 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
             memory,
             mean_dilatation: input.mean_dilatation.map(mean_dilatation),
             tools: tools_inside(scene, input, layout, files)?,
+            share,
         };
         if let Some(initial) = &input.initial {
             initial::check(initial, law, D, &path)?;
@@ -116,6 +122,8 @@ pub(super) fn bodies<const D: usize, B: FillBody<D> + ToolParts<D>>(
         });
         made.faces.push(filled.faces);
         made.boundaries.push(filled.boundary);
+        made.places.push(filled.places);
+        made.numbers.push(filled.numbers);
     }
     Ok(made)
 }

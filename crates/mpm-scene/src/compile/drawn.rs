@@ -15,7 +15,7 @@ use crate::language::{
     BodyInput, BoundsInput, DomainsInput, HoldInput, LoadInput, PlaneBasis, Scene, SceneIn, SolidBasis,
     WallInput,
 };
-use crate::limits::memory_left;
+use crate::limits::{Room, memory_left};
 use mpm_assembly::{Space, views};
 use mpm_grid::{Layout, Mesh, NodeSpace, Ramp, Vector};
 use mpm_solver::{Model, Support};
@@ -67,7 +67,8 @@ fn filled<const D: usize, B: FillBody<D> + ToolParts<D> + Clone>(
     scene.walls.clear();
     scene.bodies.iter_mut().for_each(|body| body.initial = None);
     let layout = layout(&scene.mesh, memory)?;
-    let bodies = bodies(&scene, (&layout, &Mesh::at_rest(&layout), space), files, memory)?.bodies;
+    let bodies =
+        bodies(&scene, (&layout, &Mesh::at_rest(&layout), space), files, Room::for_all(memory))?.bodies;
     let spatial = |x: &Vector<D>| std::array::from_fn(|d| if d < D { x[d] } else { 0.0 });
     let shares = bodies.iter().map(|named| {
         let points = 0..named.body.n_points();
@@ -244,7 +245,9 @@ impl<'a> NamedSides<'a> {
         }
         let mut filled = scene.clone();
         filled.bodies.iter_mut().for_each(|body| body.initial = None);
-        let made = bodies(&filled, (layout, &Mesh::at_rest(layout), space), files, memory_left()).ok()?;
+        let made =
+            bodies(&filled, (layout, &Mesh::at_rest(layout), space), files, Room::for_all(memory_left()))
+                .ok()?;
         let mut model = Model::on(layout.clone(), nodes.clone());
         model.bodies = made.bodies;
         Some(Self { inputs: &scene.bodies, boundaries: made.boundaries, model })

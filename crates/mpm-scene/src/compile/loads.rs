@@ -3,10 +3,10 @@
 use super::names::{A_NAME, is_name};
 use super::stages::Stages;
 use crate::error::SceneError;
-use crate::fill::FaceShare;
 use crate::language::{ControlInput, Coordinates, Count, LoadInput, MaterialInput, ProbePointsInput, SceneIn};
+use crate::places::{FaceShare, Place};
 use crate::vortex::Vortex;
-use mpm_assembly::Body;
+use mpm_assembly::Space;
 use mpm_grid::{Mesh, Position, Ramp, Vector, six_digits};
 use mpm_solver::{Loads, NamedBody, PointLoad, Probe, Share, Side, SideLoad};
 use std::f64::consts::TAU;
@@ -24,7 +24,7 @@ pub(super) struct Torque<const D: usize = 2> {
 /// Forces, and torques about the axis of bodies of revolution.
 pub(super) fn loads<const D: usize, B>(
     scene: &SceneIn<D, B>,
-    bodies: &[NamedBody<D>],
+    (bodies, places): (&[NamedBody<D>], &[Vec<Place<D>>]),
     start: &Mesh<D>,
     faces: Vec<Vec<Vec<FaceShare<D>>>>,
 ) -> Result<(Loads<D>, Vec<Torque<D>>), SceneError> {
@@ -52,8 +52,7 @@ pub(super) fn loads<const D: usize, B>(
             }
             LoadInput::PointForce { body: name, near, points, force, ramp, active } => {
                 let body = find(name)?;
-                let points_of = &*bodies[body].body;
-                let shares = point_shares((name, points_of), start, &Vector::from(near.0), *points, &path)?;
+                let shares = point_shares((name, &places[body]), start, &Vector::from(near.0), *points, &path)?;
                 let force = Vector::from(force.0);
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
                 loads.point_loads.push(PointLoad { body, shares, force, ramp });
@@ -72,8 +71,8 @@ pub(super) fn loads<const D: usize, B>(
                     ));
                 }
                 let ramp = stages.load_ramp(ramp, 1.0, active, &path)?;
-                let points_of = &*bodies[body].body;
-                if points_of.space().is_axisymmetric() {
+                let points_of = &places[body][..];
+                if bodies[body].body.space().is_axisymmetric() {
                     refuse_split(scene, &path)?;
                     if let Some(moment) = moment {
                         let sides = torque_sides(points_of, axis.index(), &areas);
@@ -103,16 +102,17 @@ pub(super) fn loads<const D: usize, B>(
 
 /// The points of a body that carry a force at `near` `[L]`.
 fn point_shares<const D: usize>(
-    (name, body): (&str, &dyn Body<D>),
+    (name, places): (&str, &[Place<D>]),
     start: &Mesh<D>,
     near: &Vector<D>,
     points: Option<Count>,
     path: &str,
 ) -> Result<Vec<Share<D>>, SceneError> {
-    let nearest = nearest(body, near, points.map_or(1, |points| points.0 as usize))
+    let nearest = nearest(places, near, points.map_or(1, |points| points.0 as usize))
         .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
-    check_hit(name, body, start, near, nearest[0]).map_err(|it| SceneError::new(format!("{path}.near"), it))?;
-    let arm = if points.is_some() { Vector::zeros() } else { arm(body, &nearest, near) };
+    check_hit(name, &places[nearest[0]], start, near)
+        .map_err(|it| SceneError::new(format!("{path}.near"), it))?;
+    let arm = if points.is_some() { Vector::zeros() } else { arm(places, &nearest, near) };
     Ok(equal_shares(nearest, arm))
 }
 
@@ -152,22 +152,22 @@ pub(super) fn whole_force<const D: usize>(
 
 /// The sides of rings that lie on a plane across an axis, with the parts of a uniform traction at their ends, and the
 /// area of all. The part of a side of length L at the end with the radius a is `2π L (a/3 + b/6)`, b the other's.
-fn sides<const D: usize>(body: &dyn Body<D>, across: usize, shares: &[FaceShare<D>]) -> (Vec<Side<D>>, f64) {
-    let (sides, whole) = weighed(body, across, shares, |a, b| a / 3.0 + b / 6.0);
+fn sides<const D: usize>(places: &[Place<D>], across: usize, shares: &[FaceShare<D>]) -> (Vec<Side<D>>, f64) {
+    let (sides, whole) = weighed(places, across, shares, |a, b| a / 3.0 + b / 6.0);
     (sides, TAU * whole)
 }
 
 /// The same with the parts of the torque of a shear traction about the axis that grows with r: with a linear weight of the end,
 /// `∫ w r³ ds = L (4a³ + 3a²b + 2ab² + b³)/20`.
-fn torque_sides<const D: usize>(body: &dyn Body<D>, across: usize, shares: &[FaceShare<D>]) -> Vec<Side<D>> {
+fn torque_sides<const D: usize>(places: &[Place<D>], across: usize, shares: &[FaceShare<D>]) -> Vec<Side<D>> {
     let moment = |a: f64, b: f64| (4.0 * a * a * a + 3.0 * a * a * b + 2.0 * a * b * b + b * b * b) / 20.0;
-    weighed(body, across, shares, moment).0
+    weighed(places, across, shares, moment).0
 }
 
 /// Sides, with parts at their ends in proportion to a weight by the radii of this end and of the other, per length; and the
 /// sum of all weights.
 fn weighed<const D: usize>(
-    body: &dyn Body<D>,
+    places: &[Place<D>],
     across: usize,
     shares: &[FaceShare<D>],
     weight: impl Fn(f64, f64) -> f64,
@@ -176,7 +176,7 @@ fn weighed<const D: usize>(
         let mut half = Vector::zeros();
         half[1 - across] = 0.5 * it.area;
         let arms = [it.arm - half, it.arm + half];
-        let [a, b] = arms.map(|arm| body.point(it.point).position[0] + arm[0]);
+        let [a, b] = arms.map(|arm| places[it.point].position[0] + arm[0]);
         Side { point: it.point, arms, parts: [weight(a, b), weight(b, a)].map(|weight| it.area * weight) }
     };
     let mut sides: Vec<Side<D>> = shares.iter().map(side).collect();
@@ -214,7 +214,7 @@ fn vortex(law: Option<&MaterialInput>, angle: Ramp) -> Result<Vortex, &'static s
 
 pub(super) fn probes<const D: usize, B>(
     scene: &SceneIn<D, B>,
-    bodies: &[NamedBody<D>],
+    (bodies, places): (&[NamedBody<D>], &[Vec<Place<D>>]),
     start: &Mesh<D>,
 ) -> Result<Vec<Probe<D>>, SceneError> {
     let mut probes: Vec<Probe<D>> = Vec::new();
@@ -235,41 +235,49 @@ pub(super) fn probes<const D: usize, B>(
             let reason = format!("no body named `{}`; the scene has: {}", input.body, known.join(", "));
             return Err(SceneError::new(format!("{path}.body"), reason));
         };
-        let points = &*bodies[body].body;
-        let positions = || (0..points.n_points()).map(|point| points.point(point).position);
+        let points = &places[body][..];
         let chosen: Vec<usize> = match &input.points {
-            ProbePointsInput::All => (0..points.n_points()).collect(),
+            ProbePointsInput::All => (0..points.len()).collect(),
             ProbePointsInput::Near(at) => {
                 let at = Vector::from(at.0);
                 let found = nearest(points, &at, 1);
                 let found = found.map_err(|it| SceneError::new(format!("{path}.points"), it))?;
-                check_hit(&input.body, points, start, &at, found[0])
+                check_hit(&input.body, &points[found[0]], start, &at)
                     .map_err(|it| SceneError::new(format!("{path}.points"), it))?;
                 found[..1].to_vec()
             }
             ProbePointsInput::Within { from, to } => {
                 let inside = |x: &Vector<D>| (0..D).all(|d| (from.0[d]..=to.0[d]).contains(&x[d]));
-                positions().enumerate().filter(|(_, x)| inside(x)).map(|(point, _)| point).collect()
+                (0..points.len()).filter(|&point| inside(&points[point].position)).collect()
             }
         };
         if chosen.is_empty() {
             let reason = format!("holds no material point of body `{}`", input.body);
             return Err(SceneError::new(format!("{path}.points"), reason));
         }
-        probes.push(Probe::new(name, body, chosen, bodies));
+        let rest = mean(points, &chosen, bodies[body].body.space());
+        probes.push(Probe { name: name.clone(), body, points: chosen, rest });
     }
     Ok(probes)
 }
 
-/// Refuses a position that lies farther from a body than a cell is long: `nearest` is the body's nearest point.
+/// Mean position of some points, weighted by their volumes `[L]`.
+fn mean<const D: usize>(places: &[Place<D>], points: &[usize], space: Space) -> Vector<D> {
+    let (mut sum, mut volume) = (Vector::zeros(), 0.0);
+    for place in points.iter().map(|&point| &places[point]) {
+        sum += place.position * place.volume(space);
+        volume += place.volume(space);
+    }
+    sum / volume
+}
+
+/// Refuses a position that lies farther from a body than a cell is long: `point` is the body's nearest.
 fn check_hit<const D: usize>(
     name: &str,
-    body: &dyn Body<D>,
+    point: &Place<D>,
     start: &Mesh<D>,
     at: &Vector<D>,
-    nearest: usize,
 ) -> Result<(), String> {
-    let point = body.point(nearest);
     let distance = length(&(point.position - at));
     let around = start.locate(&point.position, 0.5).map(|place| {
         let corners = [-1.0, 1.0].map(Vector::repeat);
@@ -277,7 +285,7 @@ fn check_hit<const D: usize>(
         let corners = &cell.corners()[..1 << D];
         corners.iter().map(|corner| (corner - corners[0]).norm()).fold(0.0, f64::max)
     });
-    let own = 2.0 * point.reference_size.powf(1.0 / D as f64);
+    let own = 2.0 * point.size.powf(1.0 / D as f64);
     // Not a number where the position is none.
     if distance <= around.unwrap_or(0.0).max(own) {
         return Ok(());
@@ -290,10 +298,10 @@ fn check_hit<const D: usize>(
 }
 
 /// From the middle of some points to a position; 0 where only rounding parts them.
-fn arm<const D: usize>(body: &dyn Body<D>, points: &[usize], at: &Vector<D>) -> Vector<D> {
-    let sum: Vector<D> = points.iter().map(|&point| body.point(point).position).sum();
+fn arm<const D: usize>(places: &[Place<D>], points: &[usize], at: &Vector<D>) -> Vector<D> {
+    let sum: Vector<D> = points.iter().map(|&point| places[point].position).sum();
     let arm = at - sum / points.len() as f64;
-    let size = body.point(points[0]).reference_size.powf(1.0 / D as f64);
+    let size = places[points[0]].size.powf(1.0 / D as f64);
     if arm.norm() > 1e-9 * size { arm } else { Vector::zeros() }
 }
 
@@ -311,13 +319,13 @@ fn length<const D: usize>(x: &Vector<D>) -> f64 {
 }
 
 /// The `count` points nearest to `x`, nearest first, and those that are as near as the last of them.
-fn nearest<const D: usize>(body: &dyn Body<D>, x: &Vector<D>, count: usize) -> Result<Vec<usize>, String> {
-    if count > body.n_points() {
-        return Err(format!("the body has only {} material points", body.n_points()));
+fn nearest<const D: usize>(places: &[Place<D>], x: &Vector<D>, count: usize) -> Result<Vec<usize>, String> {
+    if count > places.len() {
+        return Err(format!("the body has only {} material points", places.len()));
     }
     // Distances that differ by rounding alone count as equal.
     let mut distances: Vec<(f64, usize)> =
-        (0..body.n_points()).map(|p| (length(&((body.point(p).position - x) * 0.25)), p)).collect();
+        places.iter().enumerate().map(|(p, it)| (length(&((it.position - x) * 0.25)), p)).collect();
     let scale = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
     for (distance, _) in &mut distances {
         *distance = (*distance / scale.max(f64::MIN_POSITIVE) * 1e9).round();

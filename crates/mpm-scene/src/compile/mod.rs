@@ -35,7 +35,8 @@ use crate::language::{
     ControlInput, OutputInput, PlaneBasis, Scene, SceneIn, SolverInput, StabilisationInput, ToleranceInput,
     UnheldMotionInput,
 };
-use crate::limits::memory_left;
+use crate::limits::{Room, memory_left};
+use crate::share::ShareOfPoints;
 pub use axisymmetric::in_plane;
 pub use drawn::{Acting, ActingOn, Along, BodyShares, DrawnLoad, DrawnSide, acting, shares_at_rest};
 pub use drive::{DrivenPath, drive};
@@ -74,7 +75,33 @@ pub fn compile(scene: &Scene) -> Result<Compiled, SceneError> {
 /// # Errors
 /// The first thing that is wrong with the scene, or with a file that it names, with its path.
 pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, SceneError> {
-    made(scene, files, memory_left())
+    made(scene, files, Room::for_all(memory_left()))
+}
+
+/// As [`compile_with`], of the points that one of several ranks makes. The model can be run by ranks that share it,
+/// [`mpm_solver::run_on`], and by nobody else.
+///
+/// # Errors
+/// As [`compile_with`]; what is wrong with a point is told by the rank that makes it.
+pub fn compile_share(
+    scene: &Scene,
+    files: &dyn SceneFiles,
+    share: ShareOfPoints,
+) -> Result<Compiled, SceneError> {
+    compile_share_within(scene, files, share, memory_left().bytes / share.on_machine.max(1) as u64)
+}
+
+/// As [`compile_share`], with so many bytes of memory in place of the rank's part of the machine's.
+///
+/// # Errors
+/// As [`compile_share`].
+pub fn compile_share_within(
+    scene: &Scene,
+    files: &dyn SceneFiles,
+    share: ShareOfPoints,
+    bytes: u64,
+) -> Result<Compiled, SceneError> {
+    made(scene, files, Room { memory: MemoryLimit { bytes }, share })
 }
 
 /// As [`compile_with`], with so many bytes of memory in place of the machine's.
@@ -82,7 +109,7 @@ pub fn compile_with(scene: &Scene, files: &dyn SceneFiles) -> Result<Compiled, S
 /// # Errors
 /// As [`compile_with`].
 pub fn compile_within(scene: &Scene, files: &dyn SceneFiles, bytes: u64) -> Result<Compiled, SceneError> {
-    made(scene, files, MemoryLimit { bytes })
+    made(scene, files, Room::for_all(MemoryLimit { bytes }))
 }
 
 /// The mesh of a scene and how it moves; files that the scene names are not asked for.
@@ -96,20 +123,20 @@ pub fn mesh_of<const D: usize, B>(scene: &SceneIn<D, B>) -> Result<(Layout<D>, M
     Ok((layout, motion))
 }
 
-fn made(scene: &Scene, files: &dyn SceneFiles, memory: MemoryLimit) -> Result<Compiled, SceneError> {
+fn made(scene: &Scene, files: &dyn SceneFiles, room: Room) -> Result<Compiled, SceneError> {
     Ok(match scene {
         Scene::PlaneStrain(scene) => {
-            Compiled::Plane(model(scene, Space::Cartesian, files, memory)?.whole(&scene.output)?)
+            Compiled::Plane(model(scene, Space::Cartesian, files, room)?.whole(&scene.output)?)
         }
         Scene::Axisymmetric(scene) => {
-            let made = model(&in_plane(scene)?, Space::Axisymmetric, files, memory)?;
+            let made = model(&in_plane(scene)?, Space::Axisymmetric, files, room)?;
             match scene.twist {
                 true => Compiled::Solid(made.turning(scene)?),
                 false => Compiled::Plane(made.whole(&scene.output)?),
             }
         }
         Scene::Solid(scene) => {
-            Compiled::Solid(model(scene, Space::Cartesian, files, memory)?.whole(&scene.output)?)
+            Compiled::Solid(model(scene, Space::Cartesian, files, room)?.whole(&scene.output)?)
         }
     })
 }
@@ -176,8 +203,9 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
     scene: &SceneIn<D, B>,
     space: Space,
     files: &dyn SceneFiles,
-    memory: MemoryLimit,
+    room: Room,
 ) -> Result<Made<D>, SceneError> {
+    let memory = room.memory;
     if scene.twist && !space.is_axisymmetric() {
         return Err(SceneError::new("twist", "bodies turn about an axis in `Axisymmetric` scenes only"));
     }
@@ -201,17 +229,20 @@ fn model<const D: usize, B: FillBody<D> + ToolParts<D>>(
             "bodies that turn about their axis have `Linear` functions of the mesh",
         ));
     }
-    let Bodies { bodies, faces, boundaries, cuts } = bodies(scene, (&layout, &mesh, space), files, memory)?;
-    let probes = probes(scene, &bodies, &mesh)?;
+    let Bodies { bodies, faces, boundaries, cuts, places, numbers } =
+        bodies(scene, (&layout, &mesh, space), files, room)?;
+    let probes = probes(scene, (&bodies, &places), &mesh)?;
     let kind = bodies.first().map_or(mesh.functions(), |named| named.body.node_kind(&mesh));
     let nodes = NodeSpace::of(kind, &mesh).map_err(|it| SceneError::new("basis", it))?;
     let mut model = Model::on(layout, nodes);
     model.motion = motion;
     model.supports = supports(scene, (&model.layout, &model.nodes), space)?;
     let torques;
-    (model.loads, torques) = loads(scene, &bodies, &mesh, faces)?;
-    model.domain_limit = domain_limit(&scene.domains, &bodies);
+    (model.loads, torques) = loads(scene, (&bodies, &places), &mesh, faces)?;
+    model.domain_limit = domain_limit(&scene.domains, &places);
+    drop(places);
     model.bodies = bodies;
+    model.share = numbers.into_iter().collect();
     model.stages = made;
     check_supports(&model)?;
     refuse_jumps_along_a_path(&model)?;
@@ -270,7 +301,9 @@ fn check_start<const D: usize>(
     let room_for = memory.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
     room_for.map_err(|it| SceneError::new("bodies", it))?;
     let active = ActiveNodes::of(&model.nodes, &stencils);
-    for (k, support) in model.supports.iter().enumerate().filter(|(_, support)| support.acts_in(0)) {
+    // Where other ranks make points, too, the run looks at the points of all.
+    let all = model.share.is_none();
+    for (k, support) in model.supports.iter().enumerate().filter(|(_, it)| all && it.acts_in(0)) {
         let driven = support.components.iter().flatten().any(|it| *it != Prescribed::Held);
         if driven && !support.nodes.iter().any(|&node| active.number(node).is_some()) {
             return Err(SceneError::new(

@@ -257,8 +257,10 @@ fn check_place<const D: usize>(
     let meeting = || model.bodies.iter().filter(|named| contact.meets(&named.name));
     let extents = || meeting().flat_map(|named| (0..named.body.n_points()).map(|p| named.body.extent(p)));
     let width = extents().map(|extent| extent.width).fold(f64::INFINITY, f64::min);
+    // A rank that makes no points says nothing of them.
+    let is_known = model.share.is_none() || width.is_finite();
     let thickness = tool.thickness();
-    if thickness < (1.0 - ROUNDING_ERROR) * LEAST_WIDTHS * width {
+    if is_known && thickness < (1.0 - ROUNDING_ERROR) * LEAST_WIDTHS * width {
         let reason = format!(
             "the tool is {} thick, expected at least {}: twice the width of the smallest point's domain",
             six_digits(thickness),
@@ -268,7 +270,7 @@ fn check_place<const D: usize>(
     }
     let bounds = tool.bounds();
     let across = (bounds.to - bounds.from).norm() / width;
-    if bounds.is_finite() && across.powi(D as i32 - 1) > MOST_WIDTHS {
+    if is_known && bounds.is_finite() && across.powi(D as i32 - 1) > MOST_WIDTHS {
         let reason = format!(
             "the tool is {} widths of the smallest point's domain long, expected at most {}: its surface is sampled",
             six_digits(across),
@@ -277,11 +279,12 @@ fn check_place<const D: usize>(
         return Err(SceneError::new(format!("{path}.parts"), reason));
     }
     let start = motion.pose(LoadFraction::START);
-    for named in meeting() {
+    for (body, named) in model.bodies.iter().enumerate().filter(|(_, it)| contact.meets(&it.name)) {
         let inside = (0..named.body.n_points())
             .map(|point| (point, named.body.extent(point).position))
             .find(|(_, position)| tool.contains(&start.recall(position)));
         if let Some((point, position)) = inside {
+            let point = model.share.as_ref().map_or(point, |numbers| numbers[body][point] as usize);
             let reason = format!(
                 "material point {point} of body `{}` at {} stands inside the tool at the start",
                 named.name,

@@ -56,6 +56,7 @@ pub(super) fn turning(of: OfSection, scene: &SceneIn<2, PlaneBasis>) -> Result<M
     (model.condition_history, model.needs_grip) = (section.condition_history, section.needs_grip);
     (model.unheld_motion, model.tolerance) = (section.unheld_motion, section.tolerance);
     model.solver = section.solver;
+    model.share = section.share;
     Ok(model)
 }
 

@@ -79,8 +79,8 @@ impl<const D: usize> Correction<'_, D> {
         }
 
         let at_start = self.work;
-        let shared = &problem.connected.shared;
-        let at_end = shared.dot(self.free, &iterate.out_of_balance);
+        let connected = problem.connected;
+        let at_end = connected.dot(self.free, &iterate.out_of_balance);
         if part < 1.0 {
             return Ok(Taken::Inverted);
         }
@@ -97,7 +97,7 @@ impl<const D: usize> Correction<'_, D> {
             part = (low * high_work - high * low_work) / (high_work - low_work);
             self.apply(part, &mut iterate.increment);
             solver.evaluate(problem, iterate, Wanted::Force, None)?;
-            let here = shared.dot(self.free, &iterate.out_of_balance);
+            let here = connected.dot(self.free, &iterate.out_of_balance);
             if here.abs() <= 0.5 * at_start {
                 break;
             }

@@ -253,7 +253,7 @@ impl<const D: usize> Newton<'_, '_, D> {
             start: &self.before,
             free: &self.correction,
             lift: lift.unwrap_or_default(),
-            work: problem.connected.shared.dot(&self.correction, &iterate.out_of_balance),
+            work: problem.connected.dot(&self.correction, &iterate.out_of_balance),
             least_part,
             whole: self.patience == Patience::UntilSlow && !is_almost_balanced,
         };

@@ -243,9 +243,9 @@ impl<const D: usize> Problem<'_, D> {
                 finish_tangent(pattern, self.constraints, values);
                 shared.leave_to_owners(pattern, self.constraints, values);
             }
-            self.complete(&mut iterate.reaction);
+            self.connected.complete(&mut iterate.reaction);
             if let Some(lift) = lift {
-                self.complete(lift);
+                self.connected.complete(lift);
             }
             // Internal force becomes f_int - f_ext; its free components must vanish.
             let Iterate { reaction, out_of_balance, .. } = iterate;
@@ -279,15 +279,8 @@ impl<const D: usize> Problem<'_, D> {
                 rate.add(sign / (after.get() - before.get()), &force);
             }
         }
-        self.complete(&mut rate);
+        self.connected.complete(&mut rate);
         Ok(rate)
-    }
-
-    /// Adds what other ranks have of the forces on the same unknowns.
-    fn complete(&self, force: &mut UnknownVector<D>) {
-        let ranks = &self.connected.shared.ranks;
-        ranks.complete(&mut force.nodes);
-        ranks.sum(&mut force.own[self.connected.n_field()..]);
     }
 
     /// What the contribution with this index has answered, as a failure of the step.

@@ -6,7 +6,7 @@
 
 use super::problem::{Iterate, Problem};
 use super::round_off::BodyScale;
-use crate::connection::NodalField;
+use crate::nodal_field::NodalField;
 use crate::ranks::{any, norm, norm_of};
 use mpm_assembly::FieldStart;
 use mpm_grid::Vector;
@@ -99,6 +99,7 @@ impl<const D: usize> Problem<'_, D> {
     /// nothing a residual below the tolerance.
     fn field_residual(&self, iterate: &Iterate<D>, field: &NodalField) -> f64 {
         let (n, FieldStart { field: start, weight, .. }) = (field.nodes.len(), &field.start);
+        let norm_of = |numbers: &[f64]| self.connected.shared.norm_at(&field.active, numbers);
         let residual = norm_of(&iterate.out_of_balance.own[..n]);
         let sizes = iterate.increment.own.iter().zip(start).zip(weight);
         let sizes: Vec<f64> =

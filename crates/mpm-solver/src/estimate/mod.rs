@@ -140,6 +140,7 @@ impl Memory {
 /// See [`crate::estimate()`].
 pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
     model.check()?;
+    model.check_whole()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let (connected, connect) = connected(model, &mesh)?;

@@ -24,6 +24,10 @@ const ACROSS: f64 = 6.0;
 /// What in a model is probably not meant: the remarks of [`crate::estimate()`] that ask for a change. It connects the points once, and
 /// runs nothing; nothing is said of a model that cannot begin to run.
 pub fn doubts<const D: usize>(model: &Model<D>) -> Vec<String> {
+    // A share of the points does not tell what all of them reach.
+    if model.share.is_some() {
+        return Vec::new();
+    }
     let Ok(mesh) = model.motion.mesh_at(&model.layout, LoadFraction::START) else { return Vec::new() };
     let Ok(stencils) = stencils(model, &mesh, &Alone) else { return Vec::new() };
     of(model, &mesh, &ActiveNodes::of(&model.nodes, &stencils))

@@ -54,6 +54,10 @@ pub struct Model<const D: usize> {
     pub needs_grip: bool,
     /// What the history follows besides supports, in the order of the scene.
     pub probes: Vec<Probe<D>>,
+    /// Where other ranks have made points, too: of every body the numbers, among all its points, of those that are here; ascending.
+    /// Loads and probes name points by their numbers among all until ranks [divide](crate::Ranks::divide) the model. None where
+    /// all points are here.
+    pub share: Option<Vec<Vec<u64>>>,
 }
 
 impl<const D: usize> Model<D> {
@@ -88,6 +92,7 @@ impl<const D: usize> Model<D> {
             energies: false,
             needs_grip: true,
             probes: Vec::new(),
+            share: None,
         }
     }
 

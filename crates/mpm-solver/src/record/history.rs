@@ -44,15 +44,17 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    pub(crate) fn new<const D: usize>(model: &Model<D>) -> Self {
-        let stored_before = if model.energies { elastic(&model.bodies) } else { 0.0 };
+    /// Of a model whose points ranks have divided, or which has them all.
+    pub(crate) fn new<const D: usize>(model: &Model<D>, ranks: &dyn Ranks<D>) -> Self {
+        let stored_before = if model.energies { total(ranks, elastic(&model.bodies)) } else { 0.0 };
+        let points: usize = model.bodies.iter().map(|named| named.body.n_points()).sum();
         let columns = columns(model);
         Self {
             space: model.space(),
             has_apex: columns.iter().any(|column| column.name == AT_APEX),
             can_yield: columns.iter().any(|column| column.name == STEP_STRAIN),
             columns,
-            points: model.bodies.iter().map(|named| named.body.n_points()).sum(),
+            points: count(ranks, points as u64) as usize,
             nominal_steps: model.stages.iter().map(|stage| stage.steps as usize).sum(),
             stages: model.stages.len(),
             counted: match model.follows_path() {

@@ -2,6 +2,7 @@
 
 use super::null_space::{Triangle, reduce};
 use super::parts::RigidParts;
+use crate::ranks::Ranks;
 use mpm_grid::Vector;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,22 +51,41 @@ pub(crate) fn turns(mode: &Mode) -> bool {
 
 /// The parts and their places, by which motions are numbers.
 pub(crate) struct Frames<'a, const D: usize> {
-    pub parts: &'a RigidParts,
+    pub parts: &'a RigidParts<D>,
+    /// Of the active nodes of this rank.
     pub positions: &'a [Vector<D>],
+    ranks: &'a dyn Ranks<D>,
     /// Centre and size of every part `[L]`.
     frames: Vec<(Vector<D>, f64)>,
 }
 
 impl<'a, const D: usize> Frames<'a, D> {
-    pub(crate) fn of(parts: &'a RigidParts, positions: &'a [Vector<D>]) -> Self {
-        let frame = |part: usize| {
-            let nodes = || parts.nodes(part).iter().map(|&node| positions[node as usize]);
-            let n = nodes().count() as f64;
-            let centre = nodes().fold(Vector::zeros(), |sum: Vector<D>, x| sum + x) / n;
-            let size = nodes().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-            (centre, if size > 0.0 { size } else { 1.0 })
+    pub(crate) fn of(parts: &'a RigidParts<D>, positions: &'a [Vector<D>], ranks: &'a dyn Ranks<D>) -> Self {
+        let inner = |part: usize| parts.inner(part).iter().map(|&node| positions[node as usize]);
+        let joints = |part: usize| parts.joints(part).map(|(_, joint)| joint.position);
+        let sum = |places: &mut dyn Iterator<Item = Vector<D>>| {
+            places.fold((0.0, Vector::zeros()), |(n, sum), x| (n + 1.0, sum + x))
         };
-        Self { parts, positions, frames: (0..parts.len()).map(frame).collect() }
+        let mut sums = Vec::with_capacity(parts.len() * (D + 1));
+        for part in 0..parts.len() {
+            let (n, sum) = sum(&mut inner(part));
+            sums.push(n);
+            sums.extend(sum.iter());
+        }
+        ranks.sum(&mut sums);
+        let centre = |(part, sums): (usize, &[f64])| {
+            let (n, joints) = sum(&mut joints(part));
+            (Vector::from_fn(|i, _| sums[1 + i]) + joints) / (sums[0] + n)
+        };
+        let centres: Vec<Vector<D>> = sums.chunks_exact(D + 1).enumerate().map(centre).collect();
+        let farthest = |part: usize| {
+            inner(part).chain(joints(part)).map(|x| (x - centres[part]).norm()).fold(0.0, f64::max)
+        };
+        let mut sizes: Vec<f64> = (0..parts.len()).map(|part| -farthest(part)).collect();
+        ranks.least(&mut sizes);
+        let frames = centres.iter().zip(sizes);
+        let frames = frames.map(|(&centre, size)| (centre, if size < 0.0 { -size } else { 1.0 })).collect();
+        Self { parts, positions, ranks, frames }
     }
 
     /// Centre of a part `[L]`.
@@ -88,59 +108,65 @@ impl<'a, const D: usize> Frames<'a, D> {
         unit
     }
 
-    /// Displacement of a node in a part's motion.
-    fn displacement(&self, part: usize, motion: &Motion, node: u32) -> Vector<D> {
-        motion.at(&(self.positions[node as usize] - self.frames[part].0))
+    /// Displacement at a place in a part's motion.
+    fn displacement(&self, part: usize, motion: &Motion, place: Vector<D>) -> Vector<D> {
+        motion.at(&(place - self.frames[part].0))
     }
 
-    /// Displacement of the nodes in a mode; 0 for all others.
+    /// Displacement of the nodes of this rank in a mode; 0 for all others.
     pub(crate) fn field(&self, mode: &Mode) -> Vec<Vector<D>> {
         let mut field = vec![Vector::zeros(); self.positions.len()];
         for (&part, motion) in mode {
-            for &node in self.parts.nodes(part) {
-                field[node as usize] = self.displacement(part, motion, node);
+            let inner = self.parts.inner(part).iter().copied();
+            for node in inner.chain(self.parts.joints(part).filter_map(|(_, joint)| joint.here)) {
+                field[node as usize] = self.displacement(part, motion, self.positions[node as usize]);
             }
         }
         field
     }
 
-    /// Motions of the assembly of these parts that move no node that is held, in the components that `is_held` tells.
+    /// Whether each of some modes moves any node of any rank.
+    fn are_motions(&self, modes: &[Mode]) -> Vec<bool> {
+        let moves = |mode: &Mode| self.field(mode).iter().any(|u| u.amax() > FREE);
+        let mut moving: Vec<f64> = modes.iter().map(|mode| f64::from(u8::from(moves(mode)))).collect();
+        self.ranks.sum(&mut moving);
+        moving.into_iter().map(|ranks| ranks > 0.0).collect()
+    }
+
+    /// Motions of the assembly of these parts that move no node that is held; `is_held` tells of the active nodes of this rank, in
+    /// which components.
     pub(crate) fn free(&self, parts: &[usize], is_held: impl Fn(usize, usize) -> bool) -> Vec<Mode> {
         let per_part = rotations::<D>() + D;
         let as_one = parts.len() > MOST_PARTS;
         // All parts as one: their frame is that of the first.
         let columns = if as_one { per_part } else { parts.len() * per_part };
-        let mut owner: BTreeMap<u32, usize> = BTreeMap::new();
+        let frame = |k: usize| if as_one { (parts[0], 0) } else { (parts[k], k * per_part) };
         let mut triangle = Triangle::new(columns);
         let (mut rows, mut look) = (0, 4 * columns);
-        for (k, &part) in parts.iter().enumerate() {
-            let (frame, first) = if as_one { (parts[0], 0) } else { (part, k * per_part) };
-            for &node in self.parts.nodes(part) {
-                let hinged = if as_one || parts.len() == 1 { None } else { owner.insert(node, k) };
-                for component in 0..D {
-                    let is_held = is_held(node as usize, component);
-                    if !is_held && hinged.is_none() {
-                        continue;
-                    }
+        'nodes: for (k, &part) in parts.iter().enumerate() {
+            let (frame, first) = frame(k);
+            for &node in self.parts.inner(part) {
+                for component in (0..D).filter(|&i| is_held(node as usize, i)) {
                     let mut row = vec![0.0; columns];
-                    self.write(frame, node, component, &mut row[first..first + per_part]);
-                    if let (Some(before), false) = (hinged, is_held) {
-                        let place = before * per_part..(before + 1) * per_part;
-                        self.write(parts[before], node, component, &mut row[place.clone()]);
-                        row[place].iter_mut().for_each(|it| *it = -*it);
-                    }
+                    let place = self.positions[node as usize];
+                    self.write(frame, place, component, &mut row[first..first + per_part]);
                     triangle.add(&mut row);
                     rows += 1;
                 }
                 // One part alone is mostly held by a few nodes.
                 if columns == per_part && rows >= look {
                     if triangle.null_space(FREE).is_empty() {
-                        return Vec::new();
+                        break 'nodes;
                     }
                     look *= 2;
                 }
             }
         }
+        // All ranks know the joints.
+        if self.ranks.leads() {
+            self.add_joints(parts, frame, &mut triangle);
+        }
+        let triangle = self.of_all(triangle);
         let null = triangle.null_space(FREE);
         let modes = null.iter().map(|vector| {
             let at = |k: usize| if as_one { 0 } else { k * per_part };
@@ -155,13 +181,57 @@ impl<'a, const D: usize> Frames<'a, D> {
             };
             parts.iter().enumerate().map(moved).collect::<Mode>()
         });
-        modes.filter(|mode| self.field(mode).iter().any(|u| u.amax() > FREE)).collect()
+        let modes: Vec<Mode> = modes.collect();
+        let are_motions = self.are_motions(&modes);
+        modes.into_iter().zip(are_motions).filter(|it| it.1).map(|it| it.0).collect()
+    }
+
+    /// Adds that held joints stay, and that hinged parts move alike in their joints; `frame` tells a part's frame, and the first of its
+    /// columns.
+    fn add_joints(&self, parts: &[usize], frame: impl Fn(usize) -> (usize, usize), triangle: &mut Triangle) {
+        let (per_part, columns) = (rotations::<D>() + D, triangle.n());
+        let is_hinged = columns > per_part;
+        let mut owner: BTreeMap<u32, usize> = BTreeMap::new();
+        for (k, &part) in parts.iter().enumerate() {
+            let (own, first) = frame(k);
+            for (number, joint) in self.parts.joints(part) {
+                let hinged = if is_hinged { owner.insert(number, k) } else { None };
+                for component in 0..D {
+                    let is_held = joint.is_held(component);
+                    if !is_held && hinged.is_none() {
+                        continue;
+                    }
+                    let mut row = vec![0.0; columns];
+                    self.write(own, joint.position, component, &mut row[first..first + per_part]);
+                    if let (Some(before), false) = (hinged, is_held) {
+                        let (other, place) = frame(before);
+                        let place = place..place + per_part;
+                        self.write(other, joint.position, component, &mut row[place.clone()]);
+                        row[place].iter_mut().for_each(|it| *it = -*it);
+                    }
+                    triangle.add(&mut row);
+                }
+            }
+        }
+    }
+
+    /// The triangle of the rows of all ranks.
+    pub(super) fn of_all(&self, own: Triangle) -> Triangle {
+        if self.ranks.size() == 1 {
+            return own;
+        }
+        let n = own.n();
+        let mut all = Triangle::new(n);
+        for row in self.ranks.gathered(own.into_numbers()).0.chunks_exact_mut(n.max(1)) {
+            all.add(row);
+        }
+        all
     }
 
     /// What each of a part's numbers adds to a component of a node's displacement.
-    fn write(&self, part: usize, node: u32, component: usize, row: &mut [f64]) {
+    fn write(&self, part: usize, place: Vector<D>, component: usize, row: &mut [f64]) {
         for (number, entry) in row.iter_mut().enumerate() {
-            *entry = self.displacement(part, &self.unit(part, number), node)[component];
+            *entry = self.displacement(part, &self.unit(part, number), place)[component];
         }
     }
 

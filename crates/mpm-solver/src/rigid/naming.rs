@@ -45,7 +45,7 @@ fn subject<const D: usize>(frames: &Frames<'_, D>, bodies: &[NamedBody<D>], mode
         moving[body] += points;
     }
     let name = |body: usize| {
-        let (name, all) = (&bodies[body].name, bodies[body].body.n_points());
+        let (name, all) = (&bodies[body].name, frames.parts.n_points[body]);
         if moving[body] == all {
             return format!("body `{name}`");
         }

@@ -16,6 +16,16 @@ impl Triangle {
         Self { n, rows: vec![vec![0.0; n]; n] }
     }
 
+    /// Number of columns.
+    pub(super) fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Its entries, row by row.
+    pub(super) fn into_numbers(self) -> Vec<f64> {
+        self.rows.concat()
+    }
+
     /// Takes up a row by Givens rotations.
     pub(super) fn add(&mut self, row: &mut [f64]) {
         for k in 0..self.n {

@@ -10,11 +10,15 @@ use crate::equilibrium::problem::{Equilibrium, Problem};
 use crate::equilibrium::system::solve_dense;
 use crate::failure::StepFailure;
 use crate::model::{Model, UnheldMotion};
+use crate::ranks::{any, largest, least, total};
 use mpm_assembly::{Constraints, SystemSums};
 use mpm_grid::Vector;
 
 /// Part of the loads' work that may remain in a motion although the loads cancel.
 const NO_WORK: f64 = 1e-9;
+
+/// Part of the largest entry of a field from which on entries count as large as it: rounding does not decide between them.
+const ALIKE: f64 = 1.0 - 1e-9;
 
 /// Part of the largest force on a node that a pin may carry: what unbalanced forces leave.
 const NO_FORCE: f64 = 1e-6;
@@ -37,9 +41,6 @@ pub(crate) fn unheld<const D: usize>(
     problem: &Problem<'_, D>,
 ) -> Result<AtRest<D>, StepFailure> {
     let Problem { mesh, connected, constraints, external, .. } = *problem;
-    if !connected.shared.ranks.sees_all() {
-        return Ok(AtRest::default());
-    }
     if connected.is_analysed.get() && model.unheld_motion == UnheldMotion::Refuse {
         return Ok(AtRest::default());
     }
@@ -53,19 +54,22 @@ pub(crate) fn unheld<const D: usize>(
     if model.unheld_motion == UnheldMotion::Refuse {
         return Err(StepFailure::Unheld { motion: unheld.clauses.join("; nor ") });
     }
-    let loads = of_loads(problem);
+    let (loads, shared) = (of_loads(problem), &connected.shared);
     let has_work = |field: &Vec<Vector<D>>| {
-        let (mut work, mut size) = (0.0, 0.0);
-        for (force, u) in external.iter().chain(&loads).zip(field.iter().cycle()) {
-            work += force.dot(u);
-            size += force.abs().dot(&u.abs());
+        let mut sums = [0.0; 2];
+        for forces in [external, &loads[..]] {
+            for (_, (force, u)) in shared.counted(forces.iter().zip(field)) {
+                sums[0] += force.dot(u);
+                sums[1] += force.abs().dot(&u.abs());
+            }
         }
-        work.abs() > NO_WORK * size
+        shared.ranks.sum(&mut sums);
+        sums[0].abs() > NO_WORK * sums[1]
     };
     if unheld.fields.iter().any(has_work) {
         return Err(loaded(&unheld));
     }
-    let pins = pins(&unheld.fields);
+    let pins = pins(&unheld.fields, connected);
     Ok(AtRest { unheld, pins })
 }
 
@@ -79,6 +83,7 @@ fn of_loads<const D: usize>(problem: &Problem<'_, D>) -> Vec<Vector<D>> {
         // One that is not admissible at rest is refused by the first iteration.
         let _ = named.contribution.add(&trial, &mut sums);
     }
+    problem.connected.shared.ranks.complete(&mut force.nodes);
     force.nodes.iter().map(|force| -force).collect()
 }
 
@@ -87,25 +92,32 @@ fn loaded<const D: usize>(unheld: &Unheld<D>) -> StepFailure {
 }
 
 /// As many components of nodes as there are fields, of which no combination of fields leaves all at zero: elimination
-/// with the largest entry as the next pivot.
-fn pins<const D: usize>(fields: &[Vec<Vector<D>>]) -> Vec<(usize, usize)> {
+/// with the first of the largest entries as the next pivot. Those that this rank has, by their active numbers.
+fn pins<const D: usize>(fields: &[Vec<Vector<D>>], connected: &Connected<D>) -> Vec<(usize, usize)> {
+    let (shared, nodes) = (&connected.shared, connected.active.nodes());
+    let ranks = &*shared.ranks;
     let mut left: Vec<Vec<Vector<D>>> = fields.to_vec();
     let mut pins = Vec::new();
     while let Some(field) = left.pop() {
-        let (mut node, mut component) = (0, 0);
-        for (v, u) in field.iter().enumerate() {
-            for i in 0..D {
-                if u[i].abs() > field[node][component].abs() {
-                    (node, component) = (v, i);
-                }
-            }
+        let largest = largest(ranks, field.iter().map(|u| u.amax()).fold(0.0, f64::max));
+        let entries = shared.counted(field.iter()).flat_map(|(v, u)| (0..D).map(move |i| (v, i, u[i].abs())));
+        let first = entries.clone().find(|it| it.2 >= ALIKE * largest);
+        // Of all ranks: nodes and components as one number, in their order.
+        let number = first.map(|(v, i, _)| (nodes[v].index() * D + i) as f64);
+        let first_of_all = least(ranks, number.unwrap_or(f64::INFINITY));
+        let is_pivot = |v: usize, i: usize| (nodes[v].index() * D + i) as f64 == first_of_all;
+        // The entries of all fields there, from who counts the node.
+        let pivot = first.filter(|it| is_pivot(it.0, it.1));
+        let of_pivot = |u: &Vec<Vector<D>>| pivot.map_or(0.0, |(v, i, _)| u[v][i]);
+        let mut there: Vec<f64> = left.iter().chain([&field]).map(of_pivot).collect();
+        ranks.sum(&mut there);
+        let own = there[left.len()];
+        for (other, there) in left.iter_mut().zip(&there) {
+            other.iter_mut().zip(&field).for_each(|(other, u)| *other -= u * (there / own));
         }
-        let pivot = field[node][component];
-        for other in &mut left {
-            let factor = other[node][component] / pivot;
-            other.iter_mut().zip(&field).for_each(|(other, u)| *other -= u * factor);
-        }
-        pins.push((node, component));
+        pins.extend(
+            (0..nodes.len()).flat_map(|v| (0..D).map(move |i| (v, i))).filter(|it| is_pivot(it.0, it.1)),
+        );
     }
     pins
 }
@@ -133,24 +145,26 @@ impl<const D: usize> AtRest<D> {
         problem: &Problem<'_, D>,
         equilibrium: &mut Equilibrium<D>,
     ) -> Result<(), StepFailure> {
-        if self.pins.is_empty() {
+        if self.unheld.fields.is_empty() {
             return Ok(());
         }
+        let shared = &problem.connected.shared;
+        let ranks = &*shared.ranks;
         let reaction = &equilibrium.reaction.nodes;
         let forces = reaction.iter().chain(problem.external);
-        let largest = forces.map(|force| force.amax()).fold(0.0, f64::max);
+        let largest = largest(ranks, forces.map(|force| force.amax()).fold(0.0, f64::max));
         let trial = problem.trial(&equilibrium.increment, false);
-        let of_contributions: f64 =
-            problem.contributions.iter().map(|it| problem.connected.shared.scale(it.scale(&trial))).sum();
+        let of_contributions: f64 = problem.contributions.iter().map(|it| shared.scale(it.scale(&trial))).sum();
         let most = problem.round_off.all.max(NO_FORCE * largest.max(of_contributions));
-        if self.pins.iter().any(|&(node, component)| reaction[node][component].abs() > most) {
+        let carries_force = |&(node, component): &(usize, usize)| reaction[node][component].abs() > most;
+        if any(ranks, self.pins.iter().any(carries_force)) {
             return Err(loaded(&self.unheld));
         }
         let fields = &self.unheld.fields[self.unheld.fields.len() - self.unheld.translations..];
         let volumes = volumes(model, problem.connected);
         let moved = |field: &Vec<Vector<D>>, other: &[Vector<D>]| {
-            let products = field.iter().zip(other).map(|(u, other)| u.dot(other));
-            volumes.iter().zip(products).map(|(volume, product)| volume * product).sum::<f64>()
+            let nodes = shared.counted(volumes.iter().zip(field.iter().zip(other)));
+            total(ranks, nodes.map(|(_, (volume, (u, other)))| volume * u.dot(other)).sum::<f64>())
         };
         let increment = &mut equilibrium.increment.nodes;
         let rows =
@@ -177,5 +191,6 @@ fn volumes<const D: usize>(model: &Model<D>, connected: &Connected<D>) -> Vec<f6
             }
         }
     }
+    connected.shared.ranks.complete_numbers(&mut volumes);
     volumes
 }

@@ -21,8 +21,8 @@ mod scatter;
 mod start;
 mod trial;
 
-pub use nodes::FieldNodes;
+pub use nodes::{FieldNodes, reached};
 pub use plan::FieldPoint;
-pub use start::{FieldStart, FollowedBody, follow};
+pub use start::{FieldStart, FollowedBody, SharedField, follow};
 
 pub(crate) use plan::FieldPlan;

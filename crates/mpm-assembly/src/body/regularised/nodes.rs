@@ -11,24 +11,37 @@ pub struct FieldNodes {
     block: Block,
 }
 
+/// Of every active node 1 where points of these bodies influence it, else 0.
+pub fn reached<const D: usize>(bodies: &[&Connectivity<D>], n_nodes: usize) -> Vec<f64> {
+    let mut reached = vec![0.0; n_nodes];
+    for connectivity in bodies {
+        for set in 0..connectivity.n_node_sets() {
+            connectivity.node_set(set).iter().for_each(|&node| reached[node as usize] = 1.0);
+        }
+    }
+    reached
+}
+
 impl FieldNodes {
     /// Those of some regularised bodies. Their unknowns are the first that belong to no node's displacement.
     ///
     /// # Panics
     /// If there are other such unknowns already.
     pub fn of<const D: usize>(bodies: &[&Connectivity<D>], unknowns: &mut Unknowns<D>) -> Self {
+        Self::where_reached(&reached(bodies, unknowns.n_nodes()), unknowns)
+    }
+
+    /// Those active nodes that are [reached] so often: where several ranks share the bodies, by the points of any rank.
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn where_reached<const D: usize>(reached: &[f64], unknowns: &mut Unknowns<D>) -> Self {
         assert_eq!(unknowns.n_own(), 0, "the nodal field comes before the unknowns of contributions");
-        let mut is_reached = vec![false; unknowns.n_nodes()];
-        for connectivity in bodies {
-            for set in 0..connectivity.n_node_sets() {
-                connectivity.node_set(set).iter().for_each(|&node| is_reached[node as usize] = true);
-            }
-        }
-        let mut before = Vec::with_capacity(is_reached.len() + 1);
+        let mut before = Vec::with_capacity(reached.len() + 1);
         let mut count = 0;
         before.push(count);
-        for is_reached in is_reached {
-            count += u32::from(is_reached);
+        for &times in reached {
+            count += u32::from(times > 0.0);
             before.push(count);
         }
         Self { before, block: unknowns.push(count as usize, 1) }

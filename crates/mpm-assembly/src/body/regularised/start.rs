@@ -10,6 +10,7 @@
 
 use super::plan::{FieldPlan, FieldPoint};
 use crate::body::assembly_plan::AssemblyPlan;
+use crate::sharing::Unshared;
 use crate::unknowns::SparsityPattern;
 use mpm_material::Regularisation;
 
@@ -34,12 +35,33 @@ pub struct FieldStart {
 pub type FollowedBody<'a, const D: usize> =
     (&'a AssemblyPlan<D>, Regularisation, &'a dyn Fn(usize) -> FieldPoint<D>);
 
+/// Who else has points of the same regularised bodies. Every method has the body of one who has all; all who share the field
+/// call it together.
+pub trait SharedField {
+    /// Adds to one number for each node of the field what others have of the same nodes.
+    fn complete(&self, field: &mut [f64]) {
+        let _ = field;
+    }
+
+    /// Scalar product over the nodes that anybody has, each once.
+    fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+}
+
+impl SharedField for Unshared {}
+
 /// The field that follows the drivers of the points of regularised bodies.
-pub fn follow<const D: usize>(pattern: &SparsityPattern<D>, bodies: &[FollowedBody<'_, D>]) -> FieldStart {
+pub fn follow<const D: usize>(
+    pattern: &SparsityPattern<D>,
+    bodies: &[FollowedBody<'_, D>],
+    shared: &dyn SharedField,
+) -> FieldStart {
     let Some((first, ..)) = bodies.first() else { return FieldStart::default() };
     let n = first.field().nodes.len();
     let first = first.field().nodes.unknown(0).equation();
-    let mut system = System { pattern, first, values: vec![0.0; pattern.column_range(first..first + n).len()] };
+    let values = vec![0.0; pattern.column_range(first..first + n).len()];
+    let mut system = System { pattern, first, n, values };
     let (mut field, mut change, mut weight) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     for &(plan, regularisation, point) in bodies {
         let connectivity = plan.connectivity();
@@ -60,14 +82,18 @@ pub fn follow<const D: usize>(pattern: &SparsityPattern<D>, bodies: &[FollowedBo
             system.add(connectivity.node_set(set), plan.field(), set);
         }
     }
-    FieldStart { field: system.solve(field, &weight), change: system.solve(change, &weight), weight }
+    [&mut field, &mut change, &mut weight].into_iter().for_each(|sums| shared.complete(sums));
+    let diagonal = system.diagonal(shared);
+    let [field, change] = [field, change].map(|rhs| system.solve(rhs, (&weight, &diagonal), shared));
+    FieldStart { field, change, weight }
 }
 
 /// The columns of the field in the tangent, from the diagonal down.
 struct System<'a, const D: usize> {
     pattern: &'a SparsityPattern<D>,
-    /// The first equation of the field.
+    /// The first equation of the field, and how many it has.
     first: usize,
+    n: usize,
     /// One for each entry of these columns, 0 where it is not of the field or above the diagonal.
     values: Vec<f64>,
 }
@@ -105,22 +131,36 @@ impl<const D: usize> System<'_, D> {
         }
     }
 
+    /// The product of the matrix of all who share the field and a vector.
+    fn product(&self, vector: &[f64], image: &mut [f64], shared: &dyn SharedField) {
+        image.fill(0.0);
+        self.add_product(vector, image);
+        shared.complete(image);
+    }
+
+    fn diagonal(&self, shared: &dyn SharedField) -> Vec<f64> {
+        let starts = self.pattern.column_start();
+        let n = self.n;
+        let diagonal = (0..n).map(|k| self.values[self.pattern.diagonal(self.first + k) - starts[self.first]]);
+        let mut diagonal: Vec<f64> = diagonal.collect();
+        shared.complete(&mut diagonal);
+        diagonal
+    }
+
     /// Conjugate gradients from `rhs` over `weight` on; what they have found after [`ITERATIONS`] is a start, too.
-    fn solve(&self, rhs: Vec<f64>, weight: &[f64]) -> Vec<f64> {
+    fn solve(&self, rhs: Vec<f64>, (weight, diagonal): (&[f64], &[f64]), shared: &dyn SharedField) -> Vec<f64> {
         let n = rhs.len();
-        if rhs.iter().all(|b| *b == 0.0) {
+        let dot = |a: &[f64], b: &[f64]| shared.dot(a, b);
+        let is_something: Vec<f64> = rhs.iter().map(|b| f64::from(u8::from(*b != 0.0))).collect();
+        if dot(&is_something, &is_something) == 0.0 {
             return rhs;
         }
-        let starts = self.pattern.column_start();
-        let diagonal = (0..n).map(|k| self.values[self.pattern.diagonal(self.first + k) - starts[self.first]]);
-        let diagonal: Vec<f64> = diagonal.collect();
-        let precondition = |r: &[f64]| -> Vec<f64> { r.iter().zip(&diagonal).map(|(r, d)| r / d).collect() };
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let precondition = |r: &[f64]| -> Vec<f64> { r.iter().zip(diagonal).map(|(r, d)| r / d).collect() };
         let mean = |(b, weight): (&f64, &f64)| if *weight > 0.0 { b / weight } else { 0.0 };
         let mut x: Vec<f64> = rhs.iter().zip(weight).map(mean).collect();
         let goal = LEFT * LEFT * dot(&rhs, &precondition(&rhs));
         let mut image = vec![0.0; n];
-        self.add_product(&x, &mut image);
+        self.product(&x, &mut image, shared);
         let mut r: Vec<f64> = rhs.iter().zip(&image).map(|(b, image)| b - image).collect();
         let mut z = precondition(&r);
         let (mut p, mut rz) = (z.clone(), dot(&r, &z));
@@ -128,8 +168,7 @@ impl<const D: usize> System<'_, D> {
             if rz <= goal || rz.is_nan() {
                 break;
             }
-            image.fill(0.0);
-            self.add_product(&p, &mut image);
+            self.product(&p, &mut image, shared);
             let step = rz / dot(&p, &image);
             for k in 0..n {
                 x[k] += step * p[k];
