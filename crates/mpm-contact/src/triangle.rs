@@ -97,7 +97,7 @@ mod tests {
         let whole = 0.5 * (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
         for turn in 0..3 {
             let corners = [0, 1, 2].map(|k| x[(k + turn) % 3]);
-            for (spacing, most) in [(10.0, 1), (0.1, 40), (0.005, 2000)] {
+            for (spacing, most) in [(10.0, 1), (0.1, 41), (0.005, 2500)] {
                 let parts: Vec<_> = parts_of_triangle(&corners, spacing).collect();
                 assert!(parts.len() <= most, "{} parts of {spacing}", parts.len());
                 let area: f64 = parts.iter().map(|it| it.1).sum();

@@ -183,11 +183,17 @@ impl<const D: usize> SparsityPattern<D> {
             None => true,
         };
         for (w, &column) in unknowns.iter().enumerate() {
+            // Components of a node follow each other.
+            let mut next = self.column_start[column.equation()];
             for (v, &row) in unknowns.iter().enumerate() {
                 let is_stored = self.symmetry == Symmetry::Unsymmetric || row >= column;
                 // A prescribed component keeps its own stiffness, alone in its row and column.
                 if is_stored && (row == column || (is_free(row) && is_free(column))) {
-                    values[self.find(row.equation(), column.equation())] += stiffness[w * n + v];
+                    let is_next =
+                        next < self.column_start[column.equation() + 1] && self.row[next] == row.equation();
+                    let at = if is_next { next } else { self.find(row.equation(), column.equation()) };
+                    values[at] += stiffness[w * n + v];
+                    next = at + 1;
                 }
             }
         }

@@ -37,7 +37,8 @@ fn vane(extent: Extent) -> Result<Findings, Broken> {
         Table::new("Torque over ½πD²s_u(H + D/3):", &["cells over the radius", "at 0.25°", "at 0.5°"]);
     let (mut found, mut curves) = (Vec::new(), Vec::new());
     for n in extent.pick(&[1][..], &[1, 2, 3]) {
-        let history = run(&scene("vane_solid", &[("mesh", mesh(*n))])?)?.completed()?;
+        let changes = [("mesh", mesh(*n)), ("tools[0].parts[0].file", "\"surfaces/vane.stl\"".into())];
+        let history = run(&scene("vane_solid", &changes)?)?.completed()?;
         let torque: Vec<f64> = of_tool(&history, "vane", "moment", 2).iter().map(|it| -it / limit).collect();
         let cells = 8 * n;
         let at = |step: usize| torque.get(step).copied().unwrap_or(f64::NAN);
