@@ -62,7 +62,8 @@ fn askew(extent: Extent, checks: &mut Vec<Check>) -> Result<(), Broken> {
     let frame = Rotation3::from_axis_angle(&axis_of_turn, 50.0_f64.to_radians()).into_inner();
     let mut found: Vec<f64> = Vec::new();
     for &factor in extent.pick(&[1.0][..], &[1.0, FINER]) {
-        let mut changes = vec![("mesh.functions", functions(2))];
+        let steps = extent.pick(2, 5).to_string();
+        let mut changes = vec![("mesh.functions", functions(2)), ("schedule.steps", steps)];
         let paths = ["mesh.axes[0]", "mesh.axes[1]", "mesh.axes[2]"];
         changes.extend(
             paths
