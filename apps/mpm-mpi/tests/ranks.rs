@@ -6,7 +6,7 @@ use common::{alone, compare, ranks, resume_alone, root, run_on, scene};
 use mpm_io::Results;
 use mpm_scene::language::set_value;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -165,13 +165,7 @@ fn tools_and_walls_are_shared() {
         set_value(&short, "tools[0].motion", "Loaded(free: [X], force: (8, 0))").expect("a scene").text;
     for text_of in [short, loaded] {
         fs::write(&path, text_of).expect("it is writable");
-        let expected = folder.path().join("alone.h5");
-        alone(&path, &expected);
-        for n in [1, 2] {
-            let found = folder.path().join(format!("{n}.h5"));
-            run_on(n, &["run", text(&path), "--quiet", "--force", "-o", text(&found)]);
-            compare(&found, &expected, WITHIN);
-        }
+        let expected = compare_in(folder.path(), &path);
         fs::remove_file(expected).expect("it is there");
     }
 }
@@ -183,13 +177,19 @@ fn compare_with(name: &str, values: &[(&str, &str)]) {
     let whole = fs::read_to_string(scene(name)).expect("a scene");
     let set = |text: String, (name, value): &(&str, &str)| set_value(&text, name, value).expect("a scene").text;
     fs::write(&path, values.iter().fold(whole, set)).expect("it is writable");
-    let expected = folder.path().join("alone.h5");
-    alone(&path, &expected);
+    compare_in(folder.path(), &path);
+}
+
+/// Compares one and two ranks with one process, whose results it returns; all of them in a folder.
+fn compare_in(folder: &Path, scene: &Path) -> PathBuf {
+    let expected = folder.join("alone.h5");
+    alone(scene, &expected);
     for n in [1, 2] {
-        let found = folder.path().join(format!("{n}.h5"));
-        run_on(n, &["run", text(&path), "--quiet", "--force", "-o", text(&found)]);
+        let found = folder.join(format!("{n}.h5"));
+        run_on(n, &["run", text(scene), "--quiet", "--force", "-o", text(&found)]);
         compare(&found, &expected, WITHIN);
     }
+    expected
 }
 
 #[test]
