@@ -55,3 +55,12 @@ pub fn each_point<R: Send>(n: usize, work: &(dyn Fn(usize) -> R + Sync)) -> Vec<
     }
     (0..n).into_par_iter().map(work).collect()
 }
+
+/// What `work` gives for those points for which it gives something, in order, with their numbers.
+pub fn some_points<R: Send>(n: usize, work: &(dyn Fn(usize) -> Option<R> + Sync)) -> Vec<(usize, R)> {
+    let numbered = |k| Some((k, work(k)?));
+    if n < FEW_POINTS {
+        return (0..n).filter_map(numbered).collect();
+    }
+    (0..n).into_par_iter().filter_map(numbered).collect()
+}

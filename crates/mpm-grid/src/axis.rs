@@ -115,6 +115,15 @@ impl Axis {
         Self::graded(nodes.collect())
     }
 
+    /// The same axis with its inner nodes moved towards its end by a part of the cells before them, above 0 and below 1; itself
+    /// where numbers are too close together for that.
+    #[must_use]
+    pub fn with_lines_moved(&self, part: f64) -> Self {
+        let inner = (1..self.cells()).map(|i| self.node(i) + part * self.size(i));
+        let nodes = std::iter::once(self.first()).chain(inner).chain([self.last()]);
+        Self::graded(nodes.collect()).unwrap_or_else(|_| self.clone())
+    }
+
     /// Number of cells.
     #[inline]
     pub fn cells(&self) -> u32 {

@@ -226,6 +226,21 @@ impl<const D: usize> Layout<D> {
         Ok(self)
     }
 
+    /// The same layout with the lines between its outer ones moved by a part of a cell, above 0 and below 1, but for those along
+    /// the radii of a ring: domains that fill cells reach over the lines then, as they do once bodies have moved.
+    #[must_use]
+    pub fn with_lines_moved(&self, part: f64) -> Self {
+        let mut moved = self.clone();
+        match &mut moved {
+            Self::Box { axes, .. } => *axes = axes.each_ref().map(|axis| axis.with_lines_moved(part)),
+            Self::Ring { radii, height, .. } => {
+                *radii = radii.with_lines_moved(part);
+                *height = height.as_ref().map(|height| height.with_lines_moved(part));
+            }
+        }
+        if moved.has_valid_cells() { moved } else { self.clone() }
+    }
+
     /// The nodes on which its functions live: vertices, or the control points of splines.
     pub fn functions(&self) -> NodeKind {
         match self {
@@ -321,6 +336,19 @@ fn ring_lattice<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn inner_lines_move_by_a_part_of_a_cell() {
+        let axes = || [Axis::uniform(0.0, 2.0, 2).unwrap(), Axis::graded(vec![0.0, 1.0, 3.0, 4.0]).unwrap()];
+        let moved = Layout::<2>::on_axes(axes()).unwrap().with_lines_moved(0.25);
+        assert_eq!(moved.lines(), [vec![0.0, 1.25, 2.0], vec![0.0, 1.5, 3.25, 4.0]]);
+        let [_, height] = axes();
+        let radii = Axis::uniform(1.0, 2.0, 2).unwrap();
+        let ring = Layout::<3>::ring([0.0; 2], radii, 8, Span::Full, Some(height)).unwrap();
+        let moved = ring.with_lines_moved(0.25).lines();
+        assert_eq!(moved[1..], [vec![1.0, 1.625, 2.0], vec![0.0, 1.5, 3.25, 4.0]]);
+        assert_eq!(moved[0].len(), ring.lines()[0].len());
+    }
 
     #[test]
     fn impossible_rings_are_refused() {

@@ -75,9 +75,8 @@ impl<const D: usize> Contribution<D> for ToolContact<D> {
         sums.scale = Some(self.nodal_forces(&acting, trial));
         match self.driven(trial) {
             None => {
-                for (corner, acting) in self.corners.iter().zip(&acting) {
-                    let Some(Acting { force, stiffness, .. }) = acting else { continue };
-                    sums.add_carried(trial, &corner.carriers, force, stiffness.as_ref());
+                for (k, Acting { force, stiffness, .. }) in &acting {
+                    sums.add_carried(trial, &self.corners[*k].carriers, force, stiffness.as_ref());
                 }
             }
             Some(driven) => self.add_driven(&driven, &acting, trial, sums),

@@ -35,8 +35,15 @@ pub(super) struct Search<'a, const D: usize> {
     pub end: Pose<D>,
 }
 
-/// A corner that was found, and the place of the surface next to it if it belongs to the interface.
-type Found<const D: usize> = (NearCorner<D>, Option<Member<D>>);
+/// Points whose corners are sought at a time: their lists are joined to one, and given back, before the next.
+const POINTS: usize = 4096;
+
+/// The corners that were found.
+struct Found<const D: usize> {
+    corners: Vec<NearCorner<D>>,
+    /// Numbers of those that belong to the interface, and the places of the surface next to them.
+    members: Vec<(usize, Member<D>)>,
+}
 
 impl<const D: usize> Search<'_, D> {
     /// All corners of the bodies that meet the tool, in the order of points, parts and corners. `member_within` says of each
@@ -52,32 +59,35 @@ impl<const D: usize> Search<'_, D> {
     ) -> Result<Vec<NearCorner<D>>, Refused> {
         let found = self.found(step, member_within);
         // All who share the tool's surface share it out, whether or not they have failed.
-        let members = found.iter().flatten().filter_map(|(corner, member)| Some((corner.key.part, (*member)?)));
-        let members = Members::of_all(members.collect(), step.sharing);
+        let of_one = |found: &Found<D>| {
+            found.members.iter().map(|(k, member)| (found.corners[*k].key.part, *member)).collect()
+        };
+        let members = Members::of_all(found.as_ref().map(of_one).unwrap_or_default(), step.sharing);
         let mut found = found?;
         self.share_surface(&mut found, &members, step.mesh, samples);
-        Ok(found.into_iter().map(|(corner, _)| corner).collect())
+        Ok(found.corners)
     }
 
     /// The corners, with the places of the surface next to those that belong to the interface.
-    fn found(&self, step: &StepStart<'_, D>, member_within: &[Option<f64>]) -> Result<Vec<Found<D>>, Refused> {
-        let mut found: Vec<Found<D>> = Vec::new();
+    fn found(&self, step: &StepStart<'_, D>, member_within: &[Option<f64>]) -> Result<Found<D>, Refused> {
+        let mut found = Found { corners: Vec::new(), members: Vec::new() };
         let nodes = (step.mesh, step.active);
         for (index, at_start) in step.bodies.iter().enumerate() {
             let Some(within) = member_within[index] else { continue };
             let body = at_start.body;
-            let young = body.young();
-            let of_points =
-                each_point(body.n_points(), &|point| self.of_point(nodes, (index, body, within), young, point));
-            let n: usize = of_points.iter().flatten().map(Vec::len).sum();
-            found.reserve_exact(n);
-            for of_point in of_points {
-                found.extend(
-                    of_point
-                        .map_err(|reason| Refused::here(format!("in body `{}` {reason}", at_start.name)))?,
-                );
+            let (young, n) = (body.young(), body.n_points());
+            for first in (0..n).step_by(POINTS) {
+                let of_point = |k: usize| self.of_point(nodes, (index, body, within), young, first + k);
+                for of_point in each_point(POINTS.min(n - first), &of_point) {
+                    let in_body = |reason| Refused::here(format!("in body `{}` {reason}", at_start.name));
+                    for (corner, member) in of_point.map_err(in_body)? {
+                        found.members.extend(member.map(|member| (found.corners.len(), member)));
+                        found.corners.push(corner);
+                    }
+                }
             }
         }
+        found.corners.shrink_to_fit();
         Ok(found)
     }
 
@@ -88,7 +98,7 @@ impl<const D: usize> Search<'_, D> {
         (index, body, within): (usize, &dyn Body<D>, f64),
         young: f64,
         point: usize,
-    ) -> Result<Vec<Found<D>>, String> {
+    ) -> Result<Vec<(NearCorner<D>, Option<Member<D>>)>, String> {
         let PointExtent { position, width, radius } = body.extent(point);
         let adhesion = self.adhesion(body, point);
         let moved = travel(&position, [&self.start, &self.end], self.space).norm();
@@ -198,7 +208,7 @@ impl<const D: usize> Search<'_, D> {
     /// the mesh of a half or a quarter ends at its planes of symmetry, and so do the bodies.
     fn share_surface(
         &self,
-        found: &mut [Found<D>],
+        found: &mut Found<D>,
         members: &Members<D>,
         mesh: &Mesh<D>,
         samples: &mut Samples<D>,
@@ -212,8 +222,11 @@ impl<const D: usize> Search<'_, D> {
         };
         for (part, samples) in samples.of(self.tool, spacing, &within).iter().enumerate() {
             let (members, own) = members.of_part(part as u32);
-            let of_part = found.iter_mut().filter(|it| it.1.is_some() && it.0.key.part as usize == part);
-            for ((corner, _), area) in of_part.zip(&shares(&members, samples, area)[own]) {
+            let Found { corners, members: places } = &mut *found;
+            let of_part = places.iter().map(|(k, _)| *k).filter(|&k| corners[k].key.part as usize == part);
+            let of_part: Vec<usize> = of_part.collect();
+            for (k, area) in of_part.into_iter().zip(&shares(&members, samples, area)[own]) {
+                let corner = &mut corners[k];
                 corner.area = *area;
                 corner.law.adhesion = corner.adhesion * area;
             }

@@ -9,7 +9,7 @@ use crate::contribution::{Begun, Refused};
 use crate::sharing::Scale;
 use crate::trial::{SystemSums, Trial};
 use crate::unknowns::{Block, CoupledPlaces, UnknownId};
-use mpm_basis::parallel::each_point;
+use mpm_basis::parallel::{each_point, some_points};
 use mpm_contact::{Interface, Pose, Tangent, Tool, ToolMotion};
 use mpm_grid::{LoadFraction, Vector, six_digits};
 
@@ -175,16 +175,16 @@ impl<const D: usize> ToolContact<D> {
         sums.add(trial, &unknowns, &force, &driven.load_stiffness(trial.end));
     }
 
-    /// What acts on every corner; nothing where it does not touch.
+    /// What acts on the corners that touch, with their numbers.
     pub(super) fn acting(
         &self,
         trial: &Trial<'_, D>,
         pose: &Pose<D>,
         wants_tangent: bool,
-    ) -> Vec<Option<Acting<D>>> {
+    ) -> Vec<(usize, Acting<D>)> {
         let at = self.at(trial, pose);
         let kind = self.tangent();
-        each_point(self.corners.len(), &|k| {
+        some_points(self.corners.len(), &|k| {
             let contacts = self.corners[k].forces(&at);
             let acts = |it: &Contact<D>| it.response.closed || it.response.tangential != Vector::<D>::zeros();
             if !contacts.iter().any(acts) {
@@ -200,11 +200,10 @@ impl<const D: usize> ToolContact<D> {
     }
 
     /// The forces on the nodes, from those on all corners in turn: their norm is the tool's scale.
-    pub(super) fn nodal_forces(&self, acting: &[Option<Acting<D>>], trial: &Trial<'_, D>) -> Scale<D> {
+    pub(super) fn nodal_forces(&self, acting: &[(usize, Acting<D>)], trial: &Trial<'_, D>) -> Scale<D> {
         let mut nodal = vec![Vector::<D>::zeros(); trial.increment.nodes.len()];
-        for (corner, acting) in self.corners.iter().zip(acting) {
-            let Some(Acting { force, .. }) = acting else { continue };
-            for (node, weight) in corner.weights() {
+        for (k, Acting { force, .. }) in acting {
+            for (node, weight) in self.corners[*k].weights() {
                 nodal[node] += force * weight;
             }
         }
@@ -215,15 +214,15 @@ impl<const D: usize> ToolContact<D> {
     pub(super) fn add_driven(
         &self,
         driven: &Driven<'_, D>,
-        acting: &[Option<Acting<D>>],
+        acting: &[(usize, Acting<D>)],
         trial: &Trial<'_, D>,
         sums: &mut SystemSums<'_, D>,
     ) {
         let Some(block) = self.block else { return };
         let numbering = trial.pattern.unknowns();
         let mut unknowns: Vec<UnknownId> = Vec::new();
-        for (corner, acting) in self.corners.iter().zip(acting) {
-            let Some(acting) = acting else { continue };
+        for (k, acting) in acting {
+            let corner = &self.corners[*k];
             let Dense { force, stiffness } = driven.dense(corner, acting);
             unknowns.clear();
             let nodes = corner.weights();

@@ -4,6 +4,7 @@ mod driven;
 mod initial;
 mod rehearsal;
 mod remarks;
+mod sizes;
 
 use crate::clock::processor_seconds;
 use crate::connection::{Connected, Interval, connect, lines, places};
@@ -19,8 +20,9 @@ use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
-use rehearsal::{Rehearsal, are_pushed, factor_size, is_iterative, rehearse};
+use rehearsal::{Rehearsal, are_pushed, is_iterative, rehearse};
 pub use remarks::doubts;
+use sizes::{Sizes, sizes, sizes_once_moved};
 use std::rc::Rc;
 
 /// Size of a model at the start of its first load step.
@@ -44,7 +46,7 @@ pub struct Estimate {
     pub prescribed: usize,
     /// Stored entries of the tangent, its lower triangle.
     pub tangent_entries: usize,
-    /// Stored entries of its triangular factor; about, where the solver is iterative.
+    /// Stored entries of the triangular factor once bodies have moved; about, where the solver is iterative.
     pub factor_entries: usize,
     /// Whether linear systems are solved by iteration.
     pub is_iterative: bool,
@@ -125,10 +127,6 @@ const PROGRAM: usize = 28 << 20;
 /// Shortest load step, as a part of the load, with which an estimate tries to begin.
 const SHORTEST: f64 = 1e-6;
 
-/// Vectors over all components of displacement that Newton's iteration holds: trial, correction, residual, reaction,
-/// external force, and those of the step before.
-const VECTORS: usize = 8;
-
 impl Memory {
     /// The sum of what every load step takes.
     pub fn total(&self) -> usize {
@@ -143,8 +141,9 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     model.check_whole()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
+    let once_moved = sizes_once_moved(model)?;
     let (connected, connect) = connected(model, &mesh)?;
-    let Connected { active, assembly_plans, pattern, .. } = &connected;
+    let Connected { active, pattern, .. } = &connected;
 
     let constraints = supported(model, active, 0);
     let (lattice, lines) = (active.lattice_indices(), lines(model));
@@ -162,13 +161,13 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     let seconds = rehearse(&stage)?;
     // Of a solver of one's own nothing is known; it is taken to factorise.
     let is_iterative = is_iterative(&stage);
-    let solver = size_of_solver(&stage, is_iterative)?;
+    let sizes = once_moved.map_or_else(|| sizes(&stage), Ok)?;
+    let Sizes { factor_entries, memory } = sizes;
 
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
     let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
-    let real = size_of::<f64>();
-    let nominal = model.stages.iter().fold(0_u32, |sum, stage| sum.saturating_add(stage.steps));
+    let nominal = nominal_steps(model);
     let stages: Vec<StageSteps> = (0..model.stages.len() as u32).map(|stage| steps_of(model, stage)).collect();
     let (entries, n) = (pattern.n_entries(), pattern.n_equations());
     Ok(Estimate {
@@ -181,7 +180,7 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
         equations: constraints.n_free(),
         prescribed: n - constraints.n_free(),
         tangent_entries: entries,
-        factor_entries: solver.factor_entries,
+        factor_entries,
         seconds,
         steps: stages.iter().fold(0, |sum, stage| stage.steps.saturating_add(sum)),
         stages,
@@ -195,17 +194,8 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
         columns_not_stored: columns_not_stored(&model.bodies),
         memory: Memory {
             points: 2 * stored,
-            connectivity: active.bytes() + assembly_plans.iter().map(|it| it.bytes()).sum::<usize>(),
-            tangent: if is_iterative {
-                entries * (real + size_of::<usize>()) + (n + 1) * size_of::<usize>()
-            } else {
-                entries * (real + 2 * size_of::<usize>()) + 2 * (n + 1) * size_of::<usize>()
-            },
-            solver: solver.bytes,
-            factorised: solver.factorised,
-            contributions: model.contributions.iter().map(|named| named.contribution.bytes()).sum(),
-            work: VECTORS * n * real + 2 * 3 * real * n_points + kept_records(n_points, nominal),
-            program: PROGRAM,
+            work: memory.work + 2 * 3 * size_of::<f64>() * n_points + kept_records(n_points, nominal),
+            ..memory
         },
         is_iterative,
         prediction,
@@ -213,33 +203,9 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     })
 }
 
-/// What the linear solver holds.
-struct SolverSize {
-    factor_entries: usize,
-    bytes: usize,
-    /// See [`Memory::factorised`].
-    factorised: usize,
-}
-
-fn size_of_solver<const D: usize>(stage: &Rehearsal<'_, D>, is_iterative: bool) -> Result<SolverSize, Error> {
-    let prediction = stage.prediction;
-    let entries = prediction.factor_entries as usize;
-    let iterative = prediction.iterative_bytes as usize;
-    match (is_iterative, are_pushed(stage.model)) {
-        (true, false) => Ok(SolverSize { factor_entries: entries, bytes: iterative, factorised: 0 }),
-        (true, true) => {
-            let bytes = iterative + prediction.indefinite_bytes as usize;
-            if !prediction.is_factorised_as_help() {
-                return Ok(SolverSize { factor_entries: entries, bytes, factorised: 0 });
-            }
-            let size = factor_size(stage)?;
-            Ok(SolverSize { factor_entries: size.entries, bytes, factorised: size.bytes })
-        }
-        (false, _) => {
-            let size = factor_size(stage)?;
-            Ok(SolverSize { factor_entries: size.entries, bytes: size.bytes, factorised: 0 })
-        }
-    }
+/// Load steps of all stages, without those that end at knots of ramps.
+fn nominal_steps<const D: usize>(model: &Model<D>) -> u32 {
+    model.stages.iter().fold(0_u32, |sum, stage| sum.saturating_add(stage.steps))
 }
 
 fn steps_of<const D: usize>(model: &Model<D>, stage: u32) -> StageSteps {
