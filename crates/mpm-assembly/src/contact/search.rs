@@ -41,8 +41,17 @@ const POINTS: usize = 4096;
 /// The corners that were found.
 struct Found<const D: usize> {
     corners: Vec<NearCorner<D>>,
-    /// Numbers of those that belong to the interface, and the places of the surface next to them.
-    members: Vec<(usize, Member<D>)>,
+    /// Those that belong to the interface.
+    members: Vec<FoundMember<D>>,
+}
+
+/// A corner that belongs to the interface.
+struct FoundMember<const D: usize> {
+    /// Its number among those that were found.
+    corner: usize,
+    /// The part of the tool that it is next to.
+    part: u32,
+    member: Member<D>,
 }
 
 impl<const D: usize> Search<'_, D> {
@@ -59,9 +68,7 @@ impl<const D: usize> Search<'_, D> {
     ) -> Result<Vec<NearCorner<D>>, Refused> {
         let found = self.found(step, member_within);
         // All who share the tool's surface share it out, whether or not they have failed.
-        let of_one = |found: &Found<D>| {
-            found.members.iter().map(|(k, member)| (found.corners[*k].key.part, *member)).collect()
-        };
+        let of_one = |found: &Found<D>| found.members.iter().map(|it| (it.part, it.member)).collect();
         let members = Members::of_all(found.as_ref().map(of_one).unwrap_or_default(), step.sharing);
         let mut found = found?;
         self.share_surface(&mut found, &members, step.mesh, samples);
@@ -81,7 +88,8 @@ impl<const D: usize> Search<'_, D> {
                 for of_point in each_point(POINTS.min(n - first), &of_point) {
                     let in_body = |reason| Refused::here(format!("in body `{}` {reason}", at_start.name));
                     for (corner, member) in of_point.map_err(in_body)? {
-                        found.members.extend(member.map(|member| (found.corners.len(), member)));
+                        let (number, part) = (found.corners.len(), corner.key.part);
+                        found.members.extend(member.map(|member| FoundMember { corner: number, part, member }));
                         found.corners.push(corner);
                     }
                 }
@@ -222,11 +230,9 @@ impl<const D: usize> Search<'_, D> {
         };
         for (part, samples) in samples.of(self.tool, spacing, &within).iter().enumerate() {
             let (members, own) = members.of_part(part as u32);
-            let Found { corners, members: places } = &mut *found;
-            let of_part = places.iter().map(|(k, _)| *k).filter(|&k| corners[k].key.part as usize == part);
-            let of_part: Vec<usize> = of_part.collect();
-            for (k, area) in of_part.into_iter().zip(&shares(&members, samples, area)[own]) {
-                let corner = &mut corners[k];
+            let of_part = found.members.iter().filter(|it| it.part as usize == part);
+            for (it, area) in of_part.zip(&shares(&members, samples, area)[own]) {
+                let corner = &mut found.corners[it.corner];
                 corner.area = *area;
                 corner.law.adhesion = corner.adhesion * area;
             }

@@ -16,6 +16,9 @@ const VECTORS: usize = 8;
 /// beyond its mesh.
 const MOVED: f64 = 1e-3;
 
+/// Lines of a direction up to which they are moved: each of them then has a coordinate of its own in memory.
+const MOST_LINES: u32 = 1 << 24;
+
 /// What is held beside the points.
 pub(super) struct Sizes {
     /// See [`super::Estimate::factor_entries`].
@@ -50,13 +53,14 @@ pub(super) fn sizes<const D: usize>(stage: &Rehearsal<'_, D>) -> Result<Sizes, E
 }
 
 /// The same once bodies have moved: domains that fill cells at the start then reach into others and couple more nodes.
-/// Nothing where no body has domains, and in a run of one load step.
+/// Nothing where no body has domains, in a run of one load step, and on meshes with very many lines.
 ///
 /// # Errors
 /// As of [`sizes`].
 pub(super) fn sizes_once_moved<const D: usize>(model: &mut Model<D>) -> Result<Option<Sizes>, Error> {
     let reach = model.bodies.iter().any(|named| named.body.has_domains());
-    if !reach || nominal_steps(model) < 2 {
+    let are_few = model.layout.lattice().nodes().iter().all(|&lines| lines <= MOST_LINES);
+    if !reach || !are_few || nominal_steps(model) < 2 {
         return Ok(None);
     }
     let Some(mesh) = mesh_under_moved_bodies(&model.layout) else { return Ok(None) };

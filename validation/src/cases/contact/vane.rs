@@ -1,6 +1,6 @@
 //! A vane in clay, in space.
 
-use super::{extrapolated, nodes, of_tool, scene, written};
+use super::{nodes, of_tool, scene, written};
 use crate::cases::fixed;
 use crate::scenes::run;
 use crate::{Broken, Case, Check, Extent, Findings, Table};
@@ -10,7 +10,7 @@ pub(in crate::cases) const CASE: Case = Case {
     name: "vane in space",
     goal: "A vane carries the clay between its blades along and turns with it, as a cylinder does, in the clay around it.",
     setup: "A quarter of the lower half of a smooth vane, D = 1, H = 2, which never parts from the clay (von Mises, E = 1000 s_u, ν = 0.49), is turned by 0.5° in 10 load steps. Its four blades are wedges of 20° on a hub of D/4, so that their sides lie on rays of the ring mesh: 9 n sectors of 10°/n, radial cells of D/16n from the hub to the blades' ends, layers that grow from that height at their lower end by a quarter each at most; n = 1, in the full run also 2 and 3. CPDI1, 2³ points a cell, mean dilatation.",
-    reference: "½πD²s_u(H + D/3), the torque on the cylinder around the vane: an upper bound, to which the torque comes down with the cells.",
+    reference: "½πD²s_u(H + D/3), the torque on the cylinder around the vane: an upper bound, to which the torque comes down with the cells. Extrapolated by the line closest to all meshes: any two of them lead to 0.93 to 1.00, and how far below its bound the torque of such a vane lies is not known.",
     run: vane,
 };
 
@@ -49,12 +49,20 @@ fn vane(extent: Extent) -> Result<Findings, Broken> {
         findings.checks.push(Check::new(what, (last - 1.0).abs(), 0.4 / f64::from(*n)).remark(fixed(last, 3)));
         found.push((1.0 / f64::from(*n), last));
     }
-    if let [_, coarse, fine] = found[..] {
-        let torque = extrapolated([coarse, fine]);
-        table.push(["extrapolated".into(), String::new(), fixed(torque, 3)]);
+    if found.len() > 1 {
+        let torque = at_no_width(&found);
+        table.push(["extrapolated".into(), String::new(), fixed(torque, 2)]);
         let what = "torque at 0.5° extrapolated to no width of cells, relative";
-        findings.checks.push(Check::new(what, (torque - 1.0).abs(), 5e-2).remark(fixed(torque, 3)));
+        findings.checks.push(Check::new(what, (torque - 1.0).abs(), 5e-2).remark(fixed(torque, 2)));
     }
     findings.tables.push(table);
     Ok(findings)
+}
+
+/// Where the straight line that is closest to values over widths of cells meets the width 0.
+fn at_no_width(found: &[(f64, f64)]) -> f64 {
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
+    let (width, value) = (mean(&|it| it.0), mean(&|it| it.1));
+    let slope = mean(&|it| (it.0 - width) * (it.1 - value)) / mean(&|it| (it.0 - width) * (it.0 - width));
+    value - slope * width
 }
