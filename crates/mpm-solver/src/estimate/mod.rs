@@ -5,25 +5,25 @@ mod initial;
 mod rehearsal;
 mod remarks;
 mod sizes;
+mod start;
 
-use crate::clock::processor_seconds;
-use crate::connection::{Connected, Interval, connect, lines, places};
+use crate::connection::{Connected, lines, places};
 use crate::error::Error;
 use crate::failure::StepFailure;
 use crate::model::{Active, Model, NamedBody, UnheldMotion};
-use crate::ranks::{Alone, Ranks, count};
+use crate::ranks::{Ranks, count};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
 use mpm_assembly::{Constraints, OccupiedCell, views};
-use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
 use rehearsal::{Rehearsal, are_pushed, is_iterative, rehearse};
 pub use remarks::doubts;
+pub use sizes::Memory;
 use sizes::{Sizes, sizes, sizes_once_moved};
-use std::rc::Rc;
+use start::{connected, supported};
 
 /// Size of a model at the start of its first load step.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,50 +98,14 @@ pub struct BodyVolume {
     pub mass: Option<f64>,
 }
 
-/// Bytes held at the peak of a load step, by owner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Memory {
-    /// Material points: the committed state and the state being prepared.
-    pub points: usize,
-    /// Influences of points on nodes, and where their sums go.
-    pub connectivity: usize,
-    /// The tangent, its pattern, and the pattern that the factorisation keeps.
-    pub tangent: usize,
-    /// The factor and its structure, or the multigrid hierarchy; where tools push the bodies, also the vectors of GMRES.
-    pub solver: usize,
-    /// What is taken besides once a tangent is factorised that the iteration does not solve, where tools push the bodies; 0
-    /// where that is not to be expected, or not done. Not part of the sum.
-    pub factorised: usize,
-    /// What contributions hold besides, such as the corners of domains near tools; most have nothing.
-    pub contributions: usize,
-    /// Vectors of the iteration, and the positions of the points as they are recorded.
-    pub work: usize,
-    /// The program with its libraries, whatever the scene.
-    pub program: usize,
-}
-
-/// What the smallest run takes, HDF5 and what it holds of an empty results file included: measured (x86-64, Linux)
-/// `[bytes]`.
-const PROGRAM: usize = 28 << 20;
-
-/// Shortest load step, as a part of the load, with which an estimate tries to begin.
-const SHORTEST: f64 = 1e-6;
-
-impl Memory {
-    /// The sum of what every load step takes.
-    pub fn total(&self) -> usize {
-        let of_bodies = self.points + self.connectivity + self.tangent + self.solver;
-        of_bodies + self.contributions + self.work + self.program
-    }
-}
-
 /// See [`crate::estimate()`].
 pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate, Error> {
     model.check()?;
     model.check_whole()?;
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
-    let once_moved = sizes_once_moved(model)?;
+    let nominal = nominal_steps(model);
+    let once_moved = if nominal > 1 { sizes_once_moved(model)? } else { None };
     let (connected, connect) = connected(model, &mesh)?;
     let Connected { active, pattern, .. } = &connected;
 
@@ -167,7 +131,6 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     let per_body: Vec<_> = model.bodies.iter().map(|named| named.body.columns()).collect();
     let stored: usize = per_body.iter().flatten().map(|(_, bytes)| bytes).sum();
     let n_points = model.bodies.iter().map(|named| named.body.n_points()).sum::<usize>();
-    let nominal = nominal_steps(model);
     let stages: Vec<StageSteps> = (0..model.stages.len() as u32).map(|stage| steps_of(model, stage)).collect();
     let (entries, n) = (pattern.n_entries(), pattern.n_equations());
     Ok(Estimate {
@@ -221,19 +184,6 @@ fn steps_of<const D: usize>(model: &Model<D>, stage: u32) -> StageSteps {
     }
 }
 
-/// The components of active nodes that supports prescribe in a stage.
-fn supported<const D: usize>(model: &Model<D>, active: &ActiveNodes<D>, stage: u32) -> Constraints<D> {
-    let mut constraints = Constraints::none(active.len());
-    for support in model.supports.iter().filter(|support| support.acts_in(stage)) {
-        for number in support.nodes.iter().filter_map(|&node| active.number(node)) {
-            for component in (0..D).filter(|&i| support.components[i].is_some()) {
-                constraints.prescribe(number, component, 0.0);
-            }
-        }
-    }
-    constraints
-}
-
 /// What will end the run, or may do so.
 fn warnings<const D: usize>(
     model: &Model<D>,
@@ -284,31 +234,6 @@ fn kept_records(n_points: usize, steps: u32) -> usize {
     const MOST: usize = 8 << 20;
     let all = n_points.saturating_mul(2 * NUMBERS * size_of::<f64>()).saturating_mul(1 + steps as usize);
     all.min(MOST)
-}
-
-/// The points connected, and what that takes; if it is quick the shorter of two times, for the first one meets cold
-/// memory `[s]`.
-fn connected<const D: usize>(model: &mut Model<D>, mesh: &Mesh<D>) -> Result<(Connected<D>, f64), Error> {
-    let steps = model.stages.first().map_or(1, |stage| stage.steps);
-    let mut length = 1.0 / f64::from(steps);
-    let alone: Rc<dyn Ranks<D>> = Rc::new(Alone);
-    let mut once = || loop {
-        let clock = processor_seconds();
-        let interval = Interval { from: LoadFraction::START, to: LoadFraction::START.with_value(length) };
-        match connect(model, mesh, interval, None, &alone) {
-            Ok((connected, _)) => return Ok((connected, processor_seconds() - clock)),
-            // The run will cut the step, too.
-            Err(StepFailure::Refused { is_step_too_long: true, .. }) if length > SHORTEST => length *= 0.5,
-            Err(failure) => return Err(Error::Start(failure)),
-        }
-    };
-    let (first, cold) = once()?;
-    if cold > 0.05 {
-        return Ok((first, cold));
-    }
-    drop(first);
-    let (connected, warm) = once()?;
-    Ok((connected, warm.min(cold)))
 }
 
 fn sizes_of_tools<const D: usize>(model: &Model<D>) -> Vec<String> {
