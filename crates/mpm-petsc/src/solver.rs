@@ -138,6 +138,7 @@ impl Petsc {
     fn take(&mut self) -> Result<bool, PetscError> {
         let keeps = matches!(self.coarse, Coarse::Kept { .. });
         let is_ready = self.system().prepare_iteration(keeps)?;
+        let is_ready = !self.any(!is_ready);
         self.coarse = match self.coarse {
             _ if !is_ready => Coarse::Old,
             Coarse::Kept { first, .. } => Coarse::Kept { is_of_this: false, first },

@@ -1,4 +1,6 @@
-//! Runs of scenes on one process and on ranks.
+//! Runs of scenes on one process and on ranks. Not every program of tests needs all of it.
+
+#![allow(dead_code)]
 
 use mpm_io::{Checkpoint, FolderFiles, Options, Results, ResultsWriter};
 use mpm_scene::{Compiled, Scene, compile_with};
@@ -8,6 +10,11 @@ use std::process::{Command, Output};
 /// The folder of the repository.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("paths are UTF-8")
 }
 
 /// `mpirun` of the program with arguments.
