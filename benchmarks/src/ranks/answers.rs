@@ -59,12 +59,12 @@ fn newton(run: &Run) -> Vec<usize> {
     run.residuals.iter().map(Vec::len).collect()
 }
 
-/// A column's kind: its name without the component behind the last underscore; positions have letters alone.
+/// A column's kind: its name without the component behind the last point; positions have a letter alone.
 fn kind(name: &str) -> &str {
-    match name.rsplit_once('_') {
-        Some((kind, component)) if component.len() <= 2 => kind,
-        _ if name.len() == 1 => "position",
-        _ => name,
+    match name.rsplit_once('.') {
+        Some((kind, _)) => kind,
+        None if name.len() == 1 => "position",
+        None => name,
     }
 }
 
@@ -108,8 +108,8 @@ mod tests {
         let of = |x: f64, xx: f64| {
             BTreeMap::from([
                 ("x".to_owned(), vec![1.0, x]),
-                ("cauchy_stress_xx".to_owned(), vec![xx]),
-                ("cauchy_stress_yy".to_owned(), vec![100.0]),
+                ("cauchy_stress.xx".to_owned(), vec![xx]),
+                ("cauchy_stress.yy".to_owned(), vec![100.0]),
             ])
         };
         let found = apart(&of(2.0, 1.0), &of(2.0, 0.0)).expect("the same columns");

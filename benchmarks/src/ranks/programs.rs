@@ -138,7 +138,7 @@ impl Programs {
     /// The run fails, or says something else than expected.
     pub(crate) fn run(&self, ranks: u32, scene: &Path, set: &[String], name: &str) -> Result<Run, Failure> {
         let mut command = self.start(ranks, "run");
-        command.arg(scene).args(["--json", "--force", "-o"]).arg(format!("{name}.h5"));
+        command.arg(scene).args(["--quiet", "--force", "-o"]).arg(format!("{name}.h5"));
         set.iter().for_each(|set| {
             command.args(["--set", set]);
         });
@@ -147,9 +147,11 @@ impl Programs {
             _ => command.args(["--", "-mpm_ranks"]),
         };
         let (before, clock) = (of_children()?, Instant::now());
-        let (said, told, peak) = self.watched(command)?;
+        let (_, told, peak) = self.watched(command)?;
         let (wall, processor) = (clock.elapsed().as_secs_f64(), of_children()? - before);
-        let json: Value = serde_json::from_str(&said)?;
+        let mut command = Command::new(&self.mpm);
+        command.args(["inspect", "--json"]).arg(format!("{name}.h5"));
+        let json: Value = serde_json::from_str(&self.watched(command)?.0)?;
         let each = match ranks {
             0 => vec![Rank { bytes: 0.0, messages: 0.0, memory: peak, processor }],
             _ => told.lines().filter_map(rank_told).collect(),
@@ -157,7 +159,7 @@ impl Programs {
         if each.len() != ranks.max(1) as usize {
             return Err(format!("{} of {ranks} ranks tell what they took", each.len()).into());
         }
-        run_told(&json, ranks, wall, each).ok_or_else(|| "`run --json` tells something else".into())
+        run_told(&json, ranks, wall, each).ok_or_else(|| "`mpm inspect --json` tells something else".into())
     }
 
     /// What `mpm-mpi check` predicts of every rank.
@@ -261,7 +263,7 @@ fn rank_told(line: &str) -> Option<Rank> {
     Some(Rank { bytes, messages, memory, processor })
 }
 
-/// What `run --json` tells.
+/// What `mpm inspect --json` tells.
 fn run_told(json: &Value, ranks: u32, wall: f64, each: Vec<Rank>) -> Option<Run> {
     let of_step = |step: &Value| Some(step["residuals"].as_array()?.iter().filter_map(Value::as_f64).collect());
     let of_phase = |(phase, it): (&String, &Value)| {
