@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{alone, compare, resume_alone, root, run_on, scene, text};
+use common::{alone, compare, compare_counting, resume_alone, root, run_on, scene, text};
 use mpm_scene::language::set_value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -95,7 +95,8 @@ fn tools_and_walls_are_shared() {
         set_value(&short, "tools[0].motion", "Loaded(free: [X], force: (8, 0))").expect("a scene").text;
     for text_of in [short, loaded] {
         fs::write(&path, text_of).expect("it is writable");
-        let expected = compare_in(folder.path(), &path);
+        // Whether a corner touches may turn on what an inexact correction leaves.
+        let expected = compare_in(folder.path(), &path, 4);
         fs::remove_file(expected).expect("it is there");
     }
 }
@@ -107,17 +108,18 @@ fn compare_with(name: &str, values: &[(&str, &str)]) {
     let whole = fs::read_to_string(scene(name)).expect("a scene");
     let set = |text: String, (name, value): &(&str, &str)| set_value(&text, name, value).expect("a scene").text;
     fs::write(&path, values.iter().fold(whole, set)).expect("it is writable");
-    compare_in(folder.path(), &path);
+    compare_in(folder.path(), &path, 1);
 }
 
-/// Compares one and two ranks with one process, whose results it returns; all of them in a folder.
-fn compare_in(folder: &Path, scene: &Path) -> PathBuf {
+/// Compares one and two ranks with one process, whose results it returns, as many Newton iterations but for some; all of them in a
+/// folder.
+fn compare_in(folder: &Path, scene: &Path, more: usize) -> PathBuf {
     let expected = folder.join("alone.h5");
     alone(scene, &expected);
     for n in [1, 2] {
         let found = folder.join(format!("{n}.h5"));
         run_on(n, &["run", text(scene), "--quiet", "--force", "-o", text(&found)]);
-        compare(&found, &expected, WITHIN);
+        compare_counting(&found, &expected, (WITHIN, more));
     }
     expected
 }
