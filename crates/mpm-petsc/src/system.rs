@@ -256,12 +256,17 @@ fn configure(
     (is_symmetric, block): (bool, usize),
     (coarser, is_small): (Vec<Mat>, bool),
 ) -> Result<(), PetscError> {
-    iteration.method(if is_symmetric { c"cg" } else { c"gmres" })?;
+    // Whoever asks for PETSc's multigrid has its smoothers.
+    let is_ours = session.option(c"-pc_type").is_none() && block <= LARGEST_BLOCK && !coarser.is_empty();
+    iteration.method(match (is_symmetric, is_ours) {
+        (true, _) => c"cg",
+        // A cycle in single precision is no linear map: its results are kept, not found again from their sum.
+        (false, true) => c"fgmres",
+        (false, false) => c"gmres",
+    })?;
     if session.option(c"-ksp_type").is_none_or(|it| it != "preonly") {
         iteration.look_at_residual((!is_symmetric).then_some(RESTART))?;
     }
-    // Whoever asks for PETSc's multigrid has its smoothers.
-    let is_ours = session.option(c"-pc_type").is_none() && block <= LARGEST_BLOCK;
     match (coarser.is_empty(), is_small) {
         (false, _) if is_ours => iteration.precondition_by(cycle(coarser, block)?)?,
         (false, _) => iteration.multigrid(&coarser, is_symmetric)?,
