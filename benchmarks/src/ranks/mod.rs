@@ -51,7 +51,11 @@ pub struct Ranks {
 ///
 /// # Errors
 /// [`NotBuilt`] where a program is missing; a run fails.
-pub fn run(settings: &Settings, cells: Option<u32>, programs: [Option<PathBuf>; 2]) -> Result<Report<Ranks>, Failure> {
+pub fn run(
+    settings: &Settings,
+    cells: Option<u32>,
+    programs: [Option<PathBuf>; 2],
+) -> Result<Report<Ranks>, Failure> {
     let programs = Programs::find(programs, settings.output.join("ranks"))?;
     let cells = cells.unwrap_or(settings.pick(8, 48));
     let scene = scene();
@@ -77,13 +81,8 @@ pub fn run(settings: &Settings, cells: Option<u32>, programs: [Option<PathBuf>; 
     set.push("output.fields=[Displacement, CauchyStress]".into());
     let recorded = programs.run(2, &scene, &set, "block")?;
     let [_, one, two] = [0, 1, 2].map(|ranks: usize| typical(&runs[0].1[ranks]));
-    let inputs = Inputs::of(&model::Measured {
-        one,
-        two,
-        longer: &longer,
-        recorded: &recorded,
-        predicted: &predicted,
-    });
+    let inputs =
+        Inputs::of(&model::Measured { one, two, longer: &longer, recorded: &recorded, predicted: &predicted });
     let model = model::told(&inputs);
     let tables = vec![
         strong(cells, &runs),
@@ -165,7 +164,8 @@ fn strong(cells: u32, runs: &[(&str, Vec<Vec<Run>>)]) -> Table {
 /// Ratios of the runs that were made in turn.
 fn ratios(runs: &[(&str, Vec<Vec<Run>>)]) -> Table {
     let text = "Ratios of processor seconds of the slowest rank, runs in turn, the median: one rank over `mpm` on one thread (at most 2 is wanted), one rank over two (at least 1.7 is wanted), two ranks over `mpm`.";
-    let mut table = Table::new(text, &["law", "one rank over `mpm`", "one rank over two", "two ranks over `mpm`"]);
+    let mut table =
+        Table::new(text, &["law", "one rank over `mpm`", "one rank over two", "two ranks over `mpm`"]);
     for (law, runs) in runs {
         let ratio = |a: usize, b: usize| {
             let each = runs[a].iter().zip(&runs[b]).map(|(a, b)| a.processor() / b.processor());
@@ -182,7 +182,16 @@ fn shares(two: &Run, longer: &Run, predicted: &[Predicted]) -> Table {
         "What `mpm-mpi check` predicts of two ranks (bytes for 5 Newton iterations), and what they held and sent in a load step of {} (PETSc's messages are not counted).",
         longer.newton.saturating_sub(two.newton)
     );
-    let heads = ["rank", "points", "nodes", "shared", "MB predicted", "MB held", "kB a step predicted", "kB a step sent"];
+    let heads = [
+        "rank",
+        "points",
+        "nodes",
+        "shared",
+        "MB predicted",
+        "MB held",
+        "kB a step predicted",
+        "kB a step sent",
+    ];
     let mut table = Table::new(text, &heads);
     for (rank, it) in predicted.iter().enumerate() {
         let (one, both) = (&two.each[rank], &longer.each[rank]);

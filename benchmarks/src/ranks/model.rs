@@ -129,7 +129,11 @@ impl Inputs {
             ("sent", format!("{:.0}", self.sent), "bytes a shared node and load step"),
             ("messages", format!("{:.0}", self.messages), "to a neighbour, a load step"),
             ("memory", format!("{:.0}", self.held), "bytes a point of the rank"),
-            ("memory of rank 0 for what is recorded", format!("{:.0}", self.gathered), "bytes a point of the scene"),
+            (
+                "memory of rank 0 for what is recorded",
+                format!("{:.0}", self.gathered),
+                "bytes a point of the scene",
+            ),
         ] {
             table.push([name.to_owned(), value, unit.to_owned()]);
         }
@@ -254,10 +258,8 @@ pub(crate) fn picture(told: &[Told]) -> Picture {
         ("of rank 0 where fields are recorded", told.iter().map(|it| 1e-9 * it.memory_of_first).collect()),
     ];
     let panel = |title: &str, axis: &str, all: Vec<(&str, Vec<f64>)>| {
-        let range = [
-            decades(told.iter().map(|it| it.points)),
-            decades(all.iter().flat_map(|it| it.1.iter().copied())),
-        ];
+        let range =
+            [decades(told.iter().map(|it| it.points)), decades(all.iter().flat_map(|it| it.1.iter().copied()))];
         let curves = all.into_iter().enumerate().map(|(colour, (name, values))| Curve {
             name: name.into(),
             colour,

@@ -102,12 +102,10 @@ impl Programs {
     ///
     /// # Errors
     /// [`NotBuilt`], which says how to build what is missing.
-    pub(crate) fn find(
-        [mpm, mpm_mpi]: [Option<PathBuf>; 2],
-        folder: PathBuf,
-    ) -> Result<Self, Failure> {
+    pub(crate) fn find([mpm, mpm_mpi]: [Option<PathBuf>; 2], folder: PathBuf) -> Result<Self, Failure> {
         let beside = std::env::current_exe()?;
-        let own_workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../apps/mpm-mpi/target/release/mpm-mpi");
+        let own_workspace =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../apps/mpm-mpi/target/release/mpm-mpi");
         let mpm = mpm.unwrap_or_else(|| beside.with_file_name("mpm"));
         let mpm_mpi = mpm_mpi.unwrap_or_else(|| match beside.with_file_name("mpm-mpi") {
             path if path.is_file() => path,
@@ -125,7 +123,8 @@ impl Programs {
             return Err(missing(&mpm, "cargo build --release -p mpm-cli", "--program").into());
         }
         if Command::new("mpirun").arg("--version").output().is_err() {
-            let how = "there is no `mpirun`: `sh scripts/mpi.sh` installs it (Debian: apt-get install openmpi-bin)";
+            let how =
+                "there is no `mpirun`: `sh scripts/mpi.sh` installs it (Debian: apt-get install openmpi-bin)";
             return Err(NotBuilt(how.into()).into());
         }
         std::fs::create_dir_all(&folder)?;
@@ -195,8 +194,10 @@ impl Programs {
         command.args(["export", "--csv", "-o", name]).arg(format!("{name}.h5"));
         self.watched(command)?;
         let files = std::fs::read_dir(self.folder.join(name))?.collect::<Result<Vec<_>, _>>()?;
-        let is_of_points = |path: &PathBuf| path.file_name().is_some_and(|it| it.to_string_lossy().starts_with("points_"));
-        let last = files.iter().map(|it| it.path()).filter(is_of_points).max().ok_or("no points are recorded")?;
+        let is_of_points =
+            |path: &PathBuf| path.file_name().is_some_and(|it| it.to_string_lossy().starts_with("points_"));
+        let last =
+            files.iter().map(|it| it.path()).filter(is_of_points).max().ok_or("no points are recorded")?;
         let text = std::fs::read_to_string(last)?;
         let mut lines = text.lines();
         let heads: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
