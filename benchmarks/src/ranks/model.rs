@@ -47,7 +47,7 @@ pub struct Inputs {
     pub iterations: [f64; 2],
     /// Seconds per point of a rank in a load step: what its points take (connect, stress, assemble, advance).
     pub points: f64,
-    /// The same of analysing and preparing: maps of the entries, products, factors.
+    /// The same of analysing and preparing: places of the blocks, products, factors.
     pub set_up: f64,
     /// The same of the iterations of conjugate gradients.
     pub solve: f64,
@@ -209,7 +209,7 @@ impl Told {
             self.seconds.iter().filter(is_felt).map(|it| (it.0.to_owned(), it.1 / step)).collect();
         let memory = [
             ("memory at the start", self.memory[1]),
-            ("memory of a rank (maps of the entries)", self.memory[0]),
+            ("memory of a rank", self.memory[0]),
             ("memory of rank 0 (writer)", self.memory_of_first),
         ];
         felt.extend(memory.iter().filter(|it| it.1 > MEMORY).map(|it| (it.0.to_owned(), it.1 / MEMORY)));
