@@ -12,6 +12,7 @@ pub mod laws;
 pub mod machine;
 pub mod phases;
 pub mod program;
+pub mod ranks;
 pub mod report;
 pub mod skewed;
 pub mod small;

@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 use mpm_benchmarks::counts::{self, Act};
 use mpm_benchmarks::report::{Settings, print_table};
 use mpm_benchmarks::{
-    Failure, growth, laws, phases, small, solver, space, threads, throughput, time_against_error,
+    Failure, growth, laws, phases, ranks, small, solver, space, threads, throughput, time_against_error,
 };
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,6 +53,18 @@ enum Set {
         #[arg(long)]
         program: Option<PathBuf>,
     },
+    /// Ranks of `mpm-mpi` against `mpm`: time by phase, memory, traffic, answers, and a model of 10⁹ points.
+    Ranks {
+        /// Cells along an edge of the block.
+        #[arg(long)]
+        cells: Option<u32>,
+        /// The program `mpm`; that built beside this one if left out.
+        #[arg(long)]
+        program: Option<PathBuf>,
+        /// The program `mpm-mpi`; that of its workspace if left out.
+        #[arg(long)]
+        mpm_mpi: Option<PathBuf>,
+    },
     /// Instructions of a fixed set of kernels by callgrind, against the file of the repository.
     Counts {
         /// Fails where a kernel needs more instructions than the file allows.
@@ -87,6 +99,9 @@ enum Set {
     Block { basis: String, cells: u32 },
 }
 
+/// Exit code where a program that is to be started has not been built.
+const NOT_BUILT: u8 = 2;
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let settings = Settings { quick: arguments.quick, output: arguments.output };
@@ -94,7 +109,10 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("{failure}");
-            ExitCode::FAILURE
+            match failure.is::<ranks::NotBuilt>() {
+                true => ExitCode::from(NOT_BUILT),
+                false => ExitCode::FAILURE,
+            }
         }
     }
 }
@@ -103,7 +121,7 @@ fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
     match set {
         None => {
             println!(
-                "sets: error, throughput, growth, solver, space, laws, small, threads, counts, phases (`--help` says more)"
+                "sets: error, throughput, growth, solver, space, laws, small, threads, ranks, counts, phases (`--help` says more)"
             );
             let settings = Settings { quick: true, ..settings };
             time_against_error::run(&settings)?.publish(&settings)?;
@@ -114,6 +132,9 @@ fn run(set: Option<Set>, settings: Settings) -> Result<(), Failure> {
         Some(Set::Threads { program }) => threads::run(&settings, program)?.publish(&settings),
         Some(Set::Growth) => growth::run(&settings)?.publish(&settings),
         Some(Set::Solver { most_equations }) => solver::run(&settings, most_equations)?.publish(&settings),
+        Some(Set::Ranks { cells, program, mpm_mpi }) => {
+            ranks::run(&settings, cells, [program, mpm_mpi])?.publish(&settings)
+        }
         Some(Set::Counts { check, update, part }) => {
             let act = if update {
                 Act::Update

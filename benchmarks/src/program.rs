@@ -100,7 +100,7 @@ pub fn scene(name: &str) -> PathBuf {
 const TICKS: f64 = 100.0;
 
 /// Processor time of all children that have ended, from `/proc/self/stat` (proc(5), fields 16 and 17) `[s]`.
-fn of_children() -> Result<f64, Failure> {
+pub(crate) fn of_children() -> Result<f64, Failure> {
     let text = std::fs::read_to_string("/proc/self/stat")?;
     // The second field is a name in brackets, which may hold spaces.
     let fields: Vec<&str> = text.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace().collect();

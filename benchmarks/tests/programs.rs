@@ -133,6 +133,18 @@ fn whole_processes() {
 }
 
 #[test]
+fn ranks_say_how_to_build_what_they_need() {
+    let folder = tempfile::tempdir().expect("a folder for results");
+    let nowhere = folder.path().join("mpm-mpi");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks"));
+    command.args(["ranks", "--quick", "--mpm-mpi"]).arg(&nowhere).arg("--output").arg(folder.path());
+    let output = command.output().expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("build it by `sh scripts/mpi.sh"), "{said}");
+}
+
+#[test]
 fn a_kernel_that_does_not_exist_is_named() {
     let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["kernel", "no such"]).output();
     let output = output.expect("the program starts");

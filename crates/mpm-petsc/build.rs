@@ -19,7 +19,7 @@ fn main() {
     }
     let mut builder = bindgen::Builder::default()
         .header_contents("petsc.h", "#include <petscksp.h>")
-        .allowlist_function("(Mat|Vec|KSP|PC|Petsc)[A-Z].*")
+        .allowlist_function("(Mat|Vec|IS|KSP|PC|Petsc)[A-Z].*")
         .allowlist_var("(PETSC|MAT|KSP|PC)_?[A-Z_]*")
         .prepend_enum_name(false)
         .layout_tests(false)

@@ -1,10 +1,11 @@
 //! Ranks that share a run over MPI.
 
 use crate::shares::shares;
+use crate::taken::Taken;
 use mpm_cli::{Complaint, Crew};
 use mpm_cluster::{Bordered, Cluster, Exchange, Gathered, Wire};
 use mpm_linear::{Choice, LinearSolver};
-use mpm_petsc::{MpiWire, Owners, Petsc, Session, Traffic};
+use mpm_petsc::{MpiWire, Owners, Petsc, Session};
 use mpm_scene::{Compiled, ShareOfPoints};
 use mpm_solver::observe::Observer;
 use mpm_solver::{Error, Model, State, Summary};
@@ -49,7 +50,7 @@ impl MpiCrew {
             None => mpm_solver::run_on(model, cluster.clone(), &mut whole),
             Some(state) => mpm_solver::resume_on(model, cluster.clone(), state, &mut whole),
         };
-        self.tell_traffic(&cluster);
+        self.tell_taken(&cluster);
         self.tell_unused();
         outcome
     }
@@ -61,17 +62,17 @@ impl MpiCrew {
         self.wire.exchange(&to_all).iter().filter(|it| it.1 == name).count()
     }
 
-    /// Says what every rank has sent, where the option is given.
-    fn tell_traffic<const D: usize>(&self, cluster: &Cluster<D, MpiWire>) {
-        if self.session.option(c"-mpm_traffic").is_none() {
+    /// Says what every rank has sent, held and taken, where the option is given.
+    fn tell_taken<const D: usize>(&self, cluster: &Cluster<D, MpiWire>) {
+        if self.session.option(c"-mpm_ranks").is_none() {
             return;
         }
-        let Traffic { bytes, messages } = cluster.exchange().wire().traffic();
-        let mut all = vec![0.0; 2 * self.session.size()];
-        self.wire.gather(&[bytes as f64, messages as f64], &mut all);
+        let own = Taken::of(cluster.exchange().wire().traffic()).numbers();
+        let mut all = vec![0.0; own.len() * self.session.size()];
+        self.wire.gather(&own, &mut all);
         if self.leads() {
-            let lines = all.chunks_exact(2).enumerate();
-            lines.for_each(|(rank, it)| eprintln!("rank {rank} sent {} bytes in {} messages", it[0], it[1]));
+            let lines = all.as_chunks().0.iter().enumerate();
+            lines.for_each(|(rank, it)| eprintln!("{}", Taken::line(rank, *it)));
         }
     }
 

@@ -1,5 +1,6 @@
 //! What every rank will have of a scene.
 
+use mpm_basis::Connectivity;
 use mpm_cluster::{Cluster, Wire};
 use mpm_grid::LoadFraction;
 use mpm_solver::{Model, Ranks};
@@ -11,12 +12,9 @@ const ITERATIONS: usize = 5;
 /// Bytes of a rank beside what its points and nodes take: program, MPI, PETSc.
 const PROGRAM: usize = 65 << 20;
 
-/// Nodes that a point reaches along a direction, at most.
-const INFLUENCES: usize = 3;
-
-/// Bytes of an entry of the tangent: the caller's value and row, and of both triangles value, row and column as PETSc is told of
-/// them, where they go in its matrix, and the matrix with its coarse images.
-const ENTRY: usize = 16 + 2 * (8 + 4 + 4 + 16 + 12 + 4);
+/// Bytes of an entry of the tangent: the caller's value and row, and of both triangles value and column of PETSc's matrix, the block in
+/// single precision, where it goes, and the coarse images.
+const ENTRY: usize = 16 + 2 * (8 + 4 + 6 + 2 + 3);
 
 /// Lines for all ranks: points, nodes, memory and bytes of messages in a load step, about.
 pub(crate) fn shares<const D: usize, W: Wire + 'static>(
@@ -29,20 +27,27 @@ pub(crate) fn shares<const D: usize, W: Wire + 'static>(
     // The estimate has refused points outside the mesh before.
     let stencils = stencils.map_err(|it| it.to_string())?;
     let points: usize = model.bodies.iter().map(|named| named.body.n_points()).sum();
-    let influences = points * INFLUENCES.pow(D as u32);
-    cluster.activate(model, &mesh, &stencils);
+    let active = cluster.activate(model, &mesh, &stencils);
+    let connected = stencils.into_iter().map(|stencils| Connectivity::of(stencils, &active));
+    let influences: usize = connected.map(|it| it.n_influences()).sum();
+    // Nodes that a point reaches along a direction, and nodes that one couples with, on both of its sides.
+    let reach = (influences as f64 / points.max(1) as f64).max(1.0).powf(1.0 / D as f64);
+    let coupled = (2.0 * reach - 1.0).powi(D as i32);
     let exchange = cluster.exchange();
     let numbering = exchange.numbering();
     let (nodes, shared) = (numbering.nodes.len(), numbering.n_shared());
     let sent: usize = numbering.of_owner.iter().chain(&numbering.of_sharer).map(|it| it.nodes.len()).sum();
-    // Internal forces go to the owner and back, corrections come from the owner.
-    let bytes = ITERATIONS * 3 * sent * D * size_of::<f64>();
+    let to_owners: usize = numbering.of_owner.iter().map(|it| it.nodes.len()).sum();
+    // Internal forces go to the owner and back, corrections come from the owner, and rows of the tangent go there: nodes at the
+    // side of a rank couple with about as many of its own as stand on one side of them.
+    let rows = to_owners as f64 * coupled * reach / (2.0 * reach - 1.0);
+    let bytes = ITERATIONS * size_of::<f64>() * D * (3 * sent + D * rows as usize);
     let stored: usize = model.bodies.iter().map(|it| it.body.stored_columns()).flatten().map(|it| it.1).sum();
     let of_points = points * 2 * stored / model.bodies.len().max(1) * size_of::<f64>()
         + influences * (D + 1) * size_of::<f64>();
-    // Half of the 5^D nodes that one couples with.
-    let entries = nodes * D * D * 5_usize.pow(D as u32) / 2;
-    let memory = PROGRAM + of_points + entries * ENTRY;
+    // The lower triangle.
+    let entries = (nodes * D * D) as f64 * coupled / 2.0;
+    let memory = PROGRAM + of_points + entries as usize * ENTRY;
     drop(numbering);
     let own = [points, nodes, shared, memory, bytes].map(|it| it as f64);
     let mut all = vec![0.0; own.len() * exchange.wire().size()];

@@ -79,7 +79,7 @@ impl<'a> Pattern<'a> {
     }
 
     /// Whether every equation belongs to a node, and all equations of a node couple with all of its neighbours'.
-    pub(crate) fn has_whole_blocks(&self) -> bool {
+    pub fn has_whole_blocks(&self) -> bool {
         let block = self.block;
         let is_whole = |rows: &[usize]| {
             rows[0].is_multiple_of(block) && rows.windows(2).all(|pair| pair[1] == pair[0] + 1)

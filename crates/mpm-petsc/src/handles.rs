@@ -3,8 +3,7 @@
 use crate::error::{PetscError, call};
 use crate::ffi;
 use crate::session::Session;
-use std::ffi::CStr;
-use std::ptr::null_mut;
+use std::ptr::{null, null_mut};
 use std::rc::Rc;
 
 /// A number of rows or columns as PETSc counts them.
@@ -13,37 +12,81 @@ pub(crate) fn int(n: usize) -> ffi::PetscInt {
 }
 
 /// All ranks.
-fn world() -> ffi::MPI_Comm {
+pub(crate) fn world() -> ffi::MPI_Comm {
     // SAFETY: PETSc sets it at its start, and nothing afterwards.
     unsafe { ffi::PETSC_COMM_WORLD }
 }
 
 /// A sparse matrix whose rows are parted among the ranks.
 pub(crate) struct Mat {
-    raw: ffi::Mat,
-    session: Rc<Session>,
+    pub(crate) raw: ffi::Mat,
+    pub(crate) session: Rc<Session>,
+    /// Lists that PETSc uses, given back after the matrix.
+    _arrays: Option<[Arrays; 2]>,
+}
+
+/// Where the entries of every row begin, their columns, and their values.
+#[derive(Default)]
+pub(crate) struct Arrays {
+    pub(crate) start: Vec<ffi::PetscInt>,
+    pub(crate) column: Vec<ffi::PetscInt>,
+    pub(crate) value: Vec<f64>,
+}
+
+impl Arrays {
+    fn pointers(&mut self) -> (*mut ffi::PetscInt, *mut ffi::PetscInt, *mut f64) {
+        (self.start.as_mut_ptr(), self.column.as_mut_ptr(), self.value.as_mut_ptr())
+    }
 }
 
 impl Mat {
-    /// A square matrix of `own` rows on this rank; this rank adds entries at `row[k]`, `column[k]` (numbers among all rows), whoever
-    /// owns them. Values come by [`Self::set`].
-    pub(crate) fn of_entries(
+    /// A square matrix of `own` rows on this rank in blocks of nodes, with these entries of own columns and of others'.
+    pub(crate) fn of_arrays(
         session: &Rc<Session>,
         (own, block): (usize, usize),
-        row: &mut [ffi::PetscInt],
-        column: &mut [ffi::PetscInt],
+        mut arrays: [Arrays; 2],
     ) -> Result<Self, PetscError> {
-        assert_eq!(row.len(), column.len());
-        let mut raw = null_mut();
-        call!(MatCreate(world(), &mut raw))?;
-        let it = Self { raw, session: session.clone() };
-        call!(MatSetSizes(raw, int(own), int(own), ffi::PETSC_DETERMINE, ffi::PETSC_DETERMINE))?;
+        let (mut raw, n, whole) = (null_mut(), int(own), ffi::PETSC_DETERMINE);
+        let [here, there] = &mut arrays;
+        let (start, column, value) = here.pointers();
+        // PETSc takes the lists as they are, and reads and writes them until the matrix is destroyed; nothing else does, and they
+        // are given back afterwards.
+        if session.size() == 1 {
+            call!(MatCreateSeqAIJWithArrays(world(), n, n, start, column, value, &mut raw))?;
+        } else {
+            let others = there.pointers();
+            call!(MatCreateMPIAIJWithSplitArrays(
+                world(),
+                n,
+                n,
+                whole,
+                whole,
+                start,
+                column,
+                value,
+                others.0,
+                others.1,
+                others.2,
+                &mut raw
+            ))?;
+        }
+        let it = Self { raw, session: session.clone(), _arrays: Some(arrays) };
         call!(MatSetBlockSize(raw, int(block)))?;
-        call!(MatSetType(raw, c"aij".as_ptr()))?;
-        call!(MatSetFromOptions(raw))?;
-        // As many numbers in both lists as are said; PETSc may change them.
-        call!(MatSetPreallocationCOO(raw, row.len() as _, row.as_mut_ptr(), column.as_mut_ptr()))?;
         Ok(it)
+    }
+
+    /// Lets `see` change the values of own columns and of others' in own rows.
+    pub(crate) fn with_values(&self, see: impl FnOnce(&mut [f64], &mut [f64])) -> Result<(), PetscError> {
+        let (mut own, mut others, mut names) = (self.raw, null_mut(), null());
+        if self.session.size() == 1 {
+            return with_values(own, |own| see(own, &mut []));
+        }
+        call!(MatMPIAIJGetSeqAIJ(self.raw, &mut own, &mut others, &mut names))?;
+        let mut outcome = Ok(());
+        with_values(own, |own| outcome = with_values(others, |others| see(own, others)))?;
+        outcome?;
+        // Whoever keeps what was prepared for a matrix sees that its values are others.
+        self.assemble()
     }
 
     /// An empty matrix with so many own rows and columns, and at most `per_row` entries in a row.
@@ -68,7 +111,7 @@ impl Mat {
             null_mut(),
             &mut raw
         ))?;
-        let it = Self { raw, session: session.clone() };
+        let it = Self { raw, session: session.clone(), _arrays: None };
         call!(MatSetBlockSizes(raw, int(block), int(block)))?;
         Ok(it)
     }
@@ -86,12 +129,6 @@ impl Mat {
         call!(MatAssemblyEnd(self.raw, ffi::MAT_FINAL_ASSEMBLY))
     }
 
-    /// Takes the values of the entries that were told at the start; those at one place are added.
-    pub(crate) fn set(&self, values: &[f64]) -> Result<(), PetscError> {
-        // As many values as entries.
-        call!(MatSetValuesCOO(self.raw, values.as_ptr(), ffi::INSERT_VALUES))
-    }
-
     /// Says whether it is symmetric, and whether positive definite.
     pub(crate) fn say(&self, is_symmetric: bool, is_definite: bool) -> Result<(), PetscError> {
         let flag = |is: bool| if is { ffi::PETSC_TRUE } else { ffi::PETSC_FALSE };
@@ -105,7 +142,10 @@ impl Mat {
         let (mut x, mut b) = (null_mut(), null_mut());
         call!(MatCreateVecs(self.raw, &mut x, &mut b))?;
         let session = &self.session;
-        Ok((Field { raw: x, session: session.clone() }, Field { raw: b, session: session.clone() }))
+        Ok((
+            Field { raw: x, session: session.clone(), is_lent: false },
+            Field { raw: b, session: session.clone(), is_lent: false },
+        ))
     }
 
     /// Rigid motions of nodes at these positions, one after the other, as what coarse spaces must hold.
@@ -116,6 +156,70 @@ impl Mat {
         let set = call!(MatSetNearNullSpace(self.raw, space));
         call!(MatNullSpaceDestroy(&mut space))?;
         set
+    }
+
+    /// Shows the entries of own rows.
+    pub(crate) fn with_parts(&self, see: impl FnOnce(Parts<'_>)) -> Result<(), PetscError> {
+        let (mut own, mut others, mut names) = (self.raw, null_mut(), null());
+        if self.session.size() > 1 {
+            call!(MatMPIAIJGetSeqAIJ(self.raw, &mut own, &mut others, &mut names))?;
+        }
+        let mut outcome = Ok(());
+        with_rows(own, |own| {
+            if others.is_null() {
+                see(Parts { own, others: None });
+            } else {
+                outcome = with_rows(others, |others| see(Parts { own, others: Some(others) }));
+            }
+        })?;
+        outcome
+    }
+
+    /// Who tells the numbers of other ranks that own rows are coupled with; none on one rank.
+    pub(crate) fn others(&self) -> Result<Option<Others>, PetscError> {
+        if self.session.size() == 1 {
+            return Ok(None);
+        }
+        let (mut own, mut others, mut names) = (null_mut(), null_mut(), null());
+        call!(MatMPIAIJGetSeqAIJ(self.raw, &mut own, &mut others, &mut names))?;
+        let (mut rows, mut n) = (0, 0);
+        call!(MatGetSize(others, &mut rows, &mut n))?;
+        let (mut theirs, mut places, mut scatter) = (null_mut(), null_mut(), null_mut());
+        // The communicator of this rank alone.
+        let mut alone = world();
+        call!(PetscObjectGetComm(others.cast(), &mut alone))?;
+        call!(VecCreateSeq(alone, n, &mut theirs))?;
+        let theirs = Field { raw: theirs, session: self.session.clone(), is_lent: false };
+        // As many numbers of columns as there are of other ranks; they are copied.
+        call!(ISCreateGeneral(alone, n, names, ffi::PETSC_COPY_VALUES, &mut places))?;
+        let (all, _) = self.vectors()?;
+        let made = call!(VecScatterCreate(all.raw, places, theirs.raw, null_mut(), &mut scatter));
+        call!(ISDestroy(&mut places))?;
+        made?;
+        Ok(Some(Others { theirs, scatter }))
+    }
+
+    /// `Pᵀ A P`, in the matrix that earlier values have made if there is one.
+    pub(crate) fn between(&self, interpolation: &Mat, coarse: &mut Option<Mat>) -> Result<(), PetscError> {
+        // Entries of the product beside those of A, which PETSc only reckons with at first.
+        const FILL: f64 = 2.0;
+        if let Some(coarse) = coarse {
+            return call!(MatPtAP(self.raw, interpolation.raw, ffi::MAT_REUSE_MATRIX, FILL, &mut coarse.raw));
+        }
+        let mut raw = null_mut();
+        call!(MatPtAP(self.raw, interpolation.raw, ffi::MAT_INITIAL_MATRIX, FILL, &mut raw))?;
+        *coarse = Some(Mat { raw, session: self.session.clone(), _arrays: None });
+        Ok(())
+    }
+
+    /// `out = A x`.
+    pub(crate) fn times(&self, x: &Field, out: &mut Field) -> Result<(), PetscError> {
+        call!(MatMult(self.raw, x.raw, out.raw))
+    }
+
+    /// `out = Aᵀ x`.
+    pub(crate) fn transposed_times(&self, x: &Field, out: &mut Field) -> Result<(), PetscError> {
+        call!(MatMultTranspose(self.raw, x.raw, out.raw))
     }
 
     /// `out = b − A x`, and its size.
@@ -132,10 +236,110 @@ impl Drop for Mat {
     }
 }
 
+/// Rows of a matrix: where the entries of each begin, their columns and values.
+pub(crate) struct Rows<'a> {
+    pub(crate) start: &'a [ffi::PetscInt],
+    pub(crate) column: &'a [ffi::PetscInt],
+    pub(crate) value: &'a [f64],
+}
+
+impl Rows<'_> {
+    /// How many there are.
+    pub(crate) fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Columns, in order, and values of one.
+    pub(crate) fn row(&self, row: usize) -> (&[ffi::PetscInt], &[f64]) {
+        let entries = self.start[row] as usize..self.start[row + 1] as usize;
+        (&self.column[entries.clone()], &self.value[entries])
+    }
+}
+
+/// Own rows of a matrix: columns of this rank, and those of others by their place among what is heard of them.
+pub(crate) struct Parts<'a> {
+    pub(crate) own: Rows<'a>,
+    pub(crate) others: Option<Rows<'a>>,
+}
+
+/// Shows the rows of a matrix of one rank.
+fn with_rows(raw: ffi::Mat, see: impl FnOnce(Rows<'_>)) -> Result<(), PetscError> {
+    let (mut n, mut start, mut column, mut is_done) = (0, null(), null(), ffi::PETSC_FALSE);
+    let (no, mut value) = (ffi::PETSC_FALSE, null());
+    call!(MatGetRowIJ(raw, 0, no, no, &mut n, &mut start, &mut column, &mut is_done))?;
+    call!(MatSeqAIJGetArrayRead(raw, &mut value))?;
+    let rows = n as usize;
+    if is_done == ffi::PETSC_TRUE && rows > 0 {
+        // SAFETY: PETSc's lists, which stay as they are until they are handed back: a beginning for each row and the end, and as
+        // many columns and values as that says.
+        let (start, column, value) = unsafe {
+            let start = std::slice::from_raw_parts(start, rows + 1);
+            let entries = start[rows] as usize;
+            let of = |n: usize| {
+                if n == 0 {
+                    (&[][..], &[][..])
+                } else {
+                    (std::slice::from_raw_parts(column, n), std::slice::from_raw_parts(value, n))
+                }
+            };
+            let (column, value) = of(entries);
+            (start, column, value)
+        };
+        see(Rows { start, column, value });
+    } else {
+        see(Rows { start: &[0], column: &[], value: &[] });
+    }
+    call!(MatSeqAIJRestoreArrayRead(raw, &mut value))?;
+    call!(MatRestoreRowIJ(raw, 0, no, no, &mut n, &mut start, &mut column, &mut is_done))
+}
+
+/// Lets `see` change the values of a matrix of one rank.
+fn with_values(raw: ffi::Mat, see: impl FnOnce(&mut [f64])) -> Result<(), PetscError> {
+    let (mut n, mut start, mut column, mut is_done) = (0, null(), null(), ffi::PETSC_FALSE);
+    let (no, mut value) = (ffi::PETSC_FALSE, null_mut());
+    call!(MatGetRowIJ(raw, 0, no, no, &mut n, &mut start, &mut column, &mut is_done))?;
+    call!(MatSeqAIJGetArray(raw, &mut value))?;
+    // SAFETY: PETSc's lists: a beginning for each row and the end, and as many values as that says, which nobody else uses until
+    // they are handed back.
+    let entries = if n > 0 { unsafe { *start.add(n as usize) as usize } } else { 0 };
+    if entries > 0 {
+        see(unsafe { std::slice::from_raw_parts_mut(value, entries) });
+    } else {
+        see(&mut []);
+    }
+    call!(MatSeqAIJRestoreArray(raw, &mut value))?;
+    call!(MatRestoreRowIJ(raw, 0, no, no, &mut n, &mut start, &mut column, &mut is_done))
+}
+
+/// Who tells the numbers of other ranks that the rows of a matrix are coupled with.
+pub(crate) struct Others {
+    theirs: Field,
+    scatter: ffi::VecScatter,
+}
+
+impl Drop for Others {
+    fn drop(&mut self) {
+        let _ = call!(VecScatterDestroy(&mut self.scatter));
+    }
+}
+
+impl Others {
+    /// Tells what other ranks have in a vector.
+    pub(crate) fn hear(&mut self, x: &Field, see: impl FnOnce(&[f64])) -> Result<(), PetscError> {
+        let (scatter, theirs) = (self.scatter, self.theirs.raw);
+        let (insert, forward) = (ffi::INSERT_VALUES, ffi::SCATTER_FORWARD);
+        call!(VecScatterBegin(scatter, x.raw, theirs, insert, forward))?;
+        call!(VecScatterEnd(scatter, x.raw, theirs, insert, forward))?;
+        self.theirs.with(|theirs| see(theirs))
+    }
+}
+
 /// A vector that is parted as the rows of a matrix.
 pub(crate) struct Field {
-    raw: ffi::Vec,
-    session: Rc<Session>,
+    pub(crate) raw: ffi::Vec,
+    pub(crate) session: Rc<Session>,
+    /// Whether somebody else gives it back.
+    pub(crate) is_lent: bool,
 }
 
 impl Field {
@@ -143,7 +347,7 @@ impl Field {
     pub(crate) fn alike(&self) -> Result<Self, PetscError> {
         let mut raw = null_mut();
         call!(VecDuplicate(self.raw, &mut raw))?;
-        Ok(Self { raw, session: self.session.clone() })
+        Ok(Self { raw, session: self.session.clone(), is_lent: false })
     }
 
     /// Lets `see` read and write the numbers of this rank.
@@ -175,139 +379,8 @@ impl Field {
 
 impl Drop for Field {
     fn drop(&mut self) {
-        let _ = call!(VecDestroy(&mut self.raw));
-    }
-}
-
-/// A solver for one matrix.
-pub(crate) struct Ksp {
-    raw: ffi::KSP,
-    _session: Rc<Session>,
-}
-
-/// How a solution ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Ended {
-    pub(crate) iterations: u32,
-    /// Above 0 where it converged.
-    pub(crate) reason: i32,
-}
-
-impl Ksp {
-    /// A solver whose options begin with `prefix`.
-    pub(crate) fn of(matrix: &Mat, prefix: Option<&CStr>) -> Result<Self, PetscError> {
-        let mut raw = null_mut();
-        call!(KSPCreate(world(), &mut raw))?;
-        let it = Self { raw, _session: matrix.session.clone() };
-        if let Some(prefix) = prefix {
-            call!(KSPSetOptionsPrefix(raw, prefix.as_ptr()))?;
+        if !self.is_lent {
+            let _ = call!(VecDestroy(&mut self.raw));
         }
-        call!(KSPSetOperators(raw, matrix.raw, matrix.raw))?;
-        Ok(it)
-    }
-
-    /// The method.
-    pub(crate) fn method(&self, name: &CStr) -> Result<(), PetscError> {
-        call!(KSPSetType(self.raw, name.as_ptr()))
-    }
-
-    /// Iterations look at `|b − A x|` itself; GMRES needs its preconditioner on the right for that.
-    pub(crate) fn look_at_residual(&self, restart: Option<u32>) -> Result<(), PetscError> {
-        if let Some(restart) = restart {
-            call!(KSPSetPCSide(self.raw, ffi::PC_RIGHT))?;
-            call!(KSPGMRESSetRestart(self.raw, restart as _))?;
-        }
-        call!(KSPSetNormType(self.raw, ffi::KSP_NORM_UNPRECONDITIONED))
-    }
-
-    fn pc(&self) -> Result<ffi::PC, PetscError> {
-        let mut pc = null_mut();
-        call!(KSPGetPC(self.raw, &mut pc))?;
-        Ok(pc)
-    }
-
-    /// The preconditioner.
-    pub(crate) fn precondition(&self, name: &CStr) -> Result<(), PetscError> {
-        call!(PCSetType(self.pc()?, name.as_ptr()))
-    }
-
-    /// Who factorises.
-    pub(crate) fn factorise_by(&self, name: &CStr) -> Result<(), PetscError> {
-        call!(PCFactorSetMatSolverType(self.pc()?, name.as_ptr()))
-    }
-
-    /// Multigrid with these interpolations, the finest first, and coarse matrices `Pᵀ A P`.
-    pub(crate) fn multigrid(&self, interpolations: &[Mat], is_symmetric: bool) -> Result<(), PetscError> {
-        let (pc, levels) = (self.pc()?, interpolations.len() + 1);
-        call!(PCSetType(pc, c"mg".as_ptr()))?;
-        call!(PCMGSetLevels(pc, int(levels), null_mut()))?;
-        call!(PCMGSetGalerkin(pc, ffi::PC_MG_GALERKIN_BOTH))?;
-        for (k, interpolation) in interpolations.iter().enumerate() {
-            let level = int(levels - 1 - k);
-            call!(PCMGSetInterpolation(pc, level, interpolation.raw))?;
-            if !is_symmetric {
-                // Chebyshev polynomials are made for real eigenvalues.
-                let mut smoother = null_mut();
-                call!(PCMGGetSmoother(pc, level, &mut smoother))?;
-                call!(KSPSetType(smoother, c"richardson".as_ptr()))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Reads the user's options, after all that is set before.
-    pub(crate) fn read_options(&self) -> Result<(), PetscError> {
-        call!(KSPSetFromOptions(self.raw))
-    }
-
-    /// Prepares for the values that the matrix has now, or keeps what was prepared for earlier ones. False where that failed.
-    pub(crate) fn set_up(&self, matrix: &Mat, keeps: bool) -> Result<bool, PetscError> {
-        call!(KSPSetReusePreconditioner(self.raw, if keeps { ffi::PETSC_TRUE } else { ffi::PETSC_FALSE }))?;
-        call!(KSPSetOperators(self.raw, matrix.raw, matrix.raw))?;
-        call!(KSPSetUp(self.raw))?;
-        let mut failed = ffi::PC_NOERROR;
-        call!(PCGetFailedReason(self.pc()?, &mut failed))?;
-        Ok(failed == ffi::PC_NOERROR)
-    }
-
-    /// Whether the factorisation lacked memory.
-    pub(crate) fn lacks_memory(&self) -> Result<bool, PetscError> {
-        let mut failed = ffi::PC_NOERROR;
-        call!(PCGetFailedReason(self.pc()?, &mut failed))?;
-        Ok(failed == ffi::PC_FACTOR_OUTMEMORY)
-    }
-
-    /// Numbers of negative, zero and positive pivots of the factor.
-    pub(crate) fn inertia(&self) -> Result<[usize; 3], PetscError> {
-        let mut factor = null_mut();
-        call!(PCFactorGetMatrix(self.pc()?, &mut factor))?;
-        let mut counts: [ffi::PetscInt; 3] = [0; 3];
-        let [negative, zero, positive] = &mut counts;
-        call!(MatGetInertia(factor, negative, zero, positive))?;
-        Ok(counts.map(|it| it.max(0) as usize))
-    }
-
-    /// Solves `A x = b` up to `|b − A x| ≤ tolerance · |b|`.
-    pub(crate) fn solve(
-        &self,
-        (b, x): (&Field, &mut Field),
-        tolerance: f64,
-        most: u32,
-    ) -> Result<Ended, PetscError> {
-        // The size of b is no part of when an iteration ends, however small; it diverges where the residual grows so much.
-        const LEAST: f64 = 1e-300;
-        const GROWN: f64 = 1e10;
-        call!(KSPSetTolerances(self.raw, tolerance, LEAST, GROWN, most as _))?;
-        call!(KSPSolve(self.raw, b.raw, x.raw))?;
-        let (mut iterations, mut reason) = (0, ffi::KSP_CONVERGED_ITERATING);
-        call!(KSPGetIterationNumber(self.raw, &mut iterations))?;
-        call!(KSPGetConvergedReason(self.raw, &mut reason))?;
-        Ok(Ended { iterations: iterations as u32, reason: reason as i32 })
-    }
-}
-
-impl Drop for Ksp {
-    fn drop(&mut self) {
-        let _ = call!(KSPDestroy(&mut self.raw));
     }
 }

@@ -6,14 +6,18 @@
 //! This is the only crate that binds foreign libraries besides HDF5, and the only one with `unsafe`. It has a workspace of
 //! its own (`apps/mpm-mpi`), so that nothing else needs PETSc, MPI or clang.
 
+mod assembly;
+mod cycle;
 mod error;
 mod ffi;
 mod handles;
+mod ksp;
 mod lattices;
 mod numbering;
 mod owners;
 mod session;
 mod solver;
+mod sweeps;
 mod system;
 mod wire;
 

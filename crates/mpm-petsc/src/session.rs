@@ -21,10 +21,14 @@ const DEFAULTS: [(&CStr, &CStr); 5] = [
     (c"-direct_mat_mumps_cntl_3", c"1e-30"),
 ];
 
-/// The same on several ranks: Galerkin products add what comes from other ranks in a fixed order only in this variant, which
+/// The same on three ranks and more: Galerkin products add what comes from other ranks in a fixed order only in this variant, which
 /// matrices of one rank do not have.
 const OF_SEVERAL: [(&CStr, &CStr); 2] =
     [(c"-matptap_via", c"allatonce"), (c"-mat_product_algorithm", c"allatonce")];
+
+/// The same on two ranks, where what comes has one order: a third of the time.
+const OF_TWO: [(&CStr, &CStr); 2] =
+    [(c"-matptap_via", c"nonscalable"), (c"-mat_product_algorithm", c"nonscalable")];
 
 /// MPI and PETSc between their start and their end. Everything of this crate is used on the thread that started it.
 pub struct Session {
@@ -43,7 +47,11 @@ impl Session {
             code: 0,
             reason: "MPI was started before".into(),
         })?;
-        let of_several = if universe.world().size() > 1 { &OF_SEVERAL[..] } else { &[] };
+        let of_several = match universe.world().size() {
+            1 => &[][..],
+            2 => &OF_TWO,
+            _ => &OF_SEVERAL,
+        };
         for (name, value) in DEFAULTS.iter().chain(of_several) {
             // SAFETY: texts that end in NUL; this function may be called before the others.
             call!(PetscOptionsSetValue(null_mut(), name.as_ptr(), value.as_ptr()))?;

@@ -101,7 +101,7 @@ impl Petsc {
 
     fn refuse(&mut self, pattern: Pattern<'_>, hints: &Hints<'_>) -> Option<Cause> {
         let lacks_places = hints.lattice.is_none_or(|it| it.index.len() != pattern.blocks);
-        let reason = if self.any(!pattern.has_blocks_only()) {
+        let reason = if self.any(!pattern.has_whole_blocks()) {
             "PETSc is given displacements of nodes only"
         } else if self.any(lacks_places) {
             "on several ranks nodes must stand on a lattice"
@@ -138,6 +138,7 @@ impl Petsc {
     fn take(&mut self) -> Result<bool, PetscError> {
         let keeps = matches!(self.coarse, Coarse::Kept { .. });
         let is_ready = self.system().prepare_iteration(keeps)?;
+        let is_ready = !self.any(!is_ready);
         self.coarse = match self.coarse {
             _ if !is_ready => Coarse::Old,
             Coarse::Kept { first, .. } => Coarse::Kept { is_of_this: false, first },

@@ -1,15 +1,17 @@
 //! One system of equations: its parts of all ranks, and what solves it.
 
+use crate::assembly::Assembly;
+use crate::cycle::{LARGEST_BLOCK, cycle};
 use crate::error::PetscError;
 use crate::ffi::PetscInt;
-use crate::handles::{Field, Ksp, Mat};
+use crate::handles::{Field, Mat};
+use crate::ksp::Ksp;
 use crate::lattices::interpolations;
 use crate::numbering::Numbering;
 use crate::owners::Owners;
 use crate::session::Session;
 use mpm_cluster::Wire;
 use mpm_linear::{Hints, Matrix, Method, Pattern, SystemSize};
-use std::ffi::CStr;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::rc::Rc;
 
@@ -41,8 +43,7 @@ pub(crate) struct System {
     block: usize,
     /// Whether each of the caller's equations is held.
     held: Vec<bool>,
-    /// Values of the entries in the order in which PETSc was told of them.
-    entries: Vec<f64>,
+    assembly: Assembly,
     matrix: Mat,
     x: Field,
     b: Field,
@@ -95,11 +96,8 @@ impl System {
         }
         let place = numbering.places_of_own(places.index.len());
         assert!(!place.contains(&usize::MAX), "an owner has all of its nodes");
-        let (mut row, mut column) = entries(pattern, &numbering.number);
-        let own = numbering.own.len() * block;
-        let matrix = Mat::of_entries(session, (own, block), &mut row, &mut column)?;
-        let n_entries = row.len();
-        drop((row, column));
+        let owner = |node: usize| owners.owner(places.index[node]);
+        let (assembly, matrix) = Assembly::of(session, &**wire, pattern, (&numbering, &owner))?;
         let is_symmetric = pattern.is_symmetric();
         matrix.say(is_symmetric, is_symmetric)?;
         let (x, mut b) = matrix.vectors()?;
@@ -117,13 +115,13 @@ impl System {
             .iter()
             .map(|place| (0..block).fold(0, |mask, i| mask | u8::from(held[place * block + i]) << i))
             .collect();
-        let iteration = Ksp::of(&matrix, None)?;
+        let mut iteration = Ksp::of(&matrix, None)?;
         let coarser = match session.option(c"-pc_type").as_deref() {
             None | Some("mg") => interpolations(session, (&**wire, owners), places, &numbering, &masks, block)?,
             Some(_) => Vec::new(),
         };
         let is_small = coarser.is_empty() && numbering.total <= crate::lattices::COARSEST;
-        configure(session, &iteration, is_symmetric, (&coarser, is_small))?;
+        configure(session, &mut iteration, (is_symmetric, block), (coarser, is_small))?;
         let size = SystemSize::of(pattern, places).summed(|numbers| {
             let mut all = vec![0.0; numbers.len() * wire.size()];
             wire.gather(numbers, &mut all);
@@ -135,7 +133,7 @@ impl System {
             factor_entries: size.predict().factor_entries,
             wire: wire.clone(),
             spare: [b.alike()?, b.alike()?],
-            entries: vec![0.0; n_entries],
+            assembly,
             numbering,
             place,
             block,
@@ -150,18 +148,7 @@ impl System {
 
     /// Takes the values of a matrix of the pattern.
     pub(crate) fn take_values(&mut self, matrix: Matrix<'_>) -> Result<(), PetscError> {
-        let Matrix { pattern, values } = matrix;
-        let mut next = self.entries.iter_mut();
-        let mut put = |value: f64| *next.next().expect("the pattern is the one analysed") = value;
-        for column in 0..pattern.n_equations() {
-            for k in pattern.column_start[column]..pattern.column_start[column + 1] {
-                put(values[k]);
-                if pattern.is_symmetric() && pattern.row[k] != column {
-                    put(values[k]);
-                }
-            }
-        }
-        self.matrix.set(&self.entries)
+        self.assembly.take(&*self.wire, matrix, &self.matrix)
     }
 
     /// Takes a right-hand side, complete on every rank that has the node.
@@ -265,45 +252,28 @@ impl System {
 /// Chooses what the user's options do not, then reads them.
 fn configure(
     session: &Session,
-    iteration: &Ksp,
-    is_symmetric: bool,
-    (coarser, is_small): (&[Mat], bool),
+    iteration: &mut Ksp,
+    (is_symmetric, block): (bool, usize),
+    (coarser, is_small): (Vec<Mat>, bool),
 ) -> Result<(), PetscError> {
-    iteration.method(if is_symmetric { c"cg" } else { c"gmres" })?;
+    // Whoever asks for PETSc's multigrid has its smoothers.
+    let is_ours = session.option(c"-pc_type").is_none() && block <= LARGEST_BLOCK && !coarser.is_empty();
+    iteration.method(match (is_symmetric, is_ours) {
+        (true, _) => c"cg",
+        // A cycle in single precision is no linear map: its results are kept, not found again from their sum.
+        (false, true) => c"fgmres",
+        (false, false) => c"gmres",
+    })?;
     if session.option(c"-ksp_type").is_none_or(|it| it != "preonly") {
         iteration.look_at_residual((!is_symmetric).then_some(RESTART))?;
     }
-    let none: Option<&CStr> = match (coarser.is_empty(), is_small) {
-        (false, _) => None,
-        (true, true) => Some(c"redundant"),
-        (true, false) => Some(c"gamg"),
-    };
-    match none {
-        None => iteration.multigrid(coarser, is_symmetric)?,
-        Some(name) => iteration.precondition(name)?,
+    match (coarser.is_empty(), is_small) {
+        (false, _) if is_ours => iteration.precondition_by(cycle(coarser, block)?)?,
+        (false, _) => iteration.multigrid(&coarser, is_symmetric)?,
+        (true, true) => iteration.precondition(c"redundant")?,
+        (true, false) => iteration.precondition(c"gamg")?,
     }
     iteration.read_options()
-}
-
-/// Rows and columns, numbered among all, of the entries that this rank adds; of a symmetric matrix both triangles.
-fn entries(pattern: Pattern<'_>, number: &[u64]) -> (Vec<PetscInt>, Vec<PetscInt>) {
-    let block = pattern.block;
-    let equation = |local: usize| (number[local / block] as usize * block + local % block) as PetscInt;
-    let most = if pattern.is_symmetric() { 2 * pattern.n_entries() } else { pattern.n_entries() };
-    let (mut row, mut column) = (Vec::with_capacity(most), Vec::with_capacity(most));
-    for j in 0..pattern.n_equations() {
-        let c = equation(j);
-        for &i in &pattern.row[pattern.column_start[j]..pattern.column_start[j + 1]] {
-            let r = equation(i);
-            row.push(r);
-            column.push(c);
-            if pattern.is_symmetric() && i != j {
-                row.push(c);
-                column.push(r);
-            }
-        }
-    }
-    (row, column)
 }
 
 fn held(pattern: Pattern<'_>, hints: &Hints<'_>) -> Vec<bool> {

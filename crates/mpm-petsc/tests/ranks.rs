@@ -14,6 +14,7 @@ const CASES: &[(&str, &[&str])] = &[
     ("wire", &[]),
     ("plane", &[]),
     ("space", &[]),
+    ("space", &["-pc_type", "mg"]),
     ("space", &["-pc_type", "gamg", "-pc_gamg_threshold", "0.01"]),
     (
         "space",

@@ -1,0 +1,321 @@
+//! The matrix of all ranks from what each of them has summed: where its blocks go, and how they get there.
+//!
+//! Rows belong to the owners of their nodes. What a rank has of other rows it sends to their owners, who add it in the order of the
+//! ranks. A block is told by one number, the place of its first entry.
+
+use crate::error::PetscError;
+use crate::ffi::PetscInt;
+use crate::handles::{Arrays, Mat};
+use crate::numbering::Numbering;
+use crate::session::Session;
+use mpm_cluster::Wire;
+use mpm_linear::{Matrix, Pattern};
+use std::rc::Rc;
+
+/// Set in places that are among the columns of other ranks.
+const OF_OTHERS: u32 = 1 << 31;
+
+/// Where a block goes.
+#[derive(Clone, Copy, Debug)]
+enum Goes {
+    /// Into an own row, at this place.
+    Here { row: u32, place: u32 },
+    /// To a rank.
+    To(usize),
+}
+
+/// Where the blocks of a pattern go, in its order; of a symmetric one each is followed by its transpose, but for the diagonal.
+pub(crate) struct Assembly {
+    block: usize,
+    goes: Vec<Goes>,
+    /// Rows and places of the blocks that come from other ranks.
+    comes: Vec<(usize, Vec<(u32, u32)>)>,
+    /// Ranks that blocks are sent to, and how many.
+    sends: Vec<(usize, usize)>,
+    /// Distances of the equations of a node in the entries of own columns, and in those of others.
+    stride: [Vec<u32>; 2],
+}
+
+/// The blocks of rows: where the columns of each begin, and the columns.
+struct Blocks {
+    start: Vec<usize>,
+    column: Vec<u32>,
+}
+
+impl Blocks {
+    /// From pairs of row and column in any order, which may come several times.
+    fn of(n: usize, pairs: &dyn Fn(&mut dyn FnMut(u32, u32))) -> Self {
+        let mut start = vec![0; n + 1];
+        pairs(&mut |row, _| start[row as usize + 1] += 1);
+        (0..n).for_each(|row| start[row + 1] += start[row]);
+        let mut next = start.clone();
+        let mut column = vec![0; start[n]];
+        pairs(&mut |row, it| {
+            column[next[row as usize]] = it;
+            next[row as usize] += 1;
+        });
+        let mut end = 0;
+        for row in 0..n {
+            let (begin, first) = (start[row], end);
+            column[begin..start[row + 1]].sort_unstable();
+            start[row] = end;
+            for k in begin..start[row + 1] {
+                if end == first || column[end - 1] != column[k] {
+                    column[end] = column[k];
+                    end += 1;
+                }
+            }
+        }
+        start[n] = end;
+        column.truncate(end);
+        Self { start, column }
+    }
+
+    fn row(&self, row: usize) -> &[u32] {
+        &self.column[self.start[row]..self.start[row + 1]]
+    }
+}
+
+/// Row and column of every block of a pattern, by nodes, in its order.
+fn for_each_block(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
+    let block = pattern.block;
+    for column in 0..pattern.blocks {
+        let entries = pattern.column_start[column * block]..pattern.column_start[column * block + 1];
+        pattern.row[entries].iter().step_by(block).for_each(|row| see(row / block, column));
+    }
+}
+
+/// The same with the transposes that a symmetric pattern does not store.
+fn for_each_pair(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
+    for_each_block(pattern, |row, column| {
+        see(row, column);
+        if pattern.is_symmetric() && row != column {
+            see(column, row);
+        }
+    });
+}
+
+impl Assembly {
+    /// Of a pattern of whole blocks, with a matrix of zeros; `owner` of a node of the pattern.
+    pub(crate) fn of(
+        session: &Rc<Session>,
+        wire: &dyn Wire,
+        pattern: Pattern<'_>,
+        (numbering, owner): (&Numbering, &dyn Fn(usize) -> usize),
+    ) -> Result<(Self, Mat), PetscError> {
+        let (n, block, me) = (numbering.own.len(), pattern.block, wire.rank());
+        let first = numbering.first as u64;
+        let number = |node: usize| numbering.number[node];
+        let owners: Vec<u32> = (0..pattern.blocks).map(|node| owner(node) as u32).collect();
+        let mut out: Vec<(usize, Vec<u8>)> = (0..wire.size()).map(|rank| (rank, Vec::new())).collect();
+        for_each_pair(pattern, |row, column| {
+            let to = owners[row] as usize;
+            if to != me {
+                [row, column].into_iter().for_each(|it| out[to].1.extend((number(it) as u32).to_le_bytes()));
+            }
+        });
+        out.retain(|it| !it.1.is_empty());
+        let sends = out.iter().map(|(rank, bytes)| (*rank, bytes.len() / 8)).collect();
+        let come: Vec<(usize, Vec<(u32, u32)>)> =
+            wire.exchange(&out).into_iter().map(|(rank, bytes)| (rank, read_pairs(&bytes))).collect();
+        drop(out);
+        let own_row = |number: u32| (u64::from(number) - first) as u32;
+        let blocks = Blocks::of(n, &|see| {
+            for_each_pair(pattern, |row, column| {
+                if owners[row] as usize == me {
+                    see(own_row(number(row) as u32), number(column) as u32);
+                }
+            });
+            come.iter().flat_map(|it| &it.1).for_each(|&(row, column)| see(own_row(row), column));
+        });
+        let range = numbering.first as u32..(numbering.first + n) as u32;
+        let (arrays, stride) = arrays(&blocks, &range, block);
+        let place = |row: u32, column: u32| {
+            let of_row = blocks.row(row as usize);
+            let of = |it: u32| of_row.partition_point(|&other| other < it);
+            let (low, high) = (of(range.start), of(range.end));
+            let at = of(column);
+            let equation = row as usize * block;
+            match at {
+                _ if at < low => (arrays[1].start[equation] as u32 + (at * block) as u32) | OF_OTHERS,
+                _ if at >= high => {
+                    (arrays[1].start[equation] as u32 + ((at - high + low) * block) as u32) | OF_OTHERS
+                }
+                _ => arrays[0].start[equation] as u32 + ((at - low) * block) as u32,
+            }
+        };
+        let mut goes = Vec::new();
+        for_each_pair(pattern, |row, column| {
+            goes.push(match owners[row] as usize {
+                to if to != me => Goes::To(to),
+                _ => {
+                    let row = own_row(number(row) as u32);
+                    Goes::Here { row, place: place(row, number(column) as u32) }
+                }
+            });
+        });
+        let placed = |&(row, column): &(u32, u32)| (own_row(row), place(own_row(row), column));
+        let comes = come.iter().map(|(rank, pairs)| (*rank, pairs.iter().map(placed).collect())).collect();
+        let matrix = Mat::of_arrays(session, (n * block, block), arrays)?;
+        Ok((Self { block, goes, comes, sends, stride }, matrix))
+    }
+
+    /// Writes the sum of what all ranks have into the matrix.
+    pub(crate) fn take(&self, wire: &dyn Wire, from: Matrix<'_>, to: &Mat) -> Result<(), PetscError> {
+        match self.block {
+            1 => self.take_blocks::<1>(wire, from, to),
+            2 => self.take_blocks::<2>(wire, from, to),
+            3 => self.take_blocks::<3>(wire, from, to),
+            _ => self.take_blocks::<4>(wire, from, to),
+        }
+    }
+
+    fn take_blocks<const D: usize>(
+        &self,
+        wire: &dyn Wire,
+        from: Matrix<'_>,
+        to: &Mat,
+    ) -> Result<(), PetscError> {
+        let Matrix { pattern, values } = from;
+        let of_block = 8 * D * D;
+        let mut out: Vec<(usize, Vec<u8>)> =
+            self.sends.iter().map(|&(rank, n)| (rank, Vec::with_capacity(n * of_block))).collect();
+        let mut index = vec![usize::MAX; wire.size()];
+        self.sends.iter().enumerate().for_each(|(k, it)| index[it.0] = k);
+        to.with_values(|own, others| {
+            own.fill(0.0);
+            others.fill(0.0);
+            let mut goes = self.goes.iter();
+            let mut put = |values: &[[f64; D]; D]| match goes.next().expect("the pattern is the one analysed") {
+                Goes::To(rank) => {
+                    let numbers = values.as_flattened().iter().flat_map(|it| it.to_le_bytes());
+                    out[index[*rank]].1.extend(numbers);
+                }
+                &Goes::Here { row, place } => {
+                    self.put([&mut *own, &mut *others], (row, place), |to, p, q| *to = values[p][q]);
+                }
+            };
+            for_each_value::<D>(pattern, values, |values, is_diagonal| {
+                put(values);
+                if pattern.is_symmetric() && !is_diagonal {
+                    put(&std::array::from_fn(|p| std::array::from_fn(|q| values[q][p])));
+                }
+            });
+            let come = wire.exchange(&out);
+            for ((_, bytes), (_, places)) in come.iter().zip(&self.comes) {
+                let numbers = bytes.as_chunks::<8>().0;
+                for (&to, values) in places.iter().zip(numbers.chunks_exact(D * D)) {
+                    let value = |p: usize, q: usize| f64::from_le_bytes(values[p * D + q]);
+                    self.put([&mut *own, &mut *others], to, |to, p, q| *to += value(p, q));
+                }
+            }
+        })
+    }
+
+    /// Sees all entries of a block, with its equation and component.
+    #[inline(always)]
+    fn put(
+        &self,
+        [own, others]: [&mut [f64]; 2],
+        (row, place): (u32, u32),
+        mut see: impl FnMut(&mut f64, usize, usize),
+    ) {
+        let (to, stride) =
+            if place & OF_OTHERS == 0 { (own, &self.stride[0]) } else { (others, &self.stride[1]) };
+        let (place, stride) = ((place & !OF_OTHERS) as usize, stride[row as usize] as usize);
+        for p in 0..self.block {
+            let begin = place + p * stride;
+            to[begin..begin + self.block].iter_mut().enumerate().for_each(|(q, to)| see(to, p, q));
+        }
+    }
+}
+
+/// The values of every block in the order of the pattern, by equation and component, and whether it is on the diagonal of a symmetric
+/// matrix.
+fn for_each_value<const D: usize>(
+    pattern: Pattern<'_>,
+    values: &[f64],
+    mut see: impl FnMut(&[[f64; D]; D], bool),
+) {
+    let is_symmetric = pattern.is_symmetric();
+    for column in 0..pattern.blocks {
+        let begin: [usize; D] = std::array::from_fn(|q| {
+            // Columns of a symmetric matrix begin at the diagonal.
+            let lacking = if is_symmetric { q } else { 0 };
+            pattern.column_start[column * D + q].wrapping_sub(lacking)
+        });
+        let blocks = (pattern.column_start[column * D + 1] - pattern.column_start[column * D]) / D;
+        for k in 0..blocks {
+            let is_diagonal = is_symmetric && k == 0;
+            let value = |p: usize, q: usize| values[begin[q].wrapping_add(k * D + p)];
+            let of = |p: usize, q: usize| if is_diagonal && p < q { value(q, p) } else { value(p, q) };
+            see(&std::array::from_fn(|p| std::array::from_fn(|q| of(p, q))), is_diagonal);
+        }
+    }
+}
+
+/// Equations of blocks, those of columns in the range apart from others, and the distances of equations of a node among their entries.
+fn arrays(blocks: &Blocks, range: &std::ops::Range<u32>, block: usize) -> ([Arrays; 2], [Vec<u32>; 2]) {
+    let n = blocks.start.len() - 1;
+    let (mut arrays, mut strides) = ([Arrays::default(), Arrays::default()], [Vec::new(), Vec::new()]);
+    for (is_own, (to, stride)) in [true, false].into_iter().zip(arrays.iter_mut().zip(&mut strides)) {
+        // Own columns are counted from the first of this rank.
+        let less = if is_own { range.start } else { 0 };
+        to.start = Vec::with_capacity(n * block + 1);
+        to.start.push(0);
+        for row in 0..n {
+            let columns = || blocks.row(row).iter().filter(|it| range.contains(*it) == is_own);
+            for _ in 0..block {
+                for column in columns() {
+                    let equation = (column - less) as usize * block;
+                    to.column.extend((equation..equation + block).map(|it| it as PetscInt));
+                }
+                to.start.push(to.column.len() as PetscInt);
+            }
+            stride.push((columns().count() * block) as u32);
+        }
+        to.value = vec![0.0; to.column.len()];
+    }
+    (arrays, strides)
+}
+
+fn read_pairs(bytes: &[u8]) -> Vec<(u32, u32)> {
+    let numbers: Vec<u32> = bytes.as_chunks().0.iter().map(|it| u32::from_le_bytes(*it)).collect();
+    numbers.as_chunks().0.iter().map(|&[row, column]| (row, column)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_sorted_and_hold_each_column_once() {
+        let pairs = [(1, 5), (0, 2), (1, 3), (1, 5), (0, 1)];
+        let blocks = Blocks::of(3, &|see| pairs.iter().for_each(|&(row, column)| see(row, column)));
+        assert_eq!((blocks.row(0), blocks.row(1), blocks.row(2)), (&[1, 2][..], &[3, 5][..], &[][..]));
+        let (arrays, stride) = arrays(&blocks, &(1..4), 2);
+        assert_eq!(arrays[0].start, [0, 4, 8, 10, 12, 12, 12]);
+        assert_eq!(arrays[0].column, [0, 1, 2, 3, 0, 1, 2, 3, 4, 5, 4, 5]);
+        assert_eq!(
+            (&arrays[1].start[..], &arrays[1].column[..]),
+            (&[0, 0, 0, 2, 4, 4, 4][..], &[10, 11, 10, 11][..])
+        );
+        assert_eq!(stride, [vec![4, 2, 0], vec![0, 2, 0]]);
+    }
+
+    #[test]
+    fn values_of_a_lower_triangle_are_whole_blocks() {
+        // Two nodes of two equations.
+        let (start, row) = ([0, 4, 7, 9, 10], [0, 1, 2, 3, 1, 2, 3, 2, 3, 3]);
+        let pattern = Pattern::symmetric(&start, &row, 2);
+        let values = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
+        let mut found = Vec::new();
+        for_each_value::<2>(pattern, &values, |block, is_diagonal| found.push((*block, is_diagonal)));
+        let expected = [
+            ([[1.0, 2.0], [2.0, 5.0]], true),
+            ([[3.0, 6.0], [4.0, 7.0]], false),
+            ([[8.0, 9.0], [9.0, 10.0]], true),
+        ];
+        assert_eq!(found, expected);
+    }
+}

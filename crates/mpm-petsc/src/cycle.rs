@@ -1,0 +1,145 @@
+//! The V-cycle of multigrid: PETSc's matrices on every level, and sweeps of our own.
+
+use crate::error::{PetscError, call};
+use crate::ffi;
+use crate::handles::{Field, Mat, Others};
+use crate::ksp::{Ksp, Preconditioner};
+use crate::sweeps::{Sweeps, power_of_two_near};
+
+/// A preconditioner that PETSc's iterations call.
+pub(crate) trait Precondition {
+    /// Prepares for the values that a matrix has now. False where that failed on this rank.
+    fn take(&mut self, finest: &Mat) -> Result<bool, PetscError>;
+
+    /// `x ≈ A⁻¹ b`.
+    fn apply(&mut self, b: &mut Field, x: &mut Field) -> Result<(), PetscError>;
+}
+
+/// A cycle for matrices of blocks that have this size, with these interpolations, the finest first.
+pub(crate) fn cycle(interpolations: Vec<Mat>, block: usize) -> Result<Box<dyn Precondition>, PetscError> {
+    Ok(match block {
+        1 => Box::new(Cycle::<1, 1>::of(interpolations)?),
+        2 => Box::new(Cycle::<2, 2>::of(interpolations)?),
+        _ => Box::new(Cycle::<3, 4>::of(interpolations)?),
+    })
+}
+
+/// Largest size of blocks that a cycle is made for.
+pub(crate) const LARGEST_BLOCK: usize = 3;
+
+/// One level but the coarsest.
+struct Level<const D: usize, const L: usize> {
+    interpolation: Mat,
+    /// Made with the first values, as all that follows.
+    sweeps: Option<Sweeps<D, L>>,
+    others: Option<Others>,
+    /// The matrix of the next coarser level.
+    coarser: Option<Mat>,
+    /// Right-hand side and solution of the next coarser level.
+    below: [Field; 2],
+    /// For residuals and corrections of this level.
+    spare: Field,
+}
+
+/// Levels from the finest on, and who solves the coarsest.
+struct Cycle<const D: usize, const L: usize> {
+    levels: Vec<Level<D, L>>,
+    coarsest: Option<Ksp>,
+}
+
+impl<const D: usize, const L: usize> Cycle<D, L> {
+    fn of(interpolations: Vec<Mat>) -> Result<Self, PetscError> {
+        let level = |interpolation: Mat| {
+            // What an interpolation is multiplied by, and what comes out.
+            let (coarse, spare) = interpolation.vectors()?;
+            let below = [coarse.alike()?, coarse];
+            Ok(Level { interpolation, sweeps: None, others: None, coarser: None, below, spare })
+        };
+        let levels = interpolations.into_iter().map(level).collect::<Result<_, PetscError>>()?;
+        Ok(Self { levels, coarsest: None })
+    }
+}
+
+impl<const D: usize, const L: usize> Precondition for Cycle<D, L> {
+    fn take(&mut self, finest: &Mat) -> Result<bool, PetscError> {
+        let mut is_well = true;
+        for k in 0..self.levels.len() {
+            let (finer, rest) = self.levels.split_at_mut(k);
+            let matrix = finer.last().and_then(|it| it.coarser.as_ref()).unwrap_or(finest);
+            let level = &mut rest[0];
+            matrix.with_parts(|parts| {
+                let sweeps = level.sweeps.get_or_insert_with(|| Sweeps::of(&parts));
+                is_well &= sweeps.take(&parts);
+            })?;
+            if level.others.is_none() {
+                level.others = matrix.others()?;
+            }
+            matrix.between(&level.interpolation, &mut level.coarser)?;
+        }
+        let coarsest = self.levels.last().and_then(|it| it.coarser.as_ref()).unwrap_or(finest);
+        if self.coarsest.is_none() {
+            let solver = Ksp::of(coarsest, Some(c"mg_coarse_"))?;
+            solver.method(c"preonly")?;
+            solver.precondition(c"redundant")?;
+            solver.read_options()?;
+            self.coarsest = Some(solver);
+        }
+        let solver = self.coarsest.as_ref().expect("made above");
+        Ok(solver.set_up(coarsest, false)? && is_well)
+    }
+
+    fn apply(&mut self, b: &mut Field, x: &mut Field) -> Result<(), PetscError> {
+        let coarsest = self.coarsest.as_ref().expect("values are taken before");
+        // The right-hand side is brought near 1 before it is rounded.
+        let up = power_of_two_near(b.size()?.recip());
+        go(&mut self.levels, coarsest, (b, x), up)
+    }
+}
+
+/// The cycle from a level on; right-hand sides are multiplied by `up` before they are rounded.
+fn go<const D: usize, const L: usize>(
+    levels: &mut [Level<D, L>],
+    coarsest: &Ksp,
+    (b, x): (&mut Field, &mut Field),
+    up: f64,
+) -> Result<(), PetscError> {
+    let Some((here, coarser)) = levels.split_first_mut() else { return coarsest.apply(b, x) };
+    let Level { interpolation, sweeps, others, below: [b_below, x_below], spare, .. } = here;
+    let sweeps = sweeps.as_mut().expect("values are taken before");
+    b.with(|b| sweeps.take_rhs(b, up))?;
+    sweeps.sweep_from_zero();
+    tell_others(sweeps, others, x, up)?;
+    spare.with(|r| sweeps.residual_after_sweep(r, up))?;
+    interpolation.transposed_times(spare, b_below)?;
+    go(coarser, coarsest, (b_below, x_below), up)?;
+    interpolation.times(x_below, spare)?;
+    spare.with(|correction| sweeps.correct(correction, up))?;
+    tell_others(sweeps, others, x, up)?;
+    sweeps.sweep_back();
+    x.with(|x| sweeps.give(x, up))
+}
+
+/// Tells other ranks what was found for equations that they are coupled with, and hears of theirs.
+fn tell_others<const D: usize, const L: usize>(
+    sweeps: &mut Sweeps<D, L>,
+    others: &mut Option<Others>,
+    x: &mut Field,
+    up: f64,
+) -> Result<(), PetscError> {
+    let Some(others) = others else { return Ok(()) };
+    x.with(|x| sweeps.give(x, up))?;
+    others.hear(x, |theirs| sweeps.take_others(theirs, up))
+}
+
+/// What PETSc calls with the preconditioner in the context of `pc`: see [`Ksp::precondition_by`].
+pub(crate) unsafe extern "C" fn apply(pc: ffi::PC, b: ffi::Vec, x: ffi::Vec) -> ffi::PetscErrorCode {
+    let mut context: *mut Preconditioner = std::ptr::null_mut();
+    if let Err(error) = call!(PCShellGetContext(pc, (&raw mut context).cast())) {
+        return error.code as _;
+    }
+    // SAFETY: the context is the cell that lives as long as its solver; nobody has borrowed it while PETSc iterates.
+    let preconditioner = unsafe { &*context };
+    let (mut b, mut x) = (preconditioner.lent(b), preconditioner.lent(x));
+    let done = preconditioner.cell.borrow_mut().apply(&mut b, &mut x);
+    done.map_or_else(|error| error.code as _, |()| 0 as _)
+}
