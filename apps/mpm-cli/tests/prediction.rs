@@ -129,8 +129,7 @@ fn the_time_of_every_shipped_scene_is_in_its_range() {
     let runs = || {
         let folder = tempfile::tempdir().expect("a folder");
         let results = folder.path().join("a.h5");
-        loop {
-            let Some(file) = next.lock().ok().and_then(|mut files| files.next()) else { break };
+        while let Some(file) = next.lock().ok().and_then(|mut files| files.next()) {
             let name = file.to_string_lossy().into_owned();
             let output = mpm(&scenes, &["check", &name, "--json"]).output().expect("the program starts");
             let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
