@@ -128,6 +128,14 @@ impl Assembly {
             });
             come.iter().flat_map(|it| &it.1).for_each(|&(row, column)| see(own_row(row), column));
         });
+        // All ranks are told, so that none goes on alone.
+        let mut entries = vec![0.0; wire.size()];
+        wire.gather(&[(blocks.column.len() * block * block) as f64], &mut entries);
+        if let Some(most) = entries.into_iter().find(|&most| most > PetscInt::MAX as f64) {
+            let reason =
+                format!("{most:.0} entries of a rank are too many for 32 bits: more ranks have less each");
+            return Err(PetscError { call: "MatCreate", code: 0, reason });
+        }
         let range = numbering.first as u32..(numbering.first + n) as u32;
         let (arrays, stride) = arrays(&blocks, &range, block);
         let place = |row: u32, column: u32| {
