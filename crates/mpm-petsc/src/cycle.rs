@@ -1,19 +1,9 @@
 //! The V-cycle of multigrid: PETSc's matrices on every level, and sweeps of our own.
 
-use crate::error::{PetscError, call};
-use crate::ffi;
+use crate::error::PetscError;
 use crate::handles::{Field, Mat, Others};
-use crate::ksp::{Ksp, Preconditioner};
+use crate::ksp::{Ksp, Precondition};
 use crate::sweeps::{Sweeps, power_of_two_near};
-
-/// A preconditioner that PETSc's iterations call.
-pub(crate) trait Precondition {
-    /// Prepares for the values that a matrix has now. False where that failed on this rank.
-    fn take(&mut self, finest: &Mat) -> Result<bool, PetscError>;
-
-    /// `x ≈ A⁻¹ b`.
-    fn apply(&mut self, b: &mut Field, x: &mut Field) -> Result<(), PetscError>;
-}
 
 /// A cycle for matrices of blocks that have this size, with these interpolations, the finest first.
 pub(crate) fn cycle(interpolations: Vec<Mat>, block: usize) -> Result<Box<dyn Precondition>, PetscError> {
@@ -129,17 +119,4 @@ fn tell_others<const D: usize, const L: usize>(
     let Some(others) = others else { return Ok(()) };
     x.with(|x| sweeps.give(x, up))?;
     others.hear(x, |theirs| sweeps.take_others(theirs, up))
-}
-
-/// What PETSc calls with the preconditioner in the context of `pc`: see [`Ksp::precondition_by`].
-pub(crate) unsafe extern "C" fn apply(pc: ffi::PC, b: ffi::Vec, x: ffi::Vec) -> ffi::PetscErrorCode {
-    let mut context: *mut Preconditioner = std::ptr::null_mut();
-    if let Err(error) = call!(PCShellGetContext(pc, (&raw mut context).cast())) {
-        return error.code as _;
-    }
-    // SAFETY: the context is the cell that lives as long as its solver; nobody has borrowed it while PETSc iterates.
-    let preconditioner = unsafe { &*context };
-    let (mut b, mut x) = (preconditioner.lent(b), preconditioner.lent(x));
-    let done = preconditioner.cell.borrow_mut().apply(&mut b, &mut x);
-    done.map_or_else(|error| error.code as _, |()| 0 as _)
 }

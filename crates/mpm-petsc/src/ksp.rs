@@ -1,6 +1,5 @@
 //! PETSc's solvers, and preconditioners of our own that they call.
 
-use crate::cycle::{self, Precondition};
 use crate::error::{PetscError, call};
 use crate::ffi;
 use crate::handles::{Field, Mat, int, world};
@@ -10,9 +9,18 @@ use std::ffi::CStr;
 use std::ptr::null_mut;
 use std::rc::Rc;
 
+/// A preconditioner that PETSc's iterations call.
+pub(crate) trait Precondition {
+    /// Prepares for the values that a matrix has now. False where that failed on this rank.
+    fn take(&mut self, finest: &Mat) -> Result<bool, PetscError>;
+
+    /// `x ≈ A⁻¹ b`.
+    fn apply(&mut self, b: &mut Field, x: &mut Field) -> Result<(), PetscError>;
+}
+
 /// A preconditioner of our own, for a solver that calls it.
 pub(crate) struct Preconditioner {
-    pub(crate) cell: RefCell<Box<dyn Precondition>>,
+    cell: RefCell<Box<dyn Precondition>>,
     session: Rc<Session>,
 }
 
@@ -84,7 +92,7 @@ impl Ksp {
         call!(PCSetType(pc, c"shell".as_ptr()))?;
         // The context is given back after the solver that calls with it.
         call!(PCShellSetContext(pc, Rc::as_ptr(&by).cast_mut().cast()))?;
-        call!(PCShellSetApply(pc, Some(cycle::apply)))?;
+        call!(PCShellSetApply(pc, Some(apply)))?;
         call!(PCShellSetName(pc, c"lattices".as_ptr()))?;
         self.preconditioner = Some(by);
         Ok(())
@@ -177,4 +185,17 @@ impl Drop for Ksp {
     fn drop(&mut self) {
         let _ = call!(KSPDestroy(&mut self.raw));
     }
+}
+
+/// What PETSc calls with the preconditioner in the context of `pc`: see [`Ksp::precondition_by`].
+unsafe extern "C" fn apply(pc: ffi::PC, b: ffi::Vec, x: ffi::Vec) -> ffi::PetscErrorCode {
+    let mut context: *mut Preconditioner = null_mut();
+    if let Err(error) = call!(PCShellGetContext(pc, (&raw mut context).cast())) {
+        return error.code as _;
+    }
+    // SAFETY: the context is the cell that lives as long as its solver; nobody has borrowed it while PETSc iterates.
+    let preconditioner = unsafe { &*context };
+    let (mut b, mut x) = (preconditioner.lent(b), preconditioner.lent(x));
+    let done = preconditioner.cell.borrow_mut().apply(&mut b, &mut x);
+    done.map_or_else(|error| error.code as _, |()| 0 as _)
 }
