@@ -56,7 +56,7 @@ enum Set {
     /// Ranks of `mpm-mpi` against `mpm`: time by phase, memory, traffic, answers, and a model of 10⁹ points.
     Ranks {
         /// Cells along an edge of the block.
-        #[arg(long)]
+        #[arg(long, value_parser = clap::value_parser!(u32).range(2..=400))]
         cells: Option<u32>,
         /// The program `mpm`; that built beside this one if left out.
         #[arg(long)]
