@@ -85,10 +85,14 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     line("nodes", format!("{}, {} active", count(it.nodes), count(it.active_nodes)));
     line("equations", format!("{} ({} more prescribed)", count(it.equations), count(it.prescribed)));
     line("tangent entries", count(it.tangent_entries));
-    line("factor entries", count(it.factor_entries));
+    line("factor entries", format!("{} once bodies have moved", count(it.factor_entries)));
     let prediction = &it.prediction;
     let (direct, iterative) = (
-        format!("direct {:.1e} operations, {}", prediction.factor_operations, bytes(8 * it.factor_entries)),
+        format!(
+            "direct {:.1e} operations, {}",
+            prediction.factor_operations,
+            bytes(8 * prediction.factor_entries as usize)
+        ),
         format!(
             "iterative {:.1e} bytes moved, {}",
             prediction.iterative_traffic,
