@@ -10,7 +10,7 @@ use crate::terminal::Lines;
 use clap::Args;
 use mpm_grid::six_digits;
 use mpm_scene::{Check, Scene, implausible, seconds_of_run, unwritten_fields};
-use mpm_solver::{Estimate, StageSteps};
+use mpm_solver::{Estimate, Memory, StageSteps};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -101,31 +101,7 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
     );
     let (chosen, other) = if it.is_iterative { (iterative, direct) } else { (direct, iterative) };
     line("linear solver", format!("{chosen} ({other})"));
-    let memory = &it.memory;
-    // Tools, mostly.
-    let of_contributions = match memory.contributions {
-        0 => String::new(),
-        held => format!("tools and other forces {}, ", bytes(held)),
-    };
-    let if_factorised = match memory.factorised {
-        0 => String::new(),
-        held => {
-            format!("; {} more once a tangent is factorised that the iteration does not solve", bytes(held))
-        }
-    };
-    line(
-        "memory",
-        format!(
-            "about {}: points {}, connectivity {}, tangent {}, solver {}, {of_contributions}vectors and record {}, program {}{if_factorised}",
-            bytes(memory.total()),
-            bytes(memory.points),
-            bytes(memory.connectivity),
-            bytes(memory.tangent),
-            bytes(memory.solver),
-            bytes(memory.work),
-            bytes(memory.program)
-        ),
-    );
+    line("memory", memory(&it.memory));
     let per_point = 1e9 * it.seconds.pass / it.points as f64;
     line("assembly", format!("{:.2e} s per pass, {per_point:.0} ns per point", it.seconds.pass));
     line("load steps", count(it.steps));
@@ -145,6 +121,30 @@ fn sizes(it: &Estimate, scene: &Scene, unwritten: &[String], notes: &[String]) -
         line("warning", warning.clone());
     }
     lines.into_text()
+}
+
+/// What the run takes of memory, in all and by part.
+fn memory(it: &Memory) -> String {
+    let of_contributions = match it.contributions {
+        0 => String::new(),
+        held => format!("tools and other forces {}, ", bytes(held)),
+    };
+    let if_factorised = match it.factorised {
+        0 => String::new(),
+        held => {
+            format!("; {} more once a tangent is factorised that the iteration does not solve", bytes(held))
+        }
+    };
+    format!(
+        "about {}: points {}, connectivity {}, tangent {}, solver {}, {of_contributions}vectors and record {}, program {}{if_factorised}",
+        bytes(it.total()),
+        bytes(it.points),
+        bytes(it.connectivity),
+        bytes(it.tangent),
+        bytes(it.solver),
+        bytes(it.work),
+        bytes(it.program)
+    )
 }
 
 /// How long the run takes.
