@@ -130,6 +130,12 @@ fn a_nodal_field_is_shared() {
     compare_with("scenes/doughnut_regularised.ron", &[&short[..], &[("output.every", "1")]].concat());
 }
 
+/// At the limit points of an arch the tangent is nearly singular, and a solution is large beside the force that it belongs to.
+#[test]
+fn limit_points_are_passed() {
+    compare_with("scenes/path_arch.ron", &[("tolerance.residual", "1e-10")]);
+}
+
 /// A column that may slide sideways, which no load makes it do.
 #[test]
 fn a_motion_that_nothing_holds_is_kept_at_zero() {

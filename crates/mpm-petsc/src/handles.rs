@@ -228,6 +228,13 @@ impl Mat {
         call!(VecAYPX(out.raw, -1.0, b.raw))?;
         out.size()
     }
+
+    /// The largest sum of sizes in a row.
+    pub(crate) fn norm(&self) -> Result<f64, PetscError> {
+        let mut norm = 0.0;
+        call!(MatNorm(self.raw, ffi::NORM_INFINITY, &mut norm))?;
+        Ok(norm)
+    }
 }
 
 impl Drop for Mat {

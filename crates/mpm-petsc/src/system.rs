@@ -27,6 +27,10 @@ const MISSED: f64 = 10.0;
 /// A solution by factorisation is good enough with a residual of this size, whatever was asked for.
 const GOOD_ENOUGH: f64 = 1e-9;
 
+/// So is one with a residual of this size beside that of the matrix times that of the solution: of a matrix that is nearly singular,
+/// as at a limit point, the solution is so large that rounding alone leaves more of the right-hand side.
+const BACKWARD_ERROR: f64 = 1e-12;
+
 /// Steps of refinement after a factorisation, at most.
 const REFINEMENTS: usize = 3;
 
@@ -243,8 +247,10 @@ impl System {
                 break;
             }
         }
+        let is_small = residual <= tolerance.max(GOOD_ENOUGH) * size;
+        let is_rounding = || Ok(residual <= BACKWARD_ERROR * matrix.norm()? * x.size()?);
+        let is_solved = ended.reason > 0 && (is_small || is_rounding()?);
         let residual = if size > 0.0 { residual / size } else { 0.0 };
-        let is_solved = ended.reason > 0 && residual <= tolerance.max(GOOD_ENOUGH);
         Ok(Outcome { is_solved, iterations: 0, refinements, residual })
     }
 }
