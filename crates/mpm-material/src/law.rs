@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::elementary::{exp_m1, ln_1p};
+use crate::lanes::{LANES, Lanes, Mask, Number, each, four};
 use crate::spectral::{Frame, Spectrum};
 use crate::{Elasticity, FieldInfo, History, PointParameters, PrincipalTangent, SymmetricTensor};
 
@@ -79,6 +81,22 @@ pub trait Material: Send + Sync {
     /// The law finds no admissible state that `trial` returns to. The load step is then cut.
     fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn>;
 
+    /// [`Self::update`] of four points, each with the bits that it has alone; a law that says nothing of it is asked point by
+    /// point. It is called very often: a law that answers four points at once does so in code that is inlined, see
+    /// [`crate::lanes`].
+    ///
+    /// # Errors
+    /// As of [`Self::update`], of any of the points.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&Self::History; LANES],
+    ) -> Result<LaneUpdate<Self::History>, NoReturn> {
+        let of = |k: usize| self.update(&Vector3::new(trial[0].0[k], trial[1].0[k], trial[2].0[k]), history[k]);
+        Ok(LaneUpdate::of([of(0)?, of(1)?, of(2)?, of(3)?]))
+    }
+
     /// Elastic constants of the undeformed material. Their P-wave modulus is the size of the tangent's entries,
     /// against which round-off is judged; ghost stiffness is measured in their Young's modulus.
     fn elasticity(&self) -> Elasticity;
@@ -118,6 +136,88 @@ pub struct Update<H> {
     pub plastic: bool,
     /// What the point remembers from here on.
     pub history: H,
+}
+
+/// Answer of a [`Material`] to one trial state in principal axes, or to four: what is in [`Update`] besides.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PrincipalUpdate<T> {
+    /// As of [`Update`].
+    pub elastic_strain: [T; 3],
+    /// As of [`Update`].
+    pub kirchhoff: [T; 3],
+    /// As of [`Update`], `[a][b]`.
+    pub tangent: [[T; 3]; 3],
+    /// As of [`Update`].
+    pub secant: [T; 3],
+}
+
+/// Answer of a [`Material`] to four trial states.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LaneUpdate<H> {
+    /// In principal axes.
+    pub principal: PrincipalUpdate<Lanes>,
+    /// Which points yielded.
+    pub plastic: Mask,
+    /// What they remember from here on.
+    pub history: [H; LANES],
+}
+
+impl<H: Copy> LaneUpdate<H> {
+    /// Of four answers.
+    #[inline(always)]
+    pub fn of(of: [Update<H>; LANES]) -> Self {
+        let mut principal = PrincipalUpdate {
+            elastic_strain: [Lanes::ZERO; 3],
+            kirchhoff: [Lanes::ZERO; 3],
+            tangent: [[Lanes::ZERO; 3]; 3],
+            secant: [Lanes::ZERO; 3],
+        };
+        for (lane, of) in of.iter().enumerate() {
+            for a in 0..3 {
+                principal.elastic_strain[a].0[lane] = of.elastic_strain[a];
+                principal.kirchhoff[a].0[lane] = of.kirchhoff[a];
+                principal.secant[a].0[lane] = of.secant[a];
+                for b in 0..3 {
+                    principal.tangent[a][b].0[lane] = of.tangent[(a, b)];
+                }
+            }
+        }
+        Self { principal, plastic: Mask(four(|k| of[k].plastic)), history: four(|k| of[k].history) }
+    }
+}
+
+impl PrincipalUpdate<f64> {
+    /// The answer of a point that has yielded or not.
+    #[inline(always)]
+    pub fn with<H>(self, plastic: bool, history: H) -> Update<H> {
+        let Self { elastic_strain, kirchhoff, tangent, secant } = self;
+        Update {
+            elastic_strain: elastic_strain.into(),
+            kirchhoff: kirchhoff.into(),
+            tangent: Matrix3::from_fn(|a, b| tangent[a][b]),
+            secant: secant.into(),
+            plastic,
+            history,
+        }
+    }
+}
+
+impl<T: Number> PrincipalUpdate<T> {
+    /// One answer where the mask says so, and else another.
+    #[inline(always)]
+    pub fn pick(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let three = |yes: &[T; 3], no: &[T; 3]| each(|a| T::pick(mask, yes[a], no[a]));
+        Self {
+            elastic_strain: three(&yes.elastic_strain, &no.elastic_strain),
+            kirchhoff: three(&yes.kirchhoff, &no.kirchhoff),
+            tangent: [
+                three(&yes.tangent[0], &no.tangent[0]),
+                three(&yes.tangent[1], &no.tangent[1]),
+                three(&yes.tangent[2], &no.tangent[2]),
+            ],
+            secant: three(&yes.secant, &no.secant),
+        }
+    }
 }
 
 impl Apex {
@@ -182,49 +282,82 @@ pub fn respond<M: Material>(
     trial_excess: &SymmetricTensor,
     history: &M::History,
 ) -> Result<Response<M::History>, NoReturn> {
-    let trial = PrincipalTrial::of(trial_excess);
-    let update = law.update(&trial.strain, history)?;
+    let trial = PrincipalTrial::of(Spectrum::of(trial_excess));
+    let update = law.update(&trial.strain.into(), history)?;
     Ok(trial.response(update, trial_excess))
 }
 
-/// A trial state in its principal axes.
-pub(crate) struct PrincipalTrial {
-    pub frame: Frame,
+/// A trial state in its principal axes, or four: what [`respond`] does before and after it asks the law.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PrincipalTrial<T = f64> {
+    pub(crate) frame: Frame<T>,
     /// Principal excess.
-    values: Vector3<f64>,
+    values: [T; 3],
     /// Principal logarithmic strains [-].
-    pub strain: Vector3<f64>,
+    pub strain: [T; 3],
 }
 
-impl PrincipalTrial {
+impl PrincipalTrial<Lanes> {
+    /// Of four trial excesses; none where z is a principal direction of some of them only, which then have to be taken
+    /// apart.
     #[inline(always)]
-    pub(crate) fn of(trial_excess: &SymmetricTensor) -> Self {
-        let Spectrum { values, frame } = Spectrum::of(trial_excess);
+    pub fn of_four(trial_excess: &SymmetricTensor<Lanes>) -> Option<Self> {
+        let is_zero = |x: Lanes| x.compare(Lanes::ZERO, |x, zero| x == zero);
+        let is_plane = is_zero(trial_excess.yz) & is_zero(trial_excess.zx);
+        if Lanes::all(is_plane) {
+            return Some(Self::of(Spectrum::plane(trial_excess)));
+        }
+        (!Lanes::any(is_plane)).then(|| Self::of(Spectrum::in_space(trial_excess)))
+    }
+}
+
+impl<T: Number> PrincipalTrial<T> {
+    #[inline(always)]
+    pub(crate) fn of(Spectrum { values, frame }: Spectrum<T>) -> Self {
         Self { frame, values, strain: log_strains(&values) }
     }
 
+    /// Kirchhoff stress of an update [F/L²].
+    #[inline(always)]
+    pub fn kirchhoff(&self, update: &PrincipalUpdate<T>) -> SymmetricTensor<T> {
+        self.frame.compose(&update.kirchhoff)
+    }
+
+    /// Elastic excess b_e − I after an update of what yields [-].
+    #[inline(always)]
+    pub fn elastic_excess(&self, update: &PrincipalUpdate<T>) -> SymmetricTensor<T> {
+        let mut excess = update.elastic_strain;
+        for value in &mut excess {
+            *value = exp_m1(T::of(2.0) * *value);
+        }
+        self.frame.compose(&excess)
+    }
+
+    /// Principal axes and moduli of an update, from which the spatial tangent is made.
+    #[inline(always)]
+    pub fn tangent(&self, update: &PrincipalUpdate<T>) -> PrincipalTangent<T> {
+        let Self { frame, values, strain } = *self;
+        let PrincipalUpdate { kirchhoff, tangent, secant, .. } = *update;
+        PrincipalTangent { frame, excess: values, strain, kirchhoff, tangent, secant }
+    }
+}
+
+impl PrincipalTrial {
     /// An update in principal axes as the answer of the point.
     #[inline(always)]
     pub(crate) fn response<H>(&self, update: Update<H>, trial_excess: &SymmetricTensor) -> Response<H> {
-        let Self { frame, values, strain } = *self;
-        let elastic_excess = if update.plastic {
-            frame.compose(&update.elastic_strain.map(|eps| (2.0 * eps).exp_m1()))
-        } else {
-            *trial_excess
+        let principal = PrincipalUpdate {
+            elastic_strain: update.elastic_strain.into(),
+            kirchhoff: update.kirchhoff.into(),
+            tangent: update.tangent.transpose().into(),
+            secant: update.secant.into(),
         };
         Response {
-            kirchhoff: frame.compose(&update.kirchhoff),
-            elastic_excess,
+            kirchhoff: self.kirchhoff(&principal),
+            elastic_excess: if update.plastic { self.elastic_excess(&principal) } else { *trial_excess },
             plastic: update.plastic,
             history: update.history,
-            tangent: PrincipalTangent {
-                frame,
-                excess: values,
-                strain,
-                kirchhoff: update.kirchhoff,
-                tangent: update.tangent,
-                secant: update.secant,
-            },
+            tangent: self.tangent(&principal),
         }
     }
 }
@@ -245,12 +378,12 @@ pub fn largest_log_stretch(excess: &SymmetricTensor) -> f64 {
 
 /// Elastic energy per reference volume [F/L²] of the excess b_e − I; NaN where b_e is not positive definite.
 pub fn stored_energy<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> f64 {
-    law.stored_energy(&log_strains(&Spectrum::of(excess).values), history)
+    law.stored_energy(&log_strains(&Spectrum::of(excess).values).into(), history)
 }
 
 /// Whether a point with the excess b_e − I is at the [apex](Material::apex) of its law, up to rounding.
 pub fn is_at_apex<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> bool {
-    law.apex(history).is_some_and(|apex| apex.is_reached(&log_strains(&Spectrum::of(excess).values)))
+    law.apex(history).is_some_and(|apex| apex.is_reached(&log_strains(&Spectrum::of(excess).values).into()))
 }
 
 /// Elastic excess b_e − I and history of a point that begins under the Kirchhoff stress `stress` [F/L²], which is
@@ -264,6 +397,7 @@ pub fn start_under<M: Material>(
     stress: &SymmetricTensor,
 ) -> Result<(SymmetricTensor, M::History), NoReturn> {
     let Spectrum { values, frame } = Spectrum::of(stress);
+    let values = Vector3::from(values);
     let history = law.initial(&PointParameters { stress: Some(values), ..*point });
     let strain = law.elastic_strain(&values, &history)?;
     let update = law.update(&strain, &history)?;
@@ -274,16 +408,29 @@ pub fn start_under<M: Material>(
     if error > 1e-9 * values.amax() || error.is_nan() {
         return Err(NoReturn { reason: "no elastic strain carries it" });
     }
-    Ok((frame.compose(&strain.map(|eps| (2.0 * eps).exp_m1())), history))
+    Ok((frame.compose(&excesses(&strain)), history))
+}
+
+/// c_a = exp(2 ε_a) − 1.
+#[inline]
+fn excesses(strain: &Vector3<f64>) -> [f64; 3] {
+    strain.map(|eps| exp_m1(2.0 * eps)).into()
 }
 
 /// ε_a = ½ ln(1 + c_a).
-#[inline]
-fn log_strains(excess: &Vector3<f64>) -> Vector3<f64> {
+#[inline(always)]
+fn log_strains<T: Number>(excess: &[T; 3]) -> [T; 3] {
     // One bad value spoils all three: a stress must not look healthy in some components only.
-    if excess.iter().all(|&c| c > -1.0 && c < f64::INFINITY) {
-        excess.map(|c| 0.5 * c.ln_1p())
-    } else {
-        Vector3::repeat(f64::NAN)
+    let are_good = is_strained(excess[0]) & is_strained(excess[1]) & is_strained(excess[2]);
+    let mut strains = [T::ZERO; 3];
+    for (strain, c) in strains.iter_mut().zip(excess) {
+        *strain = T::pick(are_good, T::of(0.5) * ln_1p(*c), T::of(f64::NAN));
     }
+    strains
+}
+
+/// Whether an excess is that of a stretch.
+#[inline(always)]
+fn is_strained<T: Number>(c: T) -> T::Mask {
+    c.above(T::of(-1.0)) & c.below(T::of(f64::INFINITY))
 }

@@ -29,9 +29,11 @@ mod differences;
 mod driver;
 mod drucker_prager;
 mod elasticity;
+pub mod elementary;
 mod field;
 mod hencky;
 mod history;
+pub mod lanes;
 mod law;
 mod mohr_coulomb;
 mod neo_hooke;
@@ -59,8 +61,8 @@ pub use field::{
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
 pub use law::{
-    Apex, Material, NoReturn, Response, Update, is_at_apex, largest_log_stretch, log_strain, respond,
-    start_under, stored_energy,
+    Apex, LaneUpdate, Material, NoReturn, PrincipalTrial, PrincipalUpdate, Response, Update, is_at_apex,
+    largest_log_stretch, log_strain, respond, start_under, stored_energy,
 };
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hooke::NeoHooke;

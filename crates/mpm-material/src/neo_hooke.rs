@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::elementary::{exp_m1, ln_1p};
 use crate::{Elasticity, Material, NoReturn, ParameterError, PointParameters, Update};
 
 /// Compressible neo-Hookean elasticity with the energy, per reference volume,
@@ -41,7 +42,7 @@ impl NeoHooke {
     pub fn energy(&self, strain: &Vector3<f64>) -> f64 {
         let volumetric = strain.sum();
         // λ_a² − 1 − 2 ln λ_a, summed.
-        let shape: f64 = strain.iter().map(|&eps| (2.0 * eps).exp_m1() - 2.0 * eps).sum();
+        let shape: f64 = strain.iter().map(|&eps| exp_m1(2.0 * eps) - 2.0 * eps).sum();
         0.5 * self.0.shear() * shape + 0.5 * self.0.lame() * volumetric * volumetric
     }
 }
@@ -67,7 +68,7 @@ impl Material for NeoHooke {
     #[inline]
     fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
         let (g, lambda) = (self.0.shear(), self.0.lame());
-        let excess = trial.map(|eps| (2.0 * eps).exp_m1());
+        let excess = trial.map(|eps| exp_m1(2.0 * eps));
         let secant = |a: usize, b: usize| {
             let (difference, gap) = (excess[a] - excess[b], trial[a] - trial[b]);
             if gap * gap < 0.01 {
@@ -98,7 +99,7 @@ impl Material for NeoHooke {
 
         // At ν = 0 rounding may leave a λ below zero.
         let (g, lambda) = (self.0.shear(), self.0.lame().max(0.0));
-        let strain = |volume: f64| kirchhoff.map(|tau| 0.5 * ((tau - lambda * volume) / g).ln_1p());
+        let strain = |volume: f64| kirchhoff.map(|tau| 0.5 * ln_1p((tau - lambda * volume) / g));
         // Where no square is positive, the volume has to shrink.
         let largest = (kirchhoff.min() + g) / lambda;
         let mut volume = (kirchhoff.sum() / (3.0 * self.0.bulk())).min(largest - 1e-3 * (1.0 + largest.abs()));
