@@ -77,8 +77,6 @@ pub(crate) struct Trial<const D: usize, H> {
     pub hoop: f64,
     /// The inverse of `step`.
     pub inverse: Block<D>,
-    /// `det ΔF`.
-    pub determinant: f64,
     pub response: Response<H>,
 }
 
@@ -101,11 +99,11 @@ pub(crate) fn trial_of<const D: usize, M: Material, const HOOP: bool>(
     p: usize,
     h: &StepGradient<D>,
 ) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    let StepOf { step, hoop, inverse, determinant } = step_of::<D, HOOP>(p, h)?;
+    let StepOf { step, hoop, inverse, .. } = step_of::<D, HOOP>(p, h)?;
     let Committed { law, points, history } = committed;
     let response = respond(law, &h.trial_excess::<HOOP>(&points.elastic_excess[p]), &history[p])
         .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
-    Ok(Trial { step, hoop, inverse, determinant, response })
+    Ok(Trial { step, hoop, inverse, response })
 }
 
 /// ΔF of a load step, see [`Trial`].
