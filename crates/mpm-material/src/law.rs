@@ -298,6 +298,12 @@ pub struct PrincipalTrial<T = f64> {
 }
 
 impl PrincipalTrial<Lanes> {
+    /// Of four trial excesses of which z is a principal direction.
+    #[inline(always)]
+    pub fn in_plane(trial_excess: &SymmetricTensor<Lanes>) -> Self {
+        Self::of(Spectrum::plane(trial_excess))
+    }
+
     /// Of four trial excesses; none where z is a principal direction of some of them only, which then have to be taken
     /// apart.
     #[inline(always)]
@@ -305,7 +311,7 @@ impl PrincipalTrial<Lanes> {
         let is_zero = |x: Lanes| x.compare(Lanes::ZERO, |x, zero| x == zero);
         let is_plane = is_zero(trial_excess.yz) & is_zero(trial_excess.zx);
         if Lanes::all(is_plane) {
-            return Some(Self::of(Spectrum::plane(trial_excess)));
+            return Some(Self::in_plane(trial_excess));
         }
         (!Lanes::any(is_plane)).then(|| Self::of(Spectrum::in_space(trial_excess)))
     }
@@ -317,10 +323,10 @@ impl<T: Number> PrincipalTrial<T> {
         Self { frame, values, strain: log_strains(&values) }
     }
 
-    /// Kirchhoff stress of an update [F/L²].
+    /// The tensor of principal Kirchhoff stresses [F/L²].
     #[inline(always)]
-    pub fn kirchhoff(&self, update: &PrincipalUpdate<T>) -> SymmetricTensor<T> {
-        self.frame.compose(&update.kirchhoff)
+    pub fn stress(&self, kirchhoff: &[T; 3]) -> SymmetricTensor<T> {
+        self.frame.compose(kirchhoff)
     }
 
     /// Elastic excess b_e − I after an update of what yields [-].
@@ -353,7 +359,7 @@ impl PrincipalTrial {
             secant: update.secant.into(),
         };
         Response {
-            kirchhoff: self.kirchhoff(&principal),
+            kirchhoff: self.stress(&principal.kirchhoff),
             elastic_excess: if update.plastic { self.elastic_excess(&principal) } else { *trial_excess },
             plastic: update.plastic,
             history: update.history,
@@ -424,9 +430,15 @@ fn log_strains<T: Number>(excess: &[T; 3]) -> [T; 3] {
     let are_good = is_strained(excess[0]) & is_strained(excess[1]) & is_strained(excess[2]);
     let mut strains = [T::ZERO; 3];
     for (strain, c) in strains.iter_mut().zip(excess) {
-        *strain = T::pick(are_good, T::of(0.5) * ln_1p(*c), T::of(f64::NAN));
+        *strain = T::pick(are_good, T::of(0.5) * log_or_zero(*c), T::of(f64::NAN));
     }
     strains
+}
+
+/// ln(1 + c), which nobody works out where it is 0 throughout: as in plane strain across the plane.
+#[inline(always)]
+fn log_or_zero<T: Number>(c: T) -> T {
+    if T::all(c.compare(T::ZERO, |c, zero| c == zero)) { T::ZERO } else { ln_1p(c) }
 }
 
 /// Whether an excess is that of a stretch.

@@ -5,11 +5,10 @@
 //! points beside it, so that batches change no bits.
 
 use crate::body::kinematics::StepGradient;
-use mpm_basis::Connectivity;
+use mpm_basis::Group;
 use mpm_grid::{Block, Vector};
 use mpm_material::lanes::{LANES, Lanes, Number, four};
-use mpm_material::{PrincipalTangent, PrincipalTrial, PrincipalUpdate, SymmetricTensor};
-use std::ops::Range;
+use mpm_material::{PrincipalTangent, SymmetricTensor};
 
 /// Points of a batch: few enough that what is known of them stays in the first cache.
 pub(crate) const BATCH: usize = 32;
@@ -19,9 +18,18 @@ const fn step_lanes(dimensions: usize) -> usize {
     if dimensions == 2 { 1 } else { 3 }
 }
 
-/// [`Lanes`] of the first entries of an answer, see [`entries`].
+/// [`Lanes`] of what sums need of a point besides its moduli, see [`Entries`].
 const fn entry_lanes(dimensions: usize) -> usize {
-    if dimensions == 2 { 3 } else { 5 }
+    if dimensions == 2 { 3 } else { 6 }
+}
+
+/// The first of them, which are all that forces need.
+const fn force_lanes(dimensions: usize, has_hoop: bool) -> usize {
+    match (dimensions, has_hoop) {
+        (2, false) => 1,
+        (2, true) => 2,
+        _ => 3,
+    }
 }
 
 /// [`Lanes`] of the moduli `a_ikjl` of one l.
@@ -35,45 +43,76 @@ const fn moduli_lanes(dimensions: usize) -> usize {
 }
 
 /// Some points of a group.
-#[derive(Clone, Debug)]
-pub(crate) struct Segment {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment<'a, const D: usize> {
     pub set: usize,
-    pub group: usize,
-    /// Within the group.
-    pub points: Range<usize>,
+    pub group: Group<'a, D>,
+    /// The points, within the group.
+    pub from: usize,
+    pub to: usize,
     /// Whether they are the first of their set.
     pub begins: bool,
     /// Whether they are the last of their set.
     pub ends: bool,
 }
 
-/// Up to four points and their principal trial strains; where there are fewer, the last one takes the other lanes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Four {
-    /// Place of the first one in the batch.
-    pub first: usize,
-    pub count: usize,
+/// Up to [`BATCH`] points.
+#[derive(Debug)]
+pub(crate) struct Gathered<'a, const D: usize> {
+    segments: [Segment<'a, D>; BATCH],
+    n_segments: usize,
+    points: [usize; BATCH],
+    n_points: usize,
+}
+
+impl<'a, const D: usize> Gathered<'a, D> {
+    pub fn new() -> Self {
+        let group =
+            Group { first_point: 0, points: 0, nodes: &[], values: &[], gradients: &[], masses: &[] };
+        let segment = Segment { set: 0, group, from: 0, to: 0, begins: false, ends: false };
+        Self { segments: [segment; BATCH], n_segments: 0, points: [0; BATCH], n_points: 0 }
+    }
+
+    /// Takes on the points of a group from one on, as many as there is room for; the first that stays.
+    #[inline(always)]
+    pub fn push(
+        &mut self,
+        (set, group): (usize, Group<'a, D>),
+        from: usize,
+        (is_first, is_last): (bool, bool),
+    ) -> usize {
+        let to = group.points.min(from + BATCH - self.n_points);
+        for (number, k) in self.points[self.n_points..].iter_mut().zip(from..to) {
+            *number = group.first_point + k;
+        }
+        let (begins, ends) = (is_first && from == 0, is_last && to == group.points);
+        self.segments[self.n_segments] = Segment { set, group, from, to, begins, ends };
+        self.n_segments += 1;
+        self.n_points += to - from;
+        to
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.n_points == BATCH
+    }
+
+    pub fn clear(&mut self) {
+        (self.n_segments, self.n_points) = (0, 0);
+    }
+
+    pub fn segments(&self) -> &[Segment<'a, D>] {
+        &self.segments[..self.n_segments]
+    }
+
     /// Numbers of the points in their body.
-    pub points: [usize; LANES],
-    pub strain: [Lanes; 3],
+    pub fn points(&self) -> &[usize] {
+        &self.points[..self.n_points]
+    }
 }
 
-/// What is known of four points before their law is asked.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tried<const D: usize> {
-    /// Columns of the inverse of ΔF.
-    pub inverse: [[Lanes; D]; D],
-    /// `ΔF_θθ`; 1 where there is no hoop.
-    pub hoop: Lanes,
-    pub trial: PrincipalTrial<Lanes>,
-}
-
-/// Points, their steps, and what their law answers.
+/// What is known of the points of a batch.
 #[derive(Debug)]
 pub(crate) struct Batch<const D: usize> {
-    pub segments: Vec<Segment>,
-    /// Numbers of the points in their body.
-    pub points: Vec<usize>,
     /// Columns of `ΔF - I`, one in [`Lanes`] or in the plane both.
     steps: Vec<Lanes>,
     /// `ΔF_θθ - 1`; 0 where there is no hoop.
@@ -83,66 +122,42 @@ pub(crate) struct Batch<const D: usize> {
     is_symmetric: Vec<bool>,
     /// `Δu_v` of a set of nodes; in the plane twice.
     increment: Vec<Lanes>,
-    /// The points by fours.
-    pub fours: Vec<Four>,
-    /// What is known of each four before its law is asked.
-    pub tried: Vec<Tried<D>>,
-    /// What the law answers each.
-    pub updates: Vec<PrincipalUpdate<Lanes>>,
 }
 
 impl<const D: usize> Batch<D> {
     /// For sets of up to `most_nodes` nodes.
     pub fn new(most_nodes: usize) -> Self {
         Self {
-            segments: Vec::with_capacity(BATCH),
-            points: Vec::with_capacity(BATCH),
-            steps: Vec::with_capacity(BATCH * const { step_lanes(D) }),
-            hoops: Vec::with_capacity(BATCH),
+            steps: vec![Lanes::ZERO; BATCH * const { step_lanes(D) }],
+            hoops: vec![0.0; BATCH],
             entries: vec![Lanes::ZERO; BATCH * const { entry_lanes(D) }],
             moduli: vec![Lanes::ZERO; BATCH * const { moduli_lanes(D) }],
             is_symmetric: vec![true; BATCH],
             increment: vec![Lanes::ZERO; most_nodes],
-            fours: Vec::with_capacity(BATCH),
-            tried: Vec::with_capacity(BATCH),
-            updates: Vec::with_capacity(BATCH),
         }
-    }
-
-    /// Forgets the points.
-    pub fn clear(&mut self) {
-        self.segments.clear();
-        self.points.clear();
-    }
-
-    pub fn len(&self) -> usize {
-        self.points.len()
-    }
-
-    /// Takes points on.
-    pub fn push(&mut self, segment: Segment, first_point: usize) {
-        self.points.extend(segment.points.clone().map(|k| first_point + k));
-        self.segments.push(segment);
     }
 
     /// Measures the steps of all points under `Δu_v`.
     #[inline(always)]
     pub fn measure<const HOOP: bool>(
         &mut self,
-        connectivity: &Connectivity<D>,
+        gathered: &Gathered<'_, D>,
         increment: &[Vector<D>],
         position: &[Vector<D>],
     ) {
-        self.steps.clear();
-        self.hoops.clear();
-        for segment in &self.segments {
-            let group = connectivity.group(segment.group);
+        let (mut nodes, mut at): (&[u32], usize) = (&[], 0);
+        for segment in gathered.segments() {
+            let group = &segment.group;
             let n = group.nodes.len();
-            for (of, &node) in self.increment.iter_mut().zip(group.nodes) {
-                let u = &increment[node as usize];
-                *of = Lanes(if D == 2 { [u[0], u[1], u[0], u[1]] } else { [u[0], u[1], u[D - 1], 0.0] });
+            // Groups of a set share its list.
+            if !std::ptr::eq(nodes, group.nodes) {
+                nodes = group.nodes;
+                for (of, &node) in self.increment.iter_mut().zip(nodes) {
+                    let u = &increment[node as usize];
+                    *of = Lanes(if D == 2 { [u[0], u[1], u[0], u[1]] } else { [u[0], u[1], u[D - 1], 0.0] });
+                }
             }
-            for k in segment.points.clone() {
+            for k in segment.from..segment.to {
                 let mut columns = [Lanes::ZERO; 3];
                 for (u, g) in self.increment.iter().zip(&group.gradients[k * n..(k + 1) * n]) {
                     if D == 2 {
@@ -153,20 +168,21 @@ impl<const D: usize> Batch<D> {
                         }
                     }
                 }
-                let mut hoop = 0.0;
                 if HOOP {
                     let radius = position[group.first_point + k][0];
                     let values = &group.values[k * n..(k + 1) * n];
-                    hoop = self.increment.iter().zip(values).map(|(u, value)| u.0[0] * value).sum::<f64>()
-                        / radius;
+                    let hoop =
+                        self.increment.iter().zip(values).map(|(u, value)| u.0[0] * value).sum::<f64>() / radius;
                     if D == 3 {
                         // As in `StepGradient::of`.
                         columns.iter_mut().for_each(|column| column.0[2] *= radius * (1.0 + hoop));
                         columns[2].0[2] = hoop;
                     }
+                    self.hoops[at] = hoop;
                 }
-                self.steps.extend_from_slice(&columns[..const { step_lanes(D) }]);
-                self.hoops.push(hoop);
+                let step = &mut self.steps[at * const { step_lanes(D) }..][..const { step_lanes(D) }];
+                step.copy_from_slice(&columns[..const { step_lanes(D) }]);
+                at += 1;
             }
         }
     }
@@ -193,15 +209,19 @@ impl<const D: usize> Batch<D> {
         (columns, Lanes(four(|k| self.hoops[at[k]])))
     }
 
-    /// Keeps the entries of the first `count` of four points, from a place on.
+    /// Keeps the entries of the first `count` of four points, from a place on; those of forces alone, or all.
     #[inline(always)]
-    pub fn keep_entries(&mut self, (first, count): (usize, usize), entries: &[Lanes; 20]) {
-        let entries = &entries[..LANES * const { entry_lanes(D) }];
+    pub fn keep_entries<const HOOP: bool, const MODULI: bool>(
+        &mut self,
+        (first, count): (usize, usize),
+        entries: &Entries,
+    ) {
+        let packs = if MODULI { const { entry_lanes(D) } } else { force_lanes(D, HOOP) };
         put_four(
             &mut self.entries[first * const { entry_lanes(D) }..],
             const { entry_lanes(D) },
             0,
-            (entries, count),
+            (&entries.0[..LANES * packs], count),
         );
     }
 
@@ -250,8 +270,14 @@ fn put_four(to: &mut [Lanes], stride: usize, offset: usize, (from, count): (&[La
     for pack in 0..from.len().div_ceil(LANES) {
         let at = LANES * pack;
         let four = transposed([entry(at), entry(at + 1), entry(at + 2), entry(at + 3)]);
-        for (point, numbers) in four.into_iter().enumerate().take(count) {
-            to[point * stride + offset + pack] = numbers;
+        if count == LANES {
+            for (point, numbers) in four.into_iter().enumerate() {
+                to[point * stride + offset + pack] = numbers;
+            }
+        } else {
+            for (point, numbers) in four.into_iter().enumerate().take(count) {
+                to[point * stride + offset + pack] = numbers;
+            }
         }
     }
 }
@@ -262,26 +288,41 @@ fn transposed(of: [Lanes; LANES]) -> [Lanes; LANES] {
     four(|k| Lanes([of[0].0[k], of[1].0[k], of[2].0[k], of[3].0[k]]))
 }
 
-/// Columns of the inverse of ΔF one after the other, `V⁰ τ` (xx, yy, xy in the plane, xx, yy, zz, xy, yz, zx in space), and
-/// of the hoop `V⁰ τ_θθ` and `ΔF_θθ`; then V⁰.
-#[inline(always)]
-pub(crate) fn entries<T: Number, const D: usize>(
-    inverse: &[[T; D]; D],
-    kirchhoff: &SymmetricTensor<T>,
-    (volume, hoop): (T, T),
-) -> [T; 20] {
-    let mut entries = [T::ZERO; 20];
-    entries[..D * D].copy_from_slice(inverse.as_flattened());
-    let SymmetricTensor { xx, yy, zz, xy, yz, zx } = *kirchhoff;
-    if D == 2 {
-        entries[4..7].copy_from_slice(&[xx * volume, yy * volume, xy * volume]);
-    } else {
-        let stress = [xx * volume, yy * volume, zz * volume, xy * volume, yz * volume, zx * volume];
-        entries[9..15].copy_from_slice(&stress);
+/// What sums need of four points besides moduli: columns of `V⁰ τ ΔF⁻ᵀ`, then `V⁰ τ_θθ`, `ΔF_θθ`, V⁰; columns of the inverse of ΔF;
+/// in space `V⁰ τ_zx` and `V⁰ τ_yz`.
+pub(crate) struct Entries([Lanes; 24]);
+
+impl Entries {
+    #[inline(always)]
+    pub fn of<const D: usize>(
+        inverse: &[[Lanes; D]; D],
+        kirchhoff: &SymmetricTensor<Lanes>,
+        (volume, hoop): (Lanes, Lanes),
+    ) -> Self {
+        let SymmetricTensor { xx, yy, zz, xy, yz, zx } = *kirchhoff;
+        let [xx, yy, zz, xy, yz, zx] = [xx * volume, yy * volume, zz * volume, xy * volume, yz * volume, zx * volume];
+        let stress = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
+        let mut entries = [Lanes::ZERO; 24];
+        for d in 0..D {
+            for i in 0..D {
+                let mut sum = stress[i][0] * inverse[0][d];
+                for k in 1..D {
+                    sum += stress[i][k] * inverse[k][d];
+                }
+                entries[d * D + i] = sum;
+            }
+        }
+        let (rest, second) = if D == 2 { (4, 8) } else { (9, 12) };
+        entries[rest] = zz;
+        entries[rest + 1] = hoop;
+        entries[rest + 2] = volume;
+        entries[second..second + D * D].copy_from_slice(inverse.as_flattened());
+        if D == 3 {
+            entries[second + 9] = zx;
+            entries[second + 10] = yz;
+        }
+        Self(entries)
     }
-    let last = if D == 2 { 7 } else { 15 };
-    entries[last..last + 3].copy_from_slice(&[zz * volume, hoop, volume]);
-    entries
 }
 
 /// What is known of a point after its law has been asked.
@@ -293,42 +334,48 @@ pub(crate) struct Answered<'a, const D: usize> {
 }
 
 impl<const D: usize> Answered<'_, D> {
+    /// Nothing is known.
+    pub const NONE: Self = Self { entries: &[], moduli: &[], is_symmetric: true };
+
     #[inline(always)]
     fn entry(&self, k: usize) -> f64 {
         self.entries[k / LANES].0[k % LANES]
     }
 
+    /// Entry (i, d) of `V⁰ τ ΔF⁻ᵀ`.
+    #[inline(always)]
+    pub fn force(&self, i: usize, d: usize) -> f64 {
+        self.entry(d * D + i)
+    }
+
     /// Entry (d, i) of the inverse of ΔF.
     #[inline(always)]
     pub fn inverse(&self, d: usize, i: usize) -> f64 {
-        self.entry(i * D + d)
+        self.entry(if D == 2 { 8 } else { 12 } + i * D + d)
     }
 
-    /// Entry (i, j) of `V⁰ τ`.
+    /// `V⁰ τ_xz` and `V⁰ τ_yz`, in space.
     #[inline(always)]
-    pub fn stress(&self, i: usize, j: usize) -> f64 {
-        if D == 2 {
-            return self.entry(4 + if i == j { i } else { 2 });
-        }
-        self.entry(9 + if i == j { i } else { [0, 3, 5, 4][i + j] })
+    pub fn shear_stress(&self) -> [f64; 2] {
+        [self.entry(21), self.entry(22)]
     }
 
     /// `V⁰ τ_θθ`.
     #[inline(always)]
     pub fn hoop_stress(&self) -> f64 {
-        self.entry(if D == 2 { 7 } else { 15 })
+        self.entry(if D == 2 { 4 } else { 9 })
     }
 
     /// `ΔF_θθ`.
     #[inline(always)]
     pub fn hoop(&self) -> f64 {
-        self.entry(if D == 2 { 8 } else { 16 })
+        self.entry(if D == 2 { 5 } else { 10 })
     }
 
     /// V⁰.
     #[inline(always)]
     pub fn volume(&self) -> f64 {
-        self.entry(if D == 2 { 9 } else { 17 })
+        self.entry(if D == 2 { 6 } else { 11 })
     }
 
     /// `a_ikjl`.

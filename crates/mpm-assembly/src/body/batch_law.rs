@@ -1,22 +1,31 @@
 //! A law that is asked for the points of a batch, four at a time: all of a pass that is compiled for each law.
 
-use crate::body::batch::Four;
 use crate::body::trial::InadmissiblePoint;
-use mpm_material::lanes::{Lanes, Work, four, vectorised};
+use mpm_material::lanes::{LANES, Lanes, Work, four, vectorised};
 use mpm_material::{LaneUpdate, Material, PrincipalUpdate};
 use nalgebra::Vector3;
 
-/// A law and what it remembers of the points of a body.
+/// A law and what it remembers of the points of a body, asked for four points by number and their principal trial strains.
 pub(crate) trait BatchLaw: Sync {
-    /// Answers all questions.
+    /// Principal Kirchhoff stresses `[F/L²]`.
     ///
     /// # Errors
     /// The first point (in order) that its law refuses.
+    fn stresses(
+        &self,
+        points: &[usize; LANES],
+        strain: &[Lanes; 3],
+    ) -> Result<[Lanes; 3], InadmissiblePoint>;
+
+    /// Stresses and moduli.
+    ///
+    /// # Errors
+    /// As of [`Self::stresses`].
     fn update(
         &self,
-        fours: &[Four],
-        updates: &mut Vec<PrincipalUpdate<Lanes>>,
-    ) -> Result<(), InadmissiblePoint>;
+        points: &[usize; LANES],
+        strain: &[Lanes; 3],
+    ) -> Result<PrincipalUpdate<Lanes>, InadmissiblePoint>;
 }
 
 /// A law with its histories.
@@ -26,50 +35,57 @@ pub(crate) struct LawOfPoints<'a, M: Material> {
 }
 
 impl<M: Material> BatchLaw for LawOfPoints<'_, M> {
+    fn stresses(
+        &self,
+        points: &[usize; LANES],
+        strain: &[Lanes; 3],
+    ) -> Result<[Lanes; 3], InadmissiblePoint> {
+        vectorised(Asking { of: self, points, strain, answer: |update: &LaneUpdate<_>| update.principal.kirchhoff })
+    }
+
     fn update(
         &self,
-        fours: &[Four],
-        updates: &mut Vec<PrincipalUpdate<Lanes>>,
-    ) -> Result<(), InadmissiblePoint> {
-        vectorised(Asking { of: self, fours, updates })
+        points: &[usize; LANES],
+        strain: &[Lanes; 3],
+    ) -> Result<PrincipalUpdate<Lanes>, InadmissiblePoint> {
+        vectorised(Asking { of: self, points, strain, answer: |update: &LaneUpdate<_>| update.principal })
     }
 }
 
-struct Asking<'a, 'b, M: Material> {
-    of: &'a LawOfPoints<'b, M>,
-    fours: &'a [Four],
-    updates: &'a mut Vec<PrincipalUpdate<Lanes>>,
+/// A question to a law, and what is wanted of its answer.
+struct Asking<'a, M: Material, F> {
+    of: &'a LawOfPoints<'a, M>,
+    points: &'a [usize; LANES],
+    strain: &'a [Lanes; 3],
+    answer: F,
 }
 
-impl<M: Material> Work for Asking<'_, '_, M> {
-    type Output = Result<(), InadmissiblePoint>;
+impl<A, M: Material, F: Fn(&LaneUpdate<M::History>) -> A> Work for Asking<'_, M, F> {
+    type Output = Result<A, InadmissiblePoint>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { of, fours, updates } = self;
-        updates.clear();
-        for asked in fours {
-            let update = of.law.update_lanes(&asked.strain, four(|lane| &of.history[asked.points[lane]]));
-            updates.push(match update {
-                Ok(update) => update.principal,
-                Err(_) => of.one_by_one(asked)?,
-            });
+        let Self { of, points, strain, answer } = self;
+        match of.law.update_lanes(strain, four(|lane| &of.history[points[lane]])) {
+            Ok(update) => Ok(answer(&update)),
+            Err(_) => Ok(answer(&one_by_one(of, points, strain)?)),
         }
-        Ok(())
     }
 }
 
-impl<M: Material> LawOfPoints<'_, M> {
-    /// Asks for every point alone, after the law has refused one of them.
-    #[cold]
-    #[inline(never)]
-    fn one_by_one(&self, four: &Four) -> Result<PrincipalUpdate<Lanes>, InadmissiblePoint> {
-        let update = |lane: usize| {
-            let strain = Vector3::from(four.strain.map(|strain| strain.0[lane]));
-            let point = four.points[lane];
-            let update = self.law.update(&strain, &self.history[point]);
-            update.map_err(|reason| InadmissiblePoint::no_return(point, reason))
-        };
-        Ok(LaneUpdate::of([update(0)?, update(1)?, update(2)?, update(3)?]).principal)
-    }
+/// Asks for every point alone, after the law has refused one of them.
+#[cold]
+#[inline(never)]
+fn one_by_one<M: Material>(
+    of: &LawOfPoints<'_, M>,
+    points: &[usize; LANES],
+    strain: &[Lanes; 3],
+) -> Result<LaneUpdate<M::History>, InadmissiblePoint> {
+    let update = |lane: usize| {
+        let strain = Vector3::from(strain.map(|strain| strain.0[lane]));
+        let point = points[lane];
+        let update = of.law.update(&strain, &of.history[point]);
+        update.map_err(|reason| InadmissiblePoint::no_return(point, reason))
+    };
+    Ok(LaneUpdate::of([update(0)?, update(1)?, update(2)?, update(3)?]))
 }

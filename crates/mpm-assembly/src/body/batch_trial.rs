@@ -1,85 +1,34 @@
 //! The state of the points of a batch under a trial displacement: kinematics, law, stresses, and moduli, four points at a time.
 
-use crate::body::batch::{Batch, Four, Tried, entries};
+use crate::body::batch::{Batch, Entries};
 use crate::body::batch_law::BatchLaw;
 use crate::body::kinematics::{inverse_of, trial_excess};
 use crate::body::points::Points;
 use crate::body::trial::{InadmissiblePoint, step_of};
-use mpm_material::lanes::{LANES, Lanes, Number, Work, four, vectorised};
+use mpm_material::lanes::{LANES, Lanes, Number, four};
 use mpm_material::{PrincipalTrial, SymmetricTensor};
 
-/// Works out the state of all points, which have been [measured](Batch::measure); returns the smallest `det ΔF`.
-///
-/// # Errors
-/// The first point (in order) that has no admissible state.
-pub(crate) fn answer<const D: usize, const HOOP: bool>(
-    law: &dyn BatchLaw,
-    points: &Points<D>,
-    batch: &mut Batch<D>,
-    wants_moduli: bool,
-) -> Result<f64, InadmissiblePoint> {
-    let (smallest, refused) = vectorised(Trying::<D, HOOP> { points, batch: &mut *batch });
-    let Batch { fours, updates, .. } = &mut *batch;
-    law.update(fours, updates)?;
-    if let Some(refused) = refused {
-        return Err(refused);
-    }
-    vectorised(Keeping::<D, HOOP> { points, batch, wants_moduli });
-    Ok(smallest)
+/// Four points under steps that are all admissible.
+pub(crate) struct Tried<const D: usize> {
+    /// Columns of ΔF.
+    pub step: [[Lanes; D]; D],
+    /// Columns of its inverse.
+    pub inverse: [[Lanes; D]; D],
+    /// `ΔF_θθ`; 1 where there is no hoop.
+    pub stretch: Lanes,
+    /// `det ΔF`.
+    pub determinant: Lanes,
+    /// `b_tr - I`.
+    pub excess: SymmetricTensor<Lanes>,
 }
 
-/// Tries the steps of all points; with the smallest `det ΔF` it returns the first point that has no admissible step, behind
-/// which none is tried.
-struct Trying<'a, const D: usize, const HOOP: bool> {
-    points: &'a Points<D>,
-    batch: &'a mut Batch<D>,
-}
-
-impl<const D: usize, const HOOP: bool> Work for Trying<'_, D, HOOP> {
-    type Output = (f64, Option<InadmissiblePoint>);
-
+impl<const D: usize> Tried<D> {
+    /// Of the columns of `ΔF - I`, the steps of the hoops, and `b_e - I` before; none where a step is not admissible.
     #[inline(always)]
-    fn run(mut self) -> Self::Output {
-        self.batch.fours.clear();
-        self.batch.tried.clear();
-        let mut smallest = f64::INFINITY;
-        let (mut first, mut end, mut refused) = (0, self.batch.len(), None);
-        while first < end {
-            let count = LANES.min(end - first);
-            match self.four(first, count) {
-                Some(determinants) => {
-                    smallest = determinants.0.into_iter().fold(smallest, f64::min);
-                    first += count;
-                }
-                None => {
-                    let (at, reason) = first_refused::<D, HOOP>(self.batch, first, count);
-                    (end, refused) = (at, Some(reason));
-                }
-            }
-        }
-        (smallest, refused)
-    }
-}
-
-/// The first point whose step is not admissible, of some that are not all admissible: its place and why.
-#[cold]
-#[inline(never)]
-fn first_refused<const D: usize, const HOOP: bool>(
-    batch: &Batch<D>,
-    first: usize,
-    count: usize,
-) -> (usize, InadmissiblePoint) {
-    let reason = |at: usize| step_of::<D, HOOP>(batch.points[at], &batch.step(at)).err();
-    let found = (first..first + count).find_map(|at| Some((at, reason(at)?)));
-    found.expect("a step is refused alone as it is beside others")
-}
-
-impl<const D: usize, const HOOP: bool> Trying<'_, D, HOOP> {
-    /// Tries `count` points from a place on; none where one of them has no admissible step.
-    #[inline(always)]
-    fn four(&mut self, first: usize, count: usize) -> Option<Lanes> {
-        let at = four(|lane| first + lane.min(count - 1));
-        let (h, hoop) = self.batch.four_steps(at);
+    pub fn of<const HOOP: bool>(
+        (h, hoop): ([[Lanes; D]; D], Lanes),
+        before: &SymmetricTensor<Lanes>,
+    ) -> Option<Self> {
         let one = Lanes::of(1.0);
         let mut step = h;
         for (i, column) in step.iter_mut().enumerate() {
@@ -95,77 +44,106 @@ impl<const D: usize, const HOOP: bool> Trying<'_, D, HOOP> {
         if HOOP && D == 2 {
             determinant = determinant * stretch;
         }
-        if !Lanes::all(are_good) {
-            return None;
-        }
-        let points = four(|lane| self.batch.points[at[lane]]);
-        let [a, b, c, d] = four(|lane| &self.points.elastic_excess[points[lane]]);
-        let before = SymmetricTensor {
-            xx: Lanes([a.xx, b.xx, c.xx, d.xx]),
-            yy: Lanes([a.yy, b.yy, c.yy, d.yy]),
-            zz: Lanes([a.zz, b.zz, c.zz, d.zz]),
-            xy: Lanes([a.xy, b.xy, c.xy, d.xy]),
-            yz: Lanes([a.yz, b.yz, c.yz, d.yz]),
-            zx: Lanes([a.zx, b.zx, c.zx, d.zx]),
-        };
-        let excess = trial_excess::<Lanes, D, HOOP>(&h, hoop, &before);
-        if let Some(trial) = PrincipalTrial::of_four(&excess) {
-            self.batch.fours.push(Four { first, count, points, strain: trial.strain });
-            self.batch.tried.push(Tried { inverse, hoop: stretch, trial });
-        } else {
-            self.apart((first, count), &points, &Apart { inverse, hoop: stretch, excess });
-        }
-        Some(determinant)
+        let excess = trial_excess::<Lanes, D, HOOP>(&h, hoop, before);
+        Lanes::all(are_good).then_some(Self { step, inverse, stretch, determinant, excess })
     }
 
-    /// Takes four points apart, each of which is then in all lanes.
+    /// Principal axes and strains; none where z is a principal direction of some of the points only.
+    #[inline(always)]
+    pub fn principal(&self) -> Option<PrincipalTrial<Lanes>> {
+        // In the plane it is that of all, which the compiler then knows.
+        if D == 2 { Some(PrincipalTrial::in_plane(&self.excess)) } else { PrincipalTrial::of_four(&self.excess) }
+    }
+}
+
+/// Elastic states of four points side by side.
+#[inline(always)]
+pub(crate) fn side_by_side([a, b, c, d]: [&SymmetricTensor; LANES]) -> SymmetricTensor<Lanes> {
+    SymmetricTensor {
+        xx: Lanes([a.xx, b.xx, c.xx, d.xx]),
+        yy: Lanes([a.yy, b.yy, c.yy, d.yy]),
+        zz: Lanes([a.zz, b.zz, c.zz, d.zz]),
+        xy: Lanes([a.xy, b.xy, c.xy, d.xy]),
+        yz: Lanes([a.yz, b.yz, c.yz, d.yz]),
+        zx: Lanes([a.zx, b.zx, c.zx, d.zx]),
+    }
+}
+
+/// A law and the points that it is asked for.
+pub(crate) struct Question<'a, const D: usize> {
+    pub law: &'a dyn BatchLaw,
+    pub points: &'a Points<D>,
+    /// Numbers of the points of the batch.
+    pub numbers: &'a [usize],
+}
+
+impl<const D: usize> Question<'_, D> {
+    /// Works out the state of all points, which have been [measured](Batch::measure); returns the smallest `det ΔF`.
+    ///
+    /// # Errors
+    /// The first point (in order) that has no admissible state.
+    #[inline(always)]
+    pub fn answer<const HOOP: bool, const MODULI: bool>(
+        &self,
+        batch: &mut Batch<D>,
+    ) -> Result<f64, InadmissiblePoint> {
+        let n = self.numbers.len();
+        let mut smallest = f64::INFINITY;
+        for first in (0..n).step_by(LANES) {
+            let count = LANES.min(n - first);
+            let at = four(|lane| first + lane.min(count - 1));
+            let determinants = match self.four::<HOOP, MODULI>(batch, at, count)? {
+                Some(determinants) => determinants,
+                None => self.apart::<HOOP, MODULI>(batch, first, count)?,
+            };
+            smallest = determinants.0.into_iter().fold(smallest, f64::min);
+        }
+        Ok(smallest)
+    }
+
+    /// Works out the states of the first `count` of the points at four places; none where they have to be taken apart.
+    #[inline(always)]
+    fn four<const HOOP: bool, const MODULI: bool>(
+        &self,
+        batch: &mut Batch<D>,
+        at: [usize; LANES],
+        count: usize,
+    ) -> Result<Option<Lanes>, InadmissiblePoint> {
+        let numbers = four(|lane| self.numbers[at[lane]]);
+        let before = side_by_side(four(|lane| &self.points.elastic_excess[numbers[lane]]));
+        let Some(tried) = Tried::of::<HOOP>(batch.four_steps(at), &before) else { return Ok(None) };
+        let Some(trial) = tried.principal() else { return Ok(None) };
+        let others = (Lanes(four(|lane| self.points.reference_volume[numbers[lane]])), tried.stretch);
+        let strain = trial.strain;
+        if MODULI {
+            let update = self.law.update(&numbers, &strain)?;
+            let entries = Entries::of(&tried.inverse, &trial.stress(&update.kirchhoff), others);
+            batch.keep_entries::<HOOP, true>((at[0], count), &entries);
+            batch.keep_moduli::<HOOP>((at[0], count), &trial.tangent(&update));
+        } else {
+            let stresses = self.law.stresses(&numbers, &strain)?;
+            let entries = Entries::of(&tried.inverse, &trial.stress(&stresses), others);
+            batch.keep_entries::<HOOP, false>((at[0], count), &entries);
+        }
+        Ok(Some(tried.determinant))
+    }
+
+    /// As [`Self::four`], of points that are taken one after the other, each in all lanes.
     #[cold]
     #[inline(never)]
-    fn apart(&mut self, (first, count): (usize, usize), points: &[usize; LANES], of: &Apart<D>) {
+    fn apart<const HOOP: bool, const MODULI: bool>(
+        &self,
+        batch: &mut Batch<D>,
+        first: usize,
+        count: usize,
+    ) -> Result<Lanes, InadmissiblePoint> {
+        let mut determinants = Lanes::of(f64::INFINITY);
         for lane in 0..count {
-            let alone = |x: Lanes| Lanes::of(x.0[lane]);
-            let SymmetricTensor { xx, yy, zz, xy, yz, zx } = of.excess;
-            let [xx, yy, zz, xy, yz, zx] = [xx, yy, zz, xy, yz, zx].map(alone);
-            let trial = PrincipalTrial::of_four(&SymmetricTensor { xx, yy, zz, xy, yz, zx });
-            let trial = trial.expect("four times the same point is of one kind");
-            let points = [points[lane]; LANES];
-            self.batch.fours.push(Four { first: first + lane, count: 1, points, strain: trial.strain });
-            let inverse = of.inverse.map(|column| column.map(alone));
-            self.batch.tried.push(Tried { inverse, hoop: alone(of.hoop), trial });
+            let at = first + lane;
+            step_of::<D, HOOP>(self.numbers[at], &batch.step(at))?;
+            let answered = self.four::<HOOP, MODULI>(batch, [at; LANES], 1)?;
+            determinants.0[lane] = answered.expect("four times the same admissible point is of one kind").0[0];
         }
-    }
-}
-
-/// Four points before they are taken apart.
-struct Apart<const D: usize> {
-    inverse: [[Lanes; D]; D],
-    hoop: Lanes,
-    excess: SymmetricTensor<Lanes>,
-}
-
-/// Keeps what the sums need of every point.
-struct Keeping<'a, const D: usize, const HOOP: bool> {
-    points: &'a Points<D>,
-    batch: &'a mut Batch<D>,
-    wants_moduli: bool,
-}
-
-impl<const D: usize, const HOOP: bool> Work for Keeping<'_, D, HOOP> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { points, batch, wants_moduli } = self;
-        for k in 0..batch.fours.len() {
-            let Four { first, count, points: of, .. } = batch.fours[k];
-            let Tried { inverse, hoop, trial } = batch.tried[k];
-            let update = batch.updates[k];
-            let volume = Lanes(four(|lane| points.reference_volume[of[lane]]));
-            let entries = entries(&inverse, &trial.kirchhoff(&update), (volume, hoop));
-            batch.keep_entries((first, count), &entries);
-            if wants_moduli {
-                batch.keep_moduli::<HOOP>((first, count), &trial.tangent(&update));
-            }
-        }
+        Ok(determinants)
     }
 }

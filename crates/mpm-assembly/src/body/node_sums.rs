@@ -6,6 +6,9 @@ use crate::body::scatter::{ALL, FORCE, LOWER};
 use mpm_grid::Vector;
 use mpm_material::lanes::{LANES, Lanes, Number, each, four};
 
+/// Points that are added at once: few enough that their halves stay in the first cache.
+pub(crate) const RUN: usize = 8;
+
 /// The dense sums of a set of nodes, and what its points need of its nodes.
 #[derive(Debug)]
 pub(crate) struct NodeSums<const D: usize> {
@@ -15,9 +18,9 @@ pub(crate) struct NodeSums<const D: usize> {
     packs: usize,
     /// By pack and component.
     force: Vec<Lanes>,
-    /// `g_vp` of a point, by pack and component.
+    /// `g_vp` by point of a run, pack and component.
     gradient: Vec<Lanes>,
-    /// `t_vp` of a point, by pack; zero where there is no hoop.
+    /// `t_vp` by point of a run and pack; zero where there is no hoop.
     hoop: Vec<Lanes>,
     /// As [`NodeBlocks`].
     tangent: Vec<Lanes>,
@@ -33,6 +36,17 @@ pub(crate) struct SummedPoint<'a, const D: usize> {
     pub radius: f64,
 }
 
+impl<const D: usize> SummedPoint<'_, D> {
+    /// No point.
+    pub const NONE: Self = Self { answered: Answered::NONE, influences: (&[], &[]), radius: 1.0 };
+
+    /// Radius at the end of the step, where there is a hoop.
+    #[inline(always)]
+    fn radius(&self) -> f64 {
+        self.radius * self.answered.hoop()
+    }
+}
+
 impl<const D: usize> NodeSums<D> {
     /// For sets of up to `most_nodes` nodes.
     pub fn new(most_nodes: usize, takes_unsymmetric: bool) -> Self {
@@ -42,8 +56,8 @@ impl<const D: usize> NodeSums<D> {
             n: 0,
             packs: 0,
             force: vec![Lanes::ZERO; packs * D],
-            gradient: vec![Lanes::ZERO; packs * D],
-            hoop: vec![Lanes::ZERO; packs],
+            gradient: vec![Lanes::ZERO; RUN * packs * D],
+            hoop: vec![Lanes::ZERO; RUN * packs],
             symmetric: if takes_unsymmetric { blocks.clone() } else { Vec::new() },
             tangent: blocks,
         }
@@ -65,62 +79,94 @@ impl<const D: usize> NodeSums<D> {
         }
     }
 
-    /// Adds a point.
+    /// Adds up to [`RUN`] points.
     #[inline(always)]
-    pub fn add<const TANGENT: u8, const HOOP: bool>(&mut self, point: SummedPoint<'_, D>) {
+    pub fn add<const TANGENT: u8, const HOOP: bool>(&mut self, run: &[SummedPoint<'_, D>]) {
         // The commonest sets are compiled with their number of packs known.
         match self.packs {
-            1 => self.add_packs::<TANGENT, HOOP>(1, point),
-            2 => self.add_packs::<TANGENT, HOOP>(2, point),
-            3 if D == 2 => self.add_packs::<TANGENT, HOOP>(3, point),
-            packs => self.add_packs::<TANGENT, HOOP>(packs, point),
+            1 => self.add_packs::<TANGENT, HOOP>(1, run),
+            2 => self.add_packs::<TANGENT, HOOP>(2, run),
+            3 if D == 2 => self.add_packs::<TANGENT, HOOP>(3, run),
+            packs => self.add_packs::<TANGENT, HOOP>(packs, run),
         }
     }
 
     #[inline(always)]
-    fn add_packs<const TANGENT: u8, const HOOP: bool>(&mut self, packs: usize, point: SummedPoint<'_, D>) {
-        let SummedPoint { answered, influences: (values, gradients), radius } = point;
-        let force = &mut self.force[..packs * D];
-        let g = &mut self.gradient[..packs * D];
-        let t = &mut self.hoop[..packs];
-        let of_radius = radius * answered.hoop();
-        for pack in 0..packs {
-            let dn = gradients_of(gradients, pack);
-            for i in 0..D {
-                let mut sum = Lanes::of(answered.inverse(0, i)) * dn[0];
-                for (d, dn) in dn.iter().enumerate().skip(1) {
-                    sum += Lanes::of(answered.inverse(d, i)) * *dn;
-                }
-                g[pack * D + i] = sum;
-            }
-            for i in 0..D {
-                let mut of_node = Lanes::of(answered.stress(i, 0)) * g[pack * D];
-                for j in 1..D {
-                    of_node += Lanes::of(answered.stress(i, j)) * g[pack * D + j];
-                }
-                if HOOP && D == 3 && i == D - 1 {
-                    of_node = of_node * Lanes::of(of_radius);
-                }
-                force[pack * D + i] += of_node;
-            }
-            if HOOP {
-                t[pack] = values_of(values, pack) * Lanes::of(1.0 / of_radius);
-                force[pack * D] += Lanes::of(answered.hoop_stress()) * t[pack];
-            }
-        }
+    fn add_packs<const TANGENT: u8, const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
+        self.add_forces::<HOOP>(packs, run);
         if TANGENT == FORCE {
             return;
         }
-        // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
-        let (g, t) = (&*g, &*t);
-        let blocks = self.n * packs * D * D;
-        let of = (answered, of_radius);
-        match TANGENT == ALL && !answered.is_symmetric {
-            true => add_blocks::<D, ALL, HOOP>(packs, (g, t), of, &mut self.tangent[..blocks]),
-            false if TANGENT == ALL => {
-                add_blocks::<D, LOWER, HOOP>(packs, (g, t), of, &mut self.symmetric[..blocks]);
+        self.push_gradients::<HOOP>(packs, run);
+        let (mut from, mut to) = (0, 0);
+        while from < run.len() {
+            let is_symmetric = run[from].answered.is_symmetric;
+            while to < run.len() && (TANGENT == LOWER || run[to].answered.is_symmetric == is_symmetric) {
+                to += 1;
             }
-            false => add_blocks::<D, LOWER, HOOP>(packs, (g, t), of, &mut self.tangent[..blocks]),
+            let blocks = Blocks {
+                packs,
+                run: &run[from..to],
+                g: &self.gradient[from * packs * D..to * packs * D],
+                t: &self.hoop[from * packs..to * packs],
+            };
+            let n = self.n * packs * D * D;
+            // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
+            match (TANGENT == ALL, is_symmetric) {
+                (true, false) => blocks.add::<ALL, HOOP>(&mut self.tangent[..n]),
+                (true, true) => blocks.add::<LOWER, HOOP>(&mut self.symmetric[..n]),
+                (false, _) => blocks.add::<LOWER, HOOP>(&mut self.tangent[..n]),
+            }
+            from = to;
+        }
+    }
+
+    #[inline(always)]
+    fn add_forces<const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
+        for pack in 0..packs {
+            let sums = &mut self.force[pack * D..(pack + 1) * D];
+            let mut force: [Lanes; D] = each(|i| sums[i]);
+            for point in run {
+                let (values, gradients) = point.influences;
+                let dn = gradients_of(gradients, pack);
+                for (i, force) in force.iter_mut().enumerate() {
+                    let mut of_node = Lanes::of(point.answered.force(i, 0)) * dn[0];
+                    for (d, dn) in dn.iter().enumerate().skip(1) {
+                        of_node += Lanes::of(point.answered.force(i, d)) * *dn;
+                    }
+                    if HOOP && D == 3 && i == D - 1 {
+                        of_node = of_node * Lanes::of(point.radius());
+                    }
+                    *force += of_node;
+                }
+                if HOOP {
+                    let t = values_of(values, pack) * Lanes::of(1.0 / point.radius());
+                    force[0] += Lanes::of(point.answered.hoop_stress()) * t;
+                }
+            }
+            sums.copy_from_slice(&force);
+        }
+    }
+
+    #[inline(always)]
+    fn push_gradients<const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
+        for (k, point) in run.iter().enumerate() {
+            let (values, gradients) = point.influences;
+            let g = &mut self.gradient[k * packs * D..(k + 1) * packs * D];
+            let t = &mut self.hoop[k * packs..(k + 1) * packs];
+            for pack in 0..packs {
+                let dn = gradients_of(gradients, pack);
+                for i in 0..D {
+                    let mut sum = Lanes::of(point.answered.inverse(0, i)) * dn[0];
+                    for (d, dn) in dn.iter().enumerate().skip(1) {
+                        sum += Lanes::of(point.answered.inverse(d, i)) * *dn;
+                    }
+                    g[pack * D + i] = sum;
+                }
+                if HOOP {
+                    t[pack] = values_of(values, pack) * Lanes::of(1.0 / point.radius());
+                }
+            }
         }
     }
 
@@ -186,109 +232,148 @@ fn values_of(values: &[f64], pack: usize) -> Lanes {
     Lanes(four(|k| rest.get(k).copied().unwrap_or(0.0)))
 }
 
-/// Adds a point's tangent to the blocks: all of them, or those of a [`LOWER`] pass.
-#[inline(always)]
-fn add_blocks<const D: usize, const TANGENT: u8, const HOOP: bool>(
+/// Points of a run whose tangents go to the same blocks, with their `g_vp` and `t_vp`.
+struct Blocks<'a, const D: usize> {
     packs: usize,
-    (g, t): (&[Lanes], &[Lanes]),
-    (answered, radius): (Answered<'_, D>, f64),
-    sums: &mut [Lanes],
-) {
-    let volume = answered.volume();
-    for (w, sums) in sums.chunks_exact_mut(packs * D * D).enumerate() {
-        let (pack, lane) = (w / LANES, w % LANES);
-        let node: [f64; D] = each(|l| g[pack * D + l].0[lane]);
-        let weighted = each(|l| node[l] * volume);
-        let first = if TANGENT == LOWER { pack } else { 0 };
-        let column = Column { g, t, answered, first, node, weighted, hoop: t[pack].0[lane] };
-        if HOOP && D == 3 {
-            column.add_turning(radius, sums);
-        } else {
-            column.add::<HOOP>(sums);
+    run: &'a [SummedPoint<'a, D>],
+    g: &'a [Lanes],
+    t: &'a [Lanes],
+}
+
+/// What a point and a column node have in common for the blocks of all rows.
+#[derive(Clone, Copy)]
+struct Column {
+    /// `V⁰ a_ikjl g_w,l` at (k D + j) D + i, with what the hoop adds to it.
+    half: [f64; 28],
+    /// Of the hoop, by column of the block; of a body that turns see [`Self::turning`].
+    row: [f64; 3],
+}
+
+impl<const D: usize> Blocks<'_, D> {
+    /// Adds the tangents to the blocks: all of them, or those of a [`LOWER`] pass.
+    #[inline(always)]
+    fn add<const TANGENT: u8, const HOOP: bool>(&self, sums: &mut [Lanes]) {
+        let packs = self.packs;
+        let mut columns = [Column { half: [0.0; 28], row: [0.0; 3] }; RUN];
+        for (w, sums) in sums.chunks_exact_mut(packs * D * D).enumerate() {
+            let (pack_of_w, lane) = (w / LANES, w % LANES);
+            for (k, (point, column)) in self.run.iter().zip(&mut columns).enumerate() {
+                let node: [f64; D] = each(|l| self.g[(k * packs + pack_of_w) * D + l].0[lane]);
+                let hoop = if HOOP { self.t[k * packs + pack_of_w].0[lane] } else { 0.0 };
+                if HOOP && D == 3 {
+                    *column = Column::turning(point, &node, hoop);
+                } else {
+                    *column = Column::of::<D, HOOP>(point.answered, &node, hoop);
+                }
+            }
+            let first = if TANGENT == LOWER { pack_of_w } else { 0 };
+            for (pack, sums) in sums.chunks_exact_mut(D * D).enumerate().skip(first) {
+                let mut sum: [[Lanes; D]; D] = [[Lanes::ZERO; D]; D];
+                sum.as_flattened_mut().copy_from_slice(sums);
+                for (k, (point, column)) in self.run.iter().zip(&columns).enumerate() {
+                    let g: [Lanes; D] = each(|i| self.g[(k * packs + pack) * D + i]);
+                    let t = if HOOP { self.t[k * packs + pack] } else { Lanes::ZERO };
+                    if HOOP && D == 3 {
+                        column.add_turning(point, (&g, t), &mut sum);
+                    } else {
+                        column.add::<D, HOOP>((&g, t), &mut sum);
+                    }
+                }
+                sums.copy_from_slice(sum.as_flattened());
+            }
         }
     }
 }
 
-/// The blocks of one column node.
-struct Column<'a, const D: usize> {
-    g: &'a [Lanes],
-    t: &'a [Lanes],
-    answered: Answered<'a, D>,
-    /// First pack of row nodes.
-    first: usize,
-    /// g_w.
-    node: [f64; D],
-    /// V⁰ g_w.
-    weighted: [f64; D],
-    /// t_w.
-    hoop: f64,
+/// Where `a_ikj` stands among the halves of a body that turns.
+#[inline(always)]
+const fn half_at(i: usize, k: usize, j: usize) -> usize {
+    (k * 3 + j) * 3 + i
 }
 
-impl<const D: usize> Column<'_, D> {
+impl Column {
     #[inline(always)]
-    fn add<const HOOP: bool>(&self, sums: &mut [Lanes]) {
-        // half[k](i, j) = V⁰ a_ikjl g_w,l
-        let mut half = self.answered.half(&self.weighted, D);
-        let mut row = [0.0; D];
+    fn of<const D: usize, const HOOP: bool>(answered: Answered<'_, D>, node: &[f64; D], hoop: f64) -> Self {
+        let volume = answered.volume();
+        let weighted = node.map(|g| g * volume);
+        let mut half = answered.half(&weighted, D);
+        let mut row = [0.0; 3];
         if HOOP {
-            let hoop = self.hoop * self.answered.volume();
+            let hoop = hoop * volume;
             for k in 0..2 {
                 for i in 0..2 {
-                    half[k * D * D + i] += self.answered.by_hoop(i, k).0 * hoop;
-                    row[k] += self.answered.by_hoop(k, i).1 * self.weighted[i];
+                    half[k * D * D + i] += answered.by_hoop(i, k).0 * hoop;
+                    row[k] += answered.by_hoop(k, i).1 * weighted[i];
                 }
             }
-            row[0] += self.answered.hoop_modulus() * hoop;
+            row[0] += answered.hoop_modulus() * hoop;
         }
-        for (pack, sums) in sums.chunks_exact_mut(D * D).enumerate().skip(self.first) {
-            let g: [Lanes; D] = each(|k| self.g[pack * D + k]);
-            for (entry, sum) in sums.iter_mut().enumerate() {
+        Self { half, row }
+    }
+
+    /// Adds the blocks of four row nodes.
+    #[inline(always)]
+    fn add<const D: usize, const HOOP: bool>(&self, (g, t): (&[Lanes; D], Lanes), sum: &mut [[Lanes; D]; D]) {
+        for (j, sum) in sum.iter_mut().enumerate() {
+            for (i, sum) in sum.iter_mut().enumerate() {
                 let mut value = *sum;
-                for k in 0..D {
-                    value += Lanes::of(half[k * D * D + entry]) * g[k];
+                for (k, g) in g.iter().enumerate() {
+                    value += Lanes::of(self.half[(k * D + j) * D + i]) * *g;
                 }
                 *sum = value;
             }
             if HOOP {
-                for j in 0..D {
-                    sums[j * D] += self.t[pack] * Lanes::of(row[j]);
-                }
+                sum[0] += t * Lanes::of(self.row[j]);
             }
         }
     }
 
-    /// See `turning_tangent.rs`.
+    /// Of a body that turns, see `turning_tangent.rs`; `row` is what belongs to the column of the angle, then the arm of the
+    /// row of the angle.
     #[inline(always)]
-    fn add_turning(&self, radius: f64, sums: &mut [Lanes]) {
-        let (hoop, answered) = (D - 1, self.answered);
-        let stress = [answered.stress(hoop, 0), answered.stress(hoop, 1)];
-        let weight = self.hoop * answered.volume();
-        let at = |i: usize, k: usize, j: usize| (k * D + j) * D + i;
-        let mut half = answered.half(&self.weighted, hoop);
+    fn turning<const D: usize>(point: &SummedPoint<'_, D>, node: &[f64; D], hoop: f64) -> Self {
+        let (answered, radius) = (point.answered, point.radius());
+        let stress = answered.shear_stress();
+        let volume = answered.volume();
+        let weight = hoop * volume;
+        let weighted = node.map(|g| g * volume);
+        let angle = D - 1;
+        let mut half = answered.half(&weighted, angle);
         for k in 0..D {
             for i in 0..D {
-                half[at(i, k, hoop)] *= radius;
-                half[at(i, k, 0)] += answered.modulus([i, k, hoop, hoop]) * weight;
+                half[half_at(i, k, angle)] *= radius;
+                half[half_at(i, k, 0)] += answered.modulus([i, k, angle, angle]) * weight;
             }
         }
-        let of_column = radius * (stress[0] * self.node[0] + stress[1] * self.node[1]);
-        let arm = Lanes::of(radius * self.hoop);
-        for (pack, sums) in sums.chunks_exact_mut(D * D).enumerate().skip(self.first) {
-            let (g, t) = (&self.g[pack * D..], self.t[pack]);
-            let of_rows = Lanes::of(stress[0]) * g[0] + Lanes::of(stress[1]) * g[1];
-            for (entry, sum) in sums.iter_mut().enumerate() {
-                let (i, j) = (entry % D, entry / D);
-                let mut block = Lanes::of(half[at(i, 0, j)]) * g[0] + Lanes::of(half[at(i, 1, j)]) * g[1];
-                if i == hoop {
-                    block = block * Lanes::of(radius);
+        let of_column = radius * (stress[0] * node[0] + stress[1] * node[1]);
+        Self { half, row: [of_column, radius * hoop, 0.0] }
+    }
+
+    /// Adds the blocks of four row nodes of a body that turns.
+    #[inline(always)]
+    fn add_turning<const D: usize>(
+        &self,
+        point: &SummedPoint<'_, D>,
+        (g, t): (&[Lanes; D], Lanes),
+        sum: &mut [[Lanes; D]; D],
+    ) {
+        let (stress, radius, angle) = (point.answered.shear_stress(), Lanes::of(point.radius()), D - 1);
+        let [of_column, arm, _] = self.row.map(Lanes::of);
+        let of_rows = Lanes::of(stress[0]) * g[0] + Lanes::of(stress[1]) * g[1];
+        for (j, sum) in sum.iter_mut().enumerate() {
+            for (i, sum) in sum.iter_mut().enumerate() {
+                let half = |k: usize| Lanes::of(self.half[half_at(i, k, j)]);
+                let mut block = half(0) * g[0] + half(1) * g[1];
+                if i == angle {
+                    block = block * radius;
                 }
                 if i == 0 {
-                    block += t * Lanes::of(half[at(hoop, hoop, j)]);
+                    block += t * Lanes::of(self.half[half_at(angle, angle, j)]);
                 }
-                if (i, j) == (0, hoop) {
-                    block += t * Lanes::of(of_column);
+                if (i, j) == (0, angle) {
+                    block += t * of_column;
                 }
-                if (i, j) == (hoop, 0) {
+                if (i, j) == (angle, 0) {
                     block += arm * of_rows;
                 }
                 *sum += block;

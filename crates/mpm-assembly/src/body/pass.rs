@@ -24,11 +24,11 @@
 
 use crate::InadmissiblePoint;
 use crate::body::assembly_plan::{AssemblyPlan, Scratch};
-use crate::body::batch::{BATCH, Segment};
+use crate::body::batch::Gathered;
 use crate::body::batch_law::{BatchLaw, LawOfPoints};
-use crate::body::batch_trial;
+use crate::body::batch_trial::Question;
 use crate::body::dilatation::{self, Dilated};
-use crate::body::node_sums::SummedPoint;
+use crate::body::node_sums::{RUN, SummedPoint};
 use crate::body::points::Points;
 use crate::body::scatter::{
     ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
@@ -149,99 +149,92 @@ impl<const D: usize, const HOOP: bool> Task<D> for Pass<'_, D, HOOP> {
     ) -> Result<f64, InadmissiblePoint> {
         let connectivity = self.plan.connectivity();
         let mut smallest = f64::INFINITY;
-        scratch.batch.clear();
+        let mut gathered = Gathered::new();
         for position in strips.iter().flat_map(|strip| strip.sets.clone()) {
             let set = self.plan.sums.strips.set(position);
             let groups = connectivity.node_set_groups(set);
             for (index, &group) in groups.iter().enumerate() {
-                let group = group as usize;
-                let of_group = connectivity.group_points(group);
+                let group = connectivity.group(group as usize);
                 let mut from = 0;
-                while from < of_group.len() {
-                    let to = of_group.len().min(from + BATCH - scratch.batch.len());
-                    let begins = index == 0 && from == 0;
-                    let ends = index + 1 == groups.len() && to == of_group.len();
-                    let segment = Segment { set, group, points: from..to, begins, ends };
-                    scratch.batch.push(segment, of_group.start);
-                    from = to;
-                    if scratch.batch.len() == BATCH {
-                        smallest = smallest.min(self.sum_batch::<TANGENT>(scratch, &mut part)?);
+                while from < group.points {
+                    from = gathered.push((set, group), from, (index == 0, index + 1 == groups.len()));
+                    if gathered.is_full() {
+                        smallest = smallest.min(self.sum_batch::<TANGENT>(&gathered, scratch, &mut part)?);
+                        gathered.clear();
                     }
                 }
             }
         }
-        if scratch.batch.len() > 0 {
-            smallest = smallest.min(self.sum_batch::<TANGENT>(scratch, &mut part)?);
+        if !gathered.points().is_empty() {
+            smallest = smallest.min(self.sum_batch::<TANGENT>(&gathered, scratch, &mut part)?);
         }
         Ok(smallest)
     }
 }
 
 impl<const D: usize, const HOOP: bool> Pass<'_, D, HOOP> {
-    /// Sums the points of the batch, and forgets them.
+    /// Sums the points of a batch.
     fn sum_batch<const TANGENT: u8>(
         &self,
+        gathered: &Gathered<'_, D>,
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        let pass = self;
-        vectorised(Measuring { pass, scratch: &mut *scratch });
-        let smallest =
-            batch_trial::answer::<D, HOOP>(self.law, self.points, &mut scratch.batch, TANGENT != FORCE)?;
-        vectorised(Summing::<D, HOOP, TANGENT> { pass, scratch: &mut *scratch, part });
-        scratch.batch.clear();
-        Ok(smallest)
+        vectorised(Summing::<D, HOOP, TANGENT> { pass: self, gathered, scratch, part })
     }
 }
 
-struct Measuring<'a, 'b, const D: usize, const HOOP: bool> {
+struct Summing<'a, 'p, const D: usize, const HOOP: bool, const TANGENT: u8> {
     pass: &'a Pass<'a, D, HOOP>,
-    scratch: &'b mut Scratch<D>,
+    gathered: &'a Gathered<'a, D>,
+    scratch: &'a mut Scratch<D>,
+    part: &'a mut Part<'p, D>,
 }
 
-impl<const D: usize, const HOOP: bool> Work for Measuring<'_, '_, D, HOOP> {
-    type Output = ();
+impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '_, D, HOOP, TANGENT> {
+    type Output = Result<f64, InadmissiblePoint>;
 
     #[inline(always)]
-    fn run(self) {
-        let Pass { points, plan, input, .. } = self.pass;
-        self.scratch.batch.measure::<HOOP>(plan.connectivity(), input.increment, &points.position);
-    }
-}
-
-struct Summing<'a, 'b, 'c, 'p, const D: usize, const HOOP: bool, const TANGENT: u8> {
-    pass: &'a Pass<'a, D, HOOP>,
-    scratch: &'b mut Scratch<D>,
-    part: &'c mut Part<'p, D>,
-}
-
-impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '_, '_, '_, D, HOOP, TANGENT> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { pass: Pass { points, plan, input, .. }, scratch, part } = self;
+    fn run(self) -> Self::Output {
+        let Self { pass: &Pass { law, points, plan, input }, gathered, scratch, part } = self;
         let Scratch { batch, sums, .. } = scratch;
-        let mut at = 0;
-        for segment in &batch.segments {
-            let group = plan.connectivity().group(segment.group);
+        batch.measure::<HOOP>(gathered, input.increment, &points.position);
+        let question = Question { law, points, numbers: gathered.points() };
+        let smallest = match TANGENT {
+            FORCE => question.answer::<HOOP, false>(batch)?,
+            _ => question.answer::<HOOP, true>(batch)?,
+        };
+        let mut run = [SummedPoint::NONE; RUN];
+        let (mut in_run, mut at) = (0, 0);
+        for segment in gathered.segments() {
+            let group = &segment.group;
             let n = group.nodes.len();
             if segment.begins {
                 sums.begin::<TANGENT>(n);
             }
-            for k in segment.points.clone() {
+            for k in segment.from..segment.to {
                 let influences = (&group.values[k * n..(k + 1) * n], &group.gradients[k * n..(k + 1) * n]);
                 let radius = if HOOP { points.position[group.first_point + k][0] } else { 1.0 };
-                let point = SummedPoint { answered: batch.answered(at), influences, radius };
-                sums.add::<TANGENT, HOOP>(point);
+                run[in_run] = SummedPoint { answered: batch.answered(at), influences, radius };
+                in_run += 1;
                 at += 1;
+                if in_run == RUN {
+                    sums.add::<TANGENT, HOOP>(&run);
+                    in_run = 0;
+                }
+            }
+            // The last set of a batch goes on in the next one.
+            if in_run > 0 && (segment.ends || at == gathered.points().len()) {
+                sums.add::<TANGENT, HOOP>(&run[..in_run]);
+                in_run = 0;
             }
             if segment.ends {
                 sums.end::<TANGENT>();
                 let tangent = (TANGENT != FORCE).then(|| DenseTangent::of_nodes::<TANGENT>(sums.blocks()));
-                scatter((plan, *input), (group.nodes, segment.set), |v| sums.force(v), tangent, part);
+                scatter((plan, input), (group.nodes, segment.set), |v| sums.force(v), tangent, part);
             }
         }
+        Ok(smallest)
     }
 }
 

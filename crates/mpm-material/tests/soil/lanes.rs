@@ -71,7 +71,7 @@ impl Visit for Compared {
             };
             let LaneUpdate { principal, plastic, history: after } = &all;
             let (tangent, excess) = (trial.tangent(principal), trial.elastic_excess(principal));
-            let found = numbers(&[trial.kirchhoff(principal), excess], &tangent);
+            let found = numbers(&[trial.stress(&principal.kirchhoff), excess], &tangent);
             for (lane, one) in each.into_iter().enumerate() {
                 let one = one.expect("it answers them together");
                 assert_eq!(plastic.0[lane], one.plastic, "{}", table.name);
