@@ -18,7 +18,7 @@ use std::process::Command;
 
 /// What [`hashes`] answers; a change of the order of sums or of a function changes it, and belongs into the changelog.
 const HASHES: [&str; 5] =
-    ["71de5fc3c5870f83", "23afc1d767a66969", "64017a108d839928", "e3167dca4da84413", "743733a12def7a93"];
+    ["1c2b7986f381d38a", "4700fe5e5dcf1175", "e15ce74bccb0bb93", "f36a289a2ed17b62", "025379ebe5bed097"];
 
 /// A law that refuses four points at once, so that each is asked for alone.
 #[derive(Clone, Copy)]
