@@ -3,10 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
-use crate::law::YIELD_TOLERANCE;
+use crate::lanes::{LANES, Lanes, Mask, Number, each};
+use crate::law::{SURELY_ELASTIC, YIELD_TOLERANCE, strain_of};
 use crate::mohr_coulomb::{check_angles, check_apex_stiffness};
 use crate::{
-    Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
+    Apex, Elasticity, Hencky, LaneUpdate, Material, NoReturn, ParameterError, PlasticStrain, PointParameters,
+    Update,
 };
 
 /// Perfect Drucker–Prager plasticity with Hencky elasticity. With p = −⅓ tr τ and q = √(3/2) |dev τ|:
@@ -236,6 +238,29 @@ impl Material for DruckerPrager {
             return Ok(self.yielded(&split, (p, q), history));
         }
         Ok(Hencky(self.elasticity).answer(trial).with_history(*history))
+    }
+
+    /// Four points at once where they do not yield.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PlasticStrain; LANES],
+    ) -> Result<LaneUpdate<PlasticStrain>, NoReturn> {
+        let of = Lanes::of;
+        let volumetric = trial[0] + trial[1] + trial[2];
+        let mean = volumetric / of(3.0);
+        let e: [Lanes; 3] = each(|a| trial[a] - mean);
+        let norm = (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]).root();
+        let p = of(-self.elasticity.bulk()) * volumetric;
+        let q = of(3.0 * self.elasticity.shear() * (2.0_f64 / 3.0).sqrt()) * norm;
+        let strength = of(self.strength);
+        let room = of(SURELY_ELASTIC) * (p.absolute() + q + strength);
+        let is_below =
+            (q - of(self.friction) * p - strength).below(-room) & (-p - of(self.tension)).below(-room);
+        let elastic = Hencky(self.elasticity).principal(trial);
+        let alone = |k: usize| self.update(&strain_of(trial, k), history[k]);
+        LaneUpdate::elastic_but(elastic, Mask(is_below.0.map(|is_below| !is_below)), history, alone)
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::Vector3;
 
-use crate::law::PrincipalTrial;
+use crate::response::PrincipalTrial;
 use crate::spectral::Spectrum;
 use crate::strength::Shear;
 use crate::{Material, NoReturn, ParameterError, Response, SymmetricTensor, UndrainedStrength, Update};

@@ -67,8 +67,7 @@ pub(crate) struct Gathered<'a, const D: usize> {
 
 impl<'a, const D: usize> Gathered<'a, D> {
     pub fn new() -> Self {
-        let group =
-            Group { first_point: 0, points: 0, nodes: &[], values: &[], gradients: &[], masses: &[] };
+        let group = Group { first_point: 0, points: 0, nodes: &[], values: &[], gradients: &[], masses: &[] };
         let segment = Segment { set: 0, group, from: 0, to: 0, begins: false, ends: false };
         Self { segments: [segment; BATCH], n_segments: 0, points: [0; BATCH], n_points: 0 }
     }
@@ -110,31 +109,22 @@ impl<'a, const D: usize> Gathered<'a, D> {
     }
 }
 
-/// What is known of the points of a batch.
+/// The steps of the points of a batch.
 #[derive(Debug)]
-pub(crate) struct Batch<const D: usize> {
+pub(crate) struct Steps<const D: usize> {
     /// Columns of `ΔF - I`, one in [`Lanes`] or in the plane both.
-    steps: Vec<Lanes>,
+    steps: [Lanes; 3 * BATCH],
     /// `ΔF_θθ - 1`; 0 where there is no hoop.
-    hoops: Vec<f64>,
-    entries: Vec<Lanes>,
-    moduli: Vec<Lanes>,
-    is_symmetric: Vec<bool>,
+    hoops: [f64; BATCH],
     /// `Δu_v` of a set of nodes; in the plane twice.
     increment: Vec<Lanes>,
 }
 
-impl<const D: usize> Batch<D> {
-    /// For sets of up to `most_nodes` nodes.
+impl<const D: usize> Steps<D> {
+    /// With room for sets of `most_nodes` nodes; larger ones make it.
     pub fn new(most_nodes: usize) -> Self {
-        Self {
-            steps: vec![Lanes::ZERO; BATCH * const { step_lanes(D) }],
-            hoops: vec![0.0; BATCH],
-            entries: vec![Lanes::ZERO; BATCH * const { entry_lanes(D) }],
-            moduli: vec![Lanes::ZERO; BATCH * const { moduli_lanes(D) }],
-            is_symmetric: vec![true; BATCH],
-            increment: vec![Lanes::ZERO; most_nodes],
-        }
+        let increment = vec![Lanes::ZERO; most_nodes];
+        Self { steps: [Lanes::ZERO; 3 * BATCH], hoops: [0.0; BATCH], increment }
     }
 
     /// Measures the steps of all points under `Δu_v`.
@@ -152,6 +142,9 @@ impl<const D: usize> Batch<D> {
             // Groups of a set share its list.
             if !std::ptr::eq(nodes, group.nodes) {
                 nodes = group.nodes;
+                if self.increment.len() < n {
+                    self.increment.resize(n, Lanes::ZERO);
+                }
                 for (of, &node) in self.increment.iter_mut().zip(nodes) {
                     let u = &increment[node as usize];
                     *of = Lanes(if D == 2 { [u[0], u[1], u[0], u[1]] } else { [u[0], u[1], u[D - 1], 0.0] });
@@ -171,8 +164,8 @@ impl<const D: usize> Batch<D> {
                 if HOOP {
                     let radius = position[group.first_point + k][0];
                     let values = &group.values[k * n..(k + 1) * n];
-                    let hoop =
-                        self.increment.iter().zip(values).map(|(u, value)| u.0[0] * value).sum::<f64>() / radius;
+                    let hoop = self.increment.iter().zip(values).map(|(u, value)| u.0[0] * value).sum::<f64>()
+                        / radius;
                     if D == 3 {
                         // As in `StepGradient::of`.
                         columns.iter_mut().for_each(|column| column.0[2] *= radius * (1.0 + hoop));
@@ -207,6 +200,42 @@ impl<const D: usize> Batch<D> {
             }
         }
         (columns, Lanes(four(|k| self.hoops[at[k]])))
+    }
+
+    /// Takes a step that has been measured otherwise.
+    #[inline(always)]
+    pub fn set(&mut self, at: usize, step: &StepGradient<D>) {
+        let h = &step.block;
+        if D == 2 {
+            self.steps[at] = Lanes([h[(0, 0)], h[(1, 0)], h[(0, 1)], h[(1, 1)]]);
+        } else {
+            for j in 0..D {
+                self.steps[at * const { step_lanes(D) } + j] =
+                    Lanes([h[(0, j)], h[(1, j)], h[(D - 1, j)], 0.0]);
+            }
+        }
+        self.hoops[at] = step.hoop;
+    }
+}
+
+/// What is known of the points of a batch.
+#[derive(Debug)]
+pub(crate) struct Batch<const D: usize> {
+    pub steps: Steps<D>,
+    entries: Vec<Lanes>,
+    moduli: Vec<Lanes>,
+    is_symmetric: Vec<bool>,
+}
+
+impl<const D: usize> Batch<D> {
+    /// For sets of up to `most_nodes` nodes.
+    pub fn new(most_nodes: usize) -> Self {
+        Self {
+            steps: Steps::new(most_nodes),
+            entries: vec![Lanes::ZERO; BATCH * const { entry_lanes(D) }],
+            moduli: vec![Lanes::ZERO; BATCH * const { moduli_lanes(D) }],
+            is_symmetric: vec![true; BATCH],
+        }
     }
 
     /// Keeps the entries of the first `count` of four points, from a place on; those of forces alone, or all.
@@ -300,7 +329,8 @@ impl Entries {
         (volume, hoop): (Lanes, Lanes),
     ) -> Self {
         let SymmetricTensor { xx, yy, zz, xy, yz, zx } = *kirchhoff;
-        let [xx, yy, zz, xy, yz, zx] = [xx * volume, yy * volume, zz * volume, xy * volume, yz * volume, zx * volume];
+        let [xx, yy, zz, xy, yz, zx] =
+            [xx * volume, yy * volume, zz * volume, xy * volume, yz * volume, zx * volume];
         let stress = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
         let mut entries = [Lanes::ZERO; 24];
         for d in 0..D {

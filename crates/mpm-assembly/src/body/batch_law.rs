@@ -1,7 +1,7 @@
 //! A law that is asked for the points of a batch, four at a time: all of a pass that is compiled for each law.
 
 use crate::body::trial::InadmissiblePoint;
-use mpm_material::lanes::{LANES, Lanes, Work, four, vectorised};
+use mpm_material::lanes::{LANES, Lanes, Mask, Work, four, vectorised};
 use mpm_material::{LaneUpdate, Material, PrincipalUpdate};
 use nalgebra::Vector3;
 
@@ -11,11 +11,7 @@ pub(crate) trait BatchLaw: Sync {
     ///
     /// # Errors
     /// The first point (in order) that its law refuses.
-    fn stresses(
-        &self,
-        points: &[usize; LANES],
-        strain: &[Lanes; 3],
-    ) -> Result<[Lanes; 3], InadmissiblePoint>;
+    fn stresses(&self, points: &[usize; LANES], strain: &[Lanes; 3]) -> Result<[Lanes; 3], InadmissiblePoint>;
 
     /// Stresses and moduli.
     ///
@@ -35,12 +31,13 @@ pub(crate) struct LawOfPoints<'a, M: Material> {
 }
 
 impl<M: Material> BatchLaw for LawOfPoints<'_, M> {
-    fn stresses(
-        &self,
-        points: &[usize; LANES],
-        strain: &[Lanes; 3],
-    ) -> Result<[Lanes; 3], InadmissiblePoint> {
-        vectorised(Asking { of: self, points, strain, answer: |update: &LaneUpdate<_>| update.principal.kirchhoff })
+    fn stresses(&self, points: &[usize; LANES], strain: &[Lanes; 3]) -> Result<[Lanes; 3], InadmissiblePoint> {
+        vectorised(Asking {
+            of: self,
+            points,
+            strain,
+            answer: |update: &LaneUpdate<_>| update.principal.kirchhoff,
+        })
     }
 
     fn update(
@@ -88,4 +85,41 @@ fn one_by_one<M: Material>(
         update.map_err(|reason| InadmissiblePoint::no_return(point, reason))
     };
     Ok(LaneUpdate::of([update(0)?, update(1)?, update(2)?, update(3)?]))
+}
+
+/// A law that is asked at the end of a load step, for what it remembers, too.
+pub(crate) trait AdvancingLaw {
+    /// Answers the first `count` of four points by number and their principal trial strains, keeps what it remembers of them,
+    /// and says which have yielded.
+    ///
+    /// # Errors
+    /// The first point (in order) that its law refuses.
+    fn advance(
+        &mut self,
+        points: (&[usize; LANES], usize),
+        strain: &[Lanes; 3],
+    ) -> Result<(PrincipalUpdate<Lanes>, Mask), InadmissiblePoint>;
+}
+
+/// A law with its histories, and the next ones of a run of points.
+pub(crate) struct AdvancingPoints<'a, M: Material> {
+    pub of: LawOfPoints<'a, M>,
+    pub next: &'a mut [M::History],
+    /// The first point of the run.
+    pub first: usize,
+}
+
+impl<M: Material> AdvancingLaw for AdvancingPoints<'_, M> {
+    fn advance(
+        &mut self,
+        (points, count): (&[usize; LANES], usize),
+        strain: &[Lanes; 3],
+    ) -> Result<(PrincipalUpdate<Lanes>, Mask), InadmissiblePoint> {
+        let answer = |update: &LaneUpdate<M::History>| (update.principal, update.plastic, update.history);
+        let (principal, plastic, history) = vectorised(Asking { of: &self.of, points, strain, answer })?;
+        for (point, history) in points.iter().zip(history).take(count) {
+            self.next[point - self.first] = history;
+        }
+        Ok((principal, plastic))
+    }
 }

@@ -10,8 +10,6 @@ use mpm_material::{PrincipalTrial, SymmetricTensor};
 
 /// Four points under steps that are all admissible.
 pub(crate) struct Tried<const D: usize> {
-    /// Columns of ΔF.
-    pub step: [[Lanes; D]; D],
     /// Columns of its inverse.
     pub inverse: [[Lanes; D]; D],
     /// `ΔF_θθ`; 1 where there is no hoop.
@@ -45,14 +43,18 @@ impl<const D: usize> Tried<D> {
             determinant = determinant * stretch;
         }
         let excess = trial_excess::<Lanes, D, HOOP>(&h, hoop, before);
-        Lanes::all(are_good).then_some(Self { step, inverse, stretch, determinant, excess })
+        Lanes::all(are_good).then_some(Self { inverse, stretch, determinant, excess })
     }
 
     /// Principal axes and strains; none where z is a principal direction of some of the points only.
     #[inline(always)]
     pub fn principal(&self) -> Option<PrincipalTrial<Lanes>> {
         // In the plane it is that of all, which the compiler then knows.
-        if D == 2 { Some(PrincipalTrial::in_plane(&self.excess)) } else { PrincipalTrial::of_four(&self.excess) }
+        if D == 2 {
+            Some(PrincipalTrial::in_plane(&self.excess))
+        } else {
+            PrincipalTrial::of_four(&self.excess)
+        }
     }
 }
 
@@ -78,7 +80,7 @@ pub(crate) struct Question<'a, const D: usize> {
 }
 
 impl<const D: usize> Question<'_, D> {
-    /// Works out the state of all points, which have been [measured](Batch::measure); returns the smallest `det ΔF`.
+    /// Works out the state of all points, which have been [measured](crate::body::batch::Steps::measure); returns the smallest `det ΔF`.
     ///
     /// # Errors
     /// The first point (in order) that has no admissible state.
@@ -111,7 +113,7 @@ impl<const D: usize> Question<'_, D> {
     ) -> Result<Option<Lanes>, InadmissiblePoint> {
         let numbers = four(|lane| self.numbers[at[lane]]);
         let before = side_by_side(four(|lane| &self.points.elastic_excess[numbers[lane]]));
-        let Some(tried) = Tried::of::<HOOP>(batch.four_steps(at), &before) else { return Ok(None) };
+        let Some(tried) = Tried::of::<HOOP>(batch.steps.four_steps(at), &before) else { return Ok(None) };
         let Some(trial) = tried.principal() else { return Ok(None) };
         let others = (Lanes(four(|lane| self.points.reference_volume[numbers[lane]])), tried.stretch);
         let strain = trial.strain;
@@ -140,7 +142,7 @@ impl<const D: usize> Question<'_, D> {
         let mut determinants = Lanes::of(f64::INFINITY);
         for lane in 0..count {
             let at = first + lane;
-            step_of::<D, HOOP>(self.numbers[at], &batch.step(at))?;
+            step_of::<D, HOOP>(self.numbers[at], &batch.steps.step(at))?;
             let answered = self.four::<HOOP, MODULI>(batch, [at; LANES], 1)?;
             determinants.0[lane] = answered.expect("four times the same admissible point is of one kind").0[0];
         }

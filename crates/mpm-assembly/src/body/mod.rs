@@ -5,6 +5,7 @@
 //! share a grid.
 
 mod advance;
+mod advance_points;
 mod assembly_plan;
 mod batch;
 mod batch_law;

@@ -198,7 +198,7 @@ impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '
     fn run(self) -> Self::Output {
         let Self { pass: &Pass { law, points, plan, input }, gathered, scratch, part } = self;
         let Scratch { batch, sums, .. } = scratch;
-        batch.measure::<HOOP>(gathered, input.increment, &points.position);
+        batch.steps.measure::<HOOP>(gathered, input.increment, &points.position);
         let question = Question { law, points, numbers: gathered.points() };
         let smallest = match TANGENT {
             FORCE => question.answer::<HOOP, false>(batch)?,

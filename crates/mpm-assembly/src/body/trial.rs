@@ -80,19 +80,7 @@ pub(crate) struct Trial<const D: usize, H> {
     pub response: Response<H>,
 }
 
-/// Kinematics and law of point `p`; `du` and its influences, values and gradients, run over the nodes of its group.
-#[inline(always)]
-pub(crate) fn trial<const D: usize, M: Material, const HOOP: bool>(
-    committed: Committed<'_, D, M>,
-    p: usize,
-    du: &[Vector<D>],
-    influences: (&[f64], &[Vector<D>]),
-) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    let h = StepGradient::of::<HOOP>(du, influences, committed.points.position[p][0]);
-    trial_of::<D, M, HOOP>(committed, p, &h)
-}
-
-/// As [`trial`], of a displacement gradient.
+/// Kinematics and law of point `p` under a displacement gradient.
 #[inline(always)]
 pub(crate) fn trial_of<const D: usize, M: Material, const HOOP: bool>(
     committed: Committed<'_, D, M>,

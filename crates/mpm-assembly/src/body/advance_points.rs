@@ -1,0 +1,191 @@
+//! States of points at the end of a load step, four points at a time.
+
+use crate::body::batch::{Gathered, Steps};
+use crate::body::batch_law::AdvancingLaw;
+use crate::body::batch_trial::{Tried, side_by_side};
+use crate::body::kinematics::{LargestStrain, StepGradient};
+use crate::body::points::Points;
+use crate::body::trial::{InadmissiblePoint, step_of};
+use mpm_basis::Group;
+use mpm_grid::{Block, Vector};
+use mpm_material::SymmetricTensor;
+use mpm_material::lanes::{LANES, Lanes, Number, Work, four, vectorised};
+
+/// The columns that are written at the end of a load step, for a run of points.
+pub(crate) struct StateColumns<'a, const D: usize> {
+    pub deformation_gradient: &'a mut [Block<D>],
+    /// Empty where there is no hoop.
+    pub hoop_stretch: &'a mut [f64],
+    /// Empty where nothing turns.
+    pub angle: &'a mut [f64],
+    pub elastic_excess: &'a mut [SymmetricTensor],
+    /// Empty where nothing yields.
+    pub plastic: &'a mut [bool],
+}
+
+impl<const D: usize> StateColumns<'_, D> {
+    pub fn split_at(self, at: usize) -> (Self, Self) {
+        let (deformation_gradient, deformation_gradient_rest) = self.deformation_gradient.split_at_mut(at);
+        let (hoop_stretch, hoop_stretch_rest) = self.hoop_stretch.split_at_mut(at.min(self.hoop_stretch.len()));
+        let (angle, angle_rest) = self.angle.split_at_mut(at.min(self.angle.len()));
+        let (elastic_excess, elastic_excess_rest) = self.elastic_excess.split_at_mut(at);
+        let (plastic, plastic_rest) = self.plastic.split_at_mut(at.min(self.plastic.len()));
+        (
+            Self { deformation_gradient, hoop_stretch, angle, elastic_excess, plastic },
+            Self {
+                deformation_gradient: deformation_gradient_rest,
+                hoop_stretch: hoop_stretch_rest,
+                angle: angle_rest,
+                elastic_excess: elastic_excess_rest,
+                plastic: plastic_rest,
+            },
+        )
+    }
+}
+
+/// What the states of a run of points come from.
+pub(crate) struct Advanced<'a, const D: usize, const HOOP: bool> {
+    pub points: &'a Points<D>,
+    /// `Δu_v` of every active node.
+    pub increment: &'a [Vector<D>],
+    /// `ΔF - I` of every point where volume changes are averaged, else empty.
+    pub dilated: &'a [StepGradient<D>],
+}
+
+impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
+    /// Writes the states of the points of some groups, which follow one another; the largest strain of those that yield.
+    ///
+    /// # Errors
+    /// The first point (in order) that has no admissible state.
+    pub fn write(
+        &self,
+        groups: impl Iterator<Item = Group<'a, D>>,
+        law: &mut dyn AdvancingLaw,
+        columns: &mut StateColumns<'_, D>,
+    ) -> Result<LargestStrain, InadmissiblePoint> {
+        let mut largest = LargestStrain::default();
+        let (mut gathered, mut steps) = (Gathered::new(), Steps::new(const { 3_usize.pow(D as u32) }));
+        let mut at = 0;
+        let mut written = |gathered: &Gathered<'_, D>| {
+            let (law, columns) = (&mut *law, &mut *columns);
+            let part = Part { of: self, gathered, steps: &mut steps, law, columns, at, largest: &mut largest };
+            at += gathered.points().len();
+            vectorised(part)
+        };
+        for group in groups {
+            let mut from = 0;
+            while from < group.points {
+                from = gathered.push((0, group), from, (false, false));
+                if gathered.is_full() {
+                    written(&gathered)?;
+                    gathered.clear();
+                }
+            }
+        }
+        written(&gathered)?;
+        Ok(largest)
+    }
+}
+
+/// The points of a batch.
+struct Part<'a, 'b, 'c, const D: usize, const HOOP: bool> {
+    of: &'a Advanced<'b, D, HOOP>,
+    gathered: &'a Gathered<'a, D>,
+    steps: &'a mut Steps<D>,
+    law: &'a mut dyn AdvancingLaw,
+    columns: &'a mut StateColumns<'c, D>,
+    /// Place of the first one in the columns.
+    at: usize,
+    largest: &'a mut LargestStrain,
+}
+
+impl<const D: usize, const HOOP: bool> Work for Part<'_, '_, '_, D, HOOP> {
+    type Output = Result<(), InadmissiblePoint>;
+
+    #[inline(always)]
+    fn run(mut self) -> Self::Output {
+        let Advanced { points, increment, dilated } = *self.of;
+        let numbers = self.gathered.points();
+        if dilated.is_empty() {
+            self.steps.measure::<HOOP>(self.gathered, increment, &points.position);
+        } else {
+            for (place, &p) in numbers.iter().enumerate() {
+                self.steps.set(place, &dilated[p]);
+            }
+        }
+        for first in (0..numbers.len()).step_by(LANES) {
+            let count = LANES.min(numbers.len() - first);
+            if !self.four(four(|lane| first + lane.min(count - 1)), count)? {
+                self.apart(first, count)?;
+            }
+        }
+        if HOOP && D == 3 {
+            self.turn();
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
+    /// Writes the states of the first `count` of the points at four places; false where they have to be taken apart.
+    #[inline(always)]
+    fn four(&mut self, places: [usize; LANES], count: usize) -> Result<bool, InadmissiblePoint> {
+        let points = self.of.points;
+        let numbers = four(|lane| self.gathered.points()[places[lane]]);
+        let before = side_by_side(four(|lane| &points.elastic_excess[numbers[lane]]));
+        let Some(tried) = Tried::of::<HOOP>(self.steps.four_steps(places), &before) else { return Ok(false) };
+        let Some(trial) = tried.principal() else { return Ok(false) };
+        let strain = trial.strain;
+        let (update, plastic) = self.law.advance((&numbers, count), &strain)?;
+        // What does not yield keeps its trial state.
+        let any = Lanes::any(plastic);
+        let after = if any { trial.elastic_excess(&update) } else { tried.excess };
+        for lane in 0..count {
+            let at = self.at + places[lane];
+            let p = numbers[lane];
+            let kept = if plastic.0[lane] { &after } else { &tried.excess };
+            let SymmetricTensor { xx, yy, zz, xy, yz, zx } = kept;
+            let [xx, yy, zz, xy, yz, zx] = [xx, yy, zz, xy, yz, zx].map(|lanes| lanes.0[lane]);
+            self.columns.elastic_excess[at] = SymmetricTensor { xx, yy, zz, xy, yz, zx };
+            let step = Block::identity() + self.steps.step(places[lane]).block;
+            self.columns.deformation_gradient[at] = step * points.deformation_gradient[p];
+            let stretch = tried.stretch.0[lane];
+            if HOOP && D == 2 {
+                self.columns.hoop_stretch[at] = stretch * points.hoop_stretch[p];
+            }
+            if let Some(is_plastic) = self.columns.plastic.get_mut(at) {
+                *is_plastic = plastic.0[lane];
+            }
+            if plastic.0[lane] {
+                self.largest.see::<D, HOOP>(&step, stretch);
+            }
+        }
+        Ok(true)
+    }
+
+    /// As [`Self::four`], of points that are taken one after the other, each in all lanes.
+    #[cold]
+    #[inline(never)]
+    fn apart(&mut self, first: usize, count: usize) -> Result<(), InadmissiblePoint> {
+        for place in first..first + count {
+            step_of::<D, HOOP>(self.gathered.points()[place], &self.steps.step(place))?;
+            let is_written = self.four([place; LANES], 1)?;
+            assert!(is_written, "four times the same admissible point is of one kind");
+        }
+        Ok(())
+    }
+
+    /// Writes the angles of a body that turns.
+    fn turn(&mut self) {
+        let mut at = self.at;
+        for segment in self.gathered.segments() {
+            let group = &segment.group;
+            for k in segment.from..segment.to {
+                let turns = group.point(k).0.iter().zip(group.nodes);
+                let turns = turns.map(|(value, &node)| value * self.of.increment[node as usize][D - 1]);
+                self.columns.angle[at] = self.of.points.angle[group.first_point + k] + turns.sum::<f64>();
+                at += 1;
+            }
+        }
+    }
+}
