@@ -4,7 +4,7 @@
 #[allow(dead_code)]
 mod setup;
 
-use mpm_assembly::{Constraints, MaterialBody};
+use mpm_assembly::{Constraints, InadmissibleState, MaterialBody, PassInput, Sums};
 use mpm_basis::{Basis, Cpdi1, Gimp, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, Mesh, Vector};
 use mpm_material::lanes::{LANES, Lanes};
@@ -86,6 +86,36 @@ impl<M: Material> Material for Plain<M> {
     }
 }
 
+/// Elastic, and refuses what is stretched in all by more than a twentieth.
+#[derive(Clone, Copy)]
+struct Brittle(Elasticity);
+
+impl Material for Brittle {
+    type History = ();
+    const PLASTIC: bool = false;
+
+    fn has_symmetric_tangent(&self) -> bool {
+        true
+    }
+
+    fn initial(&self, _point: &PointParameters) {}
+
+    fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &()) -> f64 {
+        Hencky(self.0).stored_energy(elastic_strain, &())
+    }
+
+    fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
+        if trial.sum() > 0.05 {
+            return Err(NoReturn { reason: "it is stretched" });
+        }
+        Hencky(self.0).update(trial, &())
+    }
+
+    fn elasticity(&self) -> Elasticity {
+        self.0
+    }
+}
+
 fn elasticity() -> Elasticity {
     Elasticity::from_young_poisson(1e3, 0.3).expect("in range")
 }
@@ -128,6 +158,25 @@ fn points_side_by_side_have_the_bits_of_each() {
     check::<3, _, _>(Smpm, von_mises, 5);
     check::<3, _, _>(Gimp::default(), unsymmetric, 5);
     check::<3, _, _>(Cpdi1, Hencky(elasticity()), 5);
+}
+
+/// Of the points of a batch the first in order is named, whether it is its step or its law that is at fault.
+#[test]
+fn the_first_point_without_a_state_is_named() {
+    let setup = setup::setup::<2, _, _>(Smpm, Brittle(elasticity()), 4, 1, None);
+    let constraints = Constraints::none(setup.active.len());
+    let refused = |left: f64, right: f64| {
+        let stretched = |x: Vector<2>| Vector::<2>::new(if x[0] < 1.2 { left } else { right } * (x[0] - 1.2), 0.0);
+        let nodes = setup.active.nodes().iter();
+        let increment: Vec<_> = nodes.map(|&node| stretched(setup.mesh.position(node))).collect();
+        let mut internal = vec![Vector::zeros(); increment.len()];
+        let sums = Sums { internal: &mut internal, own: &mut [], tangent: None };
+        let input =
+            PassInput { pattern: &setup.pattern, constraints: &constraints, increment: &increment, own: &[] };
+        setup.body.assemble(&setup.plan, input, sums).expect_err("a point has no state").reason
+    };
+    assert!(matches!(refused(0.2, -3.0), InadmissibleState::NoReturn(_)));
+    assert!(matches!(refused(-3.0, 0.2), InadmissibleState::Inverted { .. }));
 }
 
 /// A number that depends on all bits of the sums of a body that yields in parts. It is made by arithmetic alone: nothing of it

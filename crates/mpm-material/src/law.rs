@@ -141,7 +141,7 @@ pub struct Update<H> {
 }
 
 /// Answer of a [`Material`] to one trial state in principal axes, or to four: what is in [`Update`] besides.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct PrincipalUpdate<T> {
     /// As of [`Update`].
     pub elastic_strain: [T; 3],

@@ -65,16 +65,28 @@ impl PrincipalTrial<Lanes> {
         Self::of(Spectrum::plane(trial_excess))
     }
 
-    /// Of four trial excesses; none where z is a principal direction of some of them only, which then have to be taken
-    /// apart.
+    /// Of several times four trial excesses (one at least) of which z is a principal direction nowhere.
     #[inline(always)]
-    pub fn of_four(trial_excess: &SymmetricTensor<Lanes>) -> Option<Self> {
+    pub fn in_space<const N: usize>(trial_excesses: [&SymmetricTensor<Lanes>; N]) -> [Self; N] {
+        const { assert!(N > 0, "of one tensor at least") };
+        let spectra = Spectrum::of_several(trial_excesses);
+        let mut trials = [Self::of(spectra[0]); N];
+        for (trial, spectrum) in trials.iter_mut().zip(spectra).skip(1) {
+            *trial = Self::of(spectrum);
+        }
+        trials
+    }
+
+    /// Whether z is a principal direction of four trial excesses; none where it is so of some of them only, which then have
+    /// to be taken apart.
+    #[inline(always)]
+    pub fn is_plane(trial_excess: &SymmetricTensor<Lanes>) -> Option<bool> {
         let is_zero = |x: Lanes| x.compare(Lanes::ZERO, |x, zero| x == zero);
         let is_plane = is_zero(trial_excess.yz) & is_zero(trial_excess.zx);
         if Lanes::all(is_plane) {
-            return Some(Self::in_plane(trial_excess));
+            return Some(true);
         }
-        (!Lanes::any(is_plane)).then(|| Self::of(Spectrum::in_space(trial_excess)))
+        (!Lanes::any(is_plane)).then_some(false)
     }
 }
 
@@ -90,10 +102,10 @@ impl<T: Number> PrincipalTrial<T> {
         self.frame.compose(kirchhoff)
     }
 
-    /// Elastic excess b_e − I after an update of what yields [-].
+    /// Elastic excess b_e − I with the elastic strains after an update [-].
     #[inline(always)]
-    pub fn elastic_excess(&self, update: &PrincipalUpdate<T>) -> SymmetricTensor<T> {
-        let mut excess = update.elastic_strain;
+    pub fn elastic_excess(&self, elastic_strain: &[T; 3]) -> SymmetricTensor<T> {
+        let mut excess = *elastic_strain;
         for value in &mut excess {
             *value = exp_m1(T::of(2.0) * *value);
         }
@@ -121,7 +133,7 @@ impl PrincipalTrial {
         };
         Response {
             kirchhoff: self.stress(&principal.kirchhoff),
-            elastic_excess: if update.plastic { self.elastic_excess(&principal) } else { *trial_excess },
+            elastic_excess: if update.plastic { self.elastic_excess(&principal.elastic_strain) } else { *trial_excess },
             plastic: update.plastic,
             history: update.history,
             tangent: self.tangent(&principal),

@@ -59,13 +59,66 @@ impl<T: Number> Spectrum<T> {
         Self { values: [mean + radius, mean - radius, zz], frame: Frame::Plane { cos_2, sin_2 } }
     }
 
-    /// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.5). Lanes that are done wait for the
-    /// others.
+    /// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.5).
     #[inline(always)]
     pub fn in_space(tensor: &SymmetricTensor<T>) -> Self {
+        let [spectrum] = Self::of_several([tensor]);
+        spectrum
+    }
+
+    /// As [`Self::in_space`], of several tensors by turns: a rotation waits for its roots and quotients, and meanwhile those of
+    /// another tensor go on. Tensors and lanes that are done wait for the others.
+    #[inline(always)]
+    pub fn of_several<const N: usize>(tensors: [&SymmetricTensor<T>; N]) -> [Self; N] {
         // Quadratic convergence takes four or five sweeps; the bound only makes the end certain.
         const SWEEPS: usize = 16;
 
+        // Loops, not closures: those may stay calls.
+        let mut of = [Turned::NONE; N];
+        for (it, tensor) in of.iter_mut().zip(tensors) {
+            *it = Turned::of(tensor);
+        }
+        for _ in 0..SWEEPS {
+            let mut is_turning = false;
+            for it in &mut of {
+                is_turning |= rotate::<T, 0, 1, 2>(&mut it.a, &mut it.axes);
+            }
+            for it in &mut of {
+                is_turning |= rotate::<T, 0, 2, 1>(&mut it.a, &mut it.axes);
+            }
+            for it in &mut of {
+                is_turning |= rotate::<T, 1, 2, 0>(&mut it.a, &mut it.axes);
+            }
+            if !is_turning {
+                break;
+            }
+        }
+        let mut spectra = [Spectrum { values: [T::ZERO; 3], frame: Frame::Space([[T::ZERO; 3]; 3]) }; N];
+        for (spectrum, it) in spectra.iter_mut().zip(&of) {
+            *spectrum = it.spectrum();
+        }
+        spectra
+    }
+}
+
+/// A tensor in axes that are turned until they are principal ones.
+#[derive(Clone, Copy)]
+struct Turned<T> {
+    /// Its entries over `scale`.
+    a: [[T; 3]; 3],
+    axes: [[T; 3]; 3],
+    /// The largest entry.
+    scale: T,
+    /// Of its entries: finite where they are.
+    sum: T,
+}
+
+impl<T: Number> Turned<T> {
+    /// No tensor yet.
+    const NONE: Self = Self { a: [[T::ZERO; 3]; 3], axes: [[T::ZERO; 3]; 3], scale: T::ZERO, sum: T::ZERO };
+
+    #[inline(always)]
+    fn of(tensor: &SymmetricTensor<T>) -> Self {
         let SymmetricTensor { xx, yy, zz, xy, yz, zx } = *tensor;
         let mut a = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
         let (mut scale, mut sum) = (T::ZERO, T::ZERO);
@@ -75,23 +128,22 @@ impl<T: Number> Spectrum<T> {
             sum += *entry;
         }
         let (one, zero) = (T::of(1.0), T::ZERO);
-        let mut axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        let axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         // A tensor that is not finite does not turn.
         let is_finite = sum.absolute().below(T::of(f64::INFINITY));
         // Entries of at most one, so that no square under- or overflows.
         for entry in a.as_flattened_mut() {
             *entry = T::pick(is_finite, *entry / scale, T::ZERO);
         }
-        for _ in 0..SWEEPS {
-            let first = rotate::<T, 0, 1, 2>(&mut a, &mut axes);
-            let second = rotate::<T, 0, 2, 1>(&mut a, &mut axes);
-            let third = rotate::<T, 1, 2, 0>(&mut a, &mut axes);
-            if !(first || second || third) {
-                break;
-            }
-        }
+        Self { a, axes, scale, sum }
+    }
+
+    #[inline(always)]
+    fn spectrum(&self) -> Spectrum<T> {
+        let Self { a, axes, scale, sum } = *self;
+        let is_finite = sum.absolute().below(T::of(f64::INFINITY));
         let value = |k: usize| T::pick(is_finite, a[k][k] * scale, T::of(f64::NAN));
-        Self { values: [value(0), value(1), value(2)], frame: Frame::Space(axes) }
+        Spectrum { values: [value(0), value(1), value(2)], frame: Frame::Space(axes) }
     }
 }
 
@@ -118,9 +170,12 @@ fn rotate<T: Number, const P: usize, const Q: usize, const R: usize>(
     }
     // The tangent t of the angle: the smaller root of a_pq t² + (a_qq − a_pp) t − a_pq = 0.
     let gap = a[Q][Q] - a[P][P];
-    let root = (gap * gap + T::of(4.0) * a_pq * a_pq).root().signed_as(gap);
-    let t = T::of(2.0) * a_pq / (gap + root);
-    let c = T::of(1.0) / (t * t + T::of(1.0)).root();
+    let double = T::of(2.0) * a_pq;
+    let square = double * double;
+    let sum = gap + (gap * gap + square).root().signed_as(gap);
+    let t = double / sum;
+    // The cosine 1/√(1 + t²), without waiting for t.
+    let c = sum.absolute() / (sum * sum + square).root();
     let s = t * c;
 
     let (a_pp, a_qq) = (a[P][P] - t * a_pq, a[Q][Q] + t * a_pq);

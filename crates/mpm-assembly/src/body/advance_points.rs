@@ -1,15 +1,15 @@
 //! States of points at the end of a load step, four points at a time.
 
-use crate::body::batch::{Gathered, Steps};
-use crate::body::batch_law::AdvancingLaw;
-use crate::body::batch_trial::{Tried, side_by_side};
+use crate::body::batch::{BATCH, Gathered, Steps};
+use crate::body::batch_law::{AdvancingLaw, Returned};
+use crate::body::batch_trial::Asked;
 use crate::body::kinematics::{LargestStrain, StepGradient};
 use crate::body::points::Points;
-use crate::body::trial::{InadmissiblePoint, step_of};
+use crate::body::trial::InadmissiblePoint;
 use mpm_basis::Group;
 use mpm_grid::{Block, Vector};
 use mpm_material::SymmetricTensor;
-use mpm_material::lanes::{LANES, Lanes, Number, Work, four, vectorised};
+use mpm_material::lanes::{Lanes, Number, Work, vectorised};
 
 /// The columns that are written at the end of a load step, for a run of points.
 pub(crate) struct StateColumns<'a, const D: usize> {
@@ -64,11 +64,11 @@ impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
         columns: &mut StateColumns<'_, D>,
     ) -> Result<LargestStrain, InadmissiblePoint> {
         let mut largest = LargestStrain::default();
-        let (mut gathered, mut steps) = (Gathered::new(), Steps::new(const { 3_usize.pow(D as u32) }));
+        let (mut gathered, mut memory) = (Gathered::new(), Memory::new());
         let mut at = 0;
         let mut written = |gathered: &Gathered<'_, D>| {
             let (law, columns) = (&mut *law, &mut *columns);
-            let part = Part { of: self, gathered, steps: &mut steps, law, columns, at, largest: &mut largest };
+            let part = Part { of: self, gathered, memory: &mut memory, law, columns, at, largest: &mut largest };
             at += gathered.points().len();
             vectorised(part)
         };
@@ -87,11 +87,25 @@ impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
     }
 }
 
+/// What is known of the points of a batch.
+struct Memory<const D: usize> {
+    steps: Steps<D>,
+    asked: Asked<D>,
+    returned: [Returned; BATCH],
+}
+
+impl<const D: usize> Memory<D> {
+    fn new() -> Self {
+        let steps = Steps::new(const { 3_usize.pow(D as u32) });
+        Self { steps, asked: Asked::new(), returned: [Returned::NONE; BATCH] }
+    }
+}
+
 /// The points of a batch.
 struct Part<'a, 'b, 'c, const D: usize, const HOOP: bool> {
     of: &'a Advanced<'b, D, HOOP>,
     gathered: &'a Gathered<'a, D>,
-    steps: &'a mut Steps<D>,
+    memory: &'a mut Memory<D>,
     law: &'a mut dyn AdvancingLaw,
     columns: &'a mut StateColumns<'c, D>,
     /// Place of the first one in the columns.
@@ -106,18 +120,21 @@ impl<const D: usize, const HOOP: bool> Work for Part<'_, '_, '_, D, HOOP> {
     fn run(mut self) -> Self::Output {
         let Advanced { points, increment, dilated } = *self.of;
         let numbers = self.gathered.points();
+        let Memory { steps, asked, returned } = &mut *self.memory;
         if dilated.is_empty() {
-            self.steps.measure::<HOOP>(self.gathered, increment, &points.position);
+            steps.measure::<HOOP>(self.gathered, increment, &points.position);
         } else {
             for (place, &p) in numbers.iter().enumerate() {
-                self.steps.set(place, &dilated[p]);
+                steps.set(place, &dilated[p]);
             }
         }
-        for first in (0..numbers.len()).step_by(LANES) {
-            let count = LANES.min(numbers.len() - first);
-            if !self.four(four(|lane| first + lane.min(count - 1)), count)? {
-                self.apart(first, count)?;
-            }
+        let collected = asked.collect::<HOOP>(steps, points, numbers);
+        // A point that its law refuses may stand before one that has no step.
+        let n = asked.strained().len();
+        self.law.advance(asked.strained(), &mut returned[..n])?;
+        collected?;
+        for k in 0..n {
+            self.write(k);
         }
         if HOOP && D == 3 {
             self.turn();
@@ -127,29 +144,26 @@ impl<const D: usize, const HOOP: bool> Work for Part<'_, '_, '_, D, HOOP> {
 }
 
 impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
-    /// Writes the states of the first `count` of the points at four places; false where they have to be taken apart.
+    /// Writes the states of the k-th points whose law has been asked.
     #[inline(always)]
-    fn four(&mut self, places: [usize; LANES], count: usize) -> Result<bool, InadmissiblePoint> {
-        let points = self.of.points;
-        let numbers = four(|lane| self.gathered.points()[places[lane]]);
-        let before = side_by_side(four(|lane| &points.elastic_excess[numbers[lane]]));
-        let Some(tried) = Tried::of::<HOOP>(self.steps.four_steps(places), &before) else { return Ok(false) };
-        let Some(trial) = tried.principal() else { return Ok(false) };
-        let strain = trial.strain;
-        let (update, plastic) = self.law.advance((&numbers, count), &strain)?;
+    fn write(&mut self, k: usize) {
+        let Memory { steps, asked, returned } = &*self.memory;
+        let (strained, four, returned) = (&asked.strained()[k], &asked.fours()[k], &returned[k]);
+        let (points, plastic) = (self.of.points, returned.plastic);
         // What does not yield keeps its trial state.
+        let trial_state = &four.tried.excess;
         let any = Lanes::any(plastic);
-        let after = if any { trial.elastic_excess(&update) } else { tried.excess };
-        for lane in 0..count {
-            let at = self.at + places[lane];
-            let p = numbers[lane];
-            let kept = if plastic.0[lane] { &after } else { &tried.excess };
+        let after = if any { four.trial.elastic_excess(&returned.elastic_strain) } else { *trial_state };
+        for lane in 0..strained.count {
+            let place = four.place + lane;
+            let (at, p) = (self.at + place, strained.numbers[lane]);
+            let kept = if plastic.0[lane] { &after } else { trial_state };
             let SymmetricTensor { xx, yy, zz, xy, yz, zx } = kept;
             let [xx, yy, zz, xy, yz, zx] = [xx, yy, zz, xy, yz, zx].map(|lanes| lanes.0[lane]);
             self.columns.elastic_excess[at] = SymmetricTensor { xx, yy, zz, xy, yz, zx };
-            let step = Block::identity() + self.steps.step(places[lane]).block;
+            let step = Block::identity() + steps.step(place).block;
             self.columns.deformation_gradient[at] = step * points.deformation_gradient[p];
-            let stretch = tried.stretch.0[lane];
+            let stretch = four.tried.stretch.0[lane];
             if HOOP && D == 2 {
                 self.columns.hoop_stretch[at] = stretch * points.hoop_stretch[p];
             }
@@ -160,19 +174,6 @@ impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
                 self.largest.see::<D, HOOP>(&step, stretch);
             }
         }
-        Ok(true)
-    }
-
-    /// As [`Self::four`], of points that are taken one after the other, each in all lanes.
-    #[cold]
-    #[inline(never)]
-    fn apart(&mut self, first: usize, count: usize) -> Result<(), InadmissiblePoint> {
-        for place in first..first + count {
-            step_of::<D, HOOP>(self.gathered.points()[place], &self.steps.step(place))?;
-            let is_written = self.four([place; LANES], 1)?;
-            assert!(is_written, "four times the same admissible point is of one kind");
-        }
-        Ok(())
     }
 
     /// Writes the angles of a body that turns.

@@ -3,7 +3,7 @@
 use super::body_connectivity::BodyConnectivity;
 use super::dilatation::Dilatation;
 use super::regularised::{FieldNodes, FieldPlan, FieldPoint};
-use crate::body::batch::Batch;
+use crate::body::batch_trial::Batch;
 use crate::body::node_sums::NodeSums;
 use crate::body::strips::Strips;
 use crate::unknowns::{Couplings, SparsityPattern};

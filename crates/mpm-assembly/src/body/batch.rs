@@ -218,20 +218,17 @@ impl<const D: usize> Steps<D> {
     }
 }
 
-/// What is known of the points of a batch.
+/// What sums need of the points of a batch.
 #[derive(Debug)]
-pub(crate) struct Batch<const D: usize> {
-    pub steps: Steps<D>,
+pub(crate) struct Answers<const D: usize> {
     entries: Vec<Lanes>,
     moduli: Vec<Lanes>,
     is_symmetric: Vec<bool>,
 }
 
-impl<const D: usize> Batch<D> {
-    /// For sets of up to `most_nodes` nodes.
-    pub fn new(most_nodes: usize) -> Self {
+impl<const D: usize> Answers<D> {
+    pub fn new() -> Self {
         Self {
-            steps: Steps::new(most_nodes),
             entries: vec![Lanes::ZERO; BATCH * const { entry_lanes(D) }],
             moduli: vec![Lanes::ZERO; BATCH * const { moduli_lanes(D) }],
             is_symmetric: vec![true; BATCH],
@@ -417,16 +414,14 @@ impl<const D: usize> Answered<'_, D> {
 
     /// `Σ_l a_ikjl w_l` at (k D + j) D + i, over the first `terms` of l.
     #[inline(always)]
-    pub fn half(&self, weight: &[f64; D], terms: usize) -> [f64; 28] {
-        let mut half = [0.0; 28];
-        for (pack, half) in half.as_chunks_mut::<LANES>().0[..const { row_lanes(D) }].iter_mut().enumerate() {
+    pub fn put_half(&self, weight: &[f64; D], terms: usize, to: &mut [f64; 28]) {
+        for (pack, half) in to.as_chunks_mut::<LANES>().0[..const { row_lanes(D) }].iter_mut().enumerate() {
             let mut sum = self.moduli[pack] * Lanes::of(weight[0]);
             for (l, weight) in weight.iter().enumerate().take(terms).skip(1) {
                 sum += self.moduli[l * const { row_lanes(D) } + pack] * Lanes::of(*weight);
             }
             *half = sum.0;
         }
-        half
     }
 
     /// Of the hoop in the plane: `c_ik` and `c'_ik`.

@@ -1,14 +1,15 @@
 //! The state of the points of a batch under a trial displacement: kinematics, law, stresses, and moduli, four points at a time.
 
-use crate::body::batch::{Batch, Entries};
-use crate::body::batch_law::BatchLaw;
+use crate::body::batch::{Answers, BATCH, Entries, Steps};
+use crate::body::batch_law::{BatchLaw, Strained};
 use crate::body::kinematics::{inverse_of, trial_excess};
 use crate::body::points::Points;
 use crate::body::trial::{InadmissiblePoint, step_of};
 use mpm_material::lanes::{LANES, Lanes, Number, four};
-use mpm_material::{PrincipalTrial, SymmetricTensor};
+use mpm_material::{PrincipalTrial, PrincipalUpdate, SymmetricTensor};
 
 /// Four points under steps that are all admissible.
+#[derive(Clone, Debug)]
 pub(crate) struct Tried<const D: usize> {
     /// Columns of its inverse.
     pub inverse: [[Lanes; D]; D],
@@ -45,17 +46,6 @@ impl<const D: usize> Tried<D> {
         let excess = trial_excess::<Lanes, D, HOOP>(&h, hoop, before);
         Lanes::all(are_good).then_some(Self { inverse, stretch, determinant, excess })
     }
-
-    /// Principal axes and strains; none where z is a principal direction of some of the points only.
-    #[inline(always)]
-    pub fn principal(&self) -> Option<PrincipalTrial<Lanes>> {
-        // In the plane it is that of all, which the compiler then knows.
-        if D == 2 {
-            Some(PrincipalTrial::in_plane(&self.excess))
-        } else {
-            PrincipalTrial::of_four(&self.excess)
-        }
-    }
 }
 
 /// Elastic states of four points side by side.
@@ -71,6 +61,182 @@ pub(crate) fn side_by_side([a, b, c, d]: [&SymmetricTensor; LANES]) -> Symmetric
     }
 }
 
+/// Four points of a batch before their law is asked, or fewer that stand in several lanes.
+#[derive(Clone, Debug)]
+pub(crate) struct Four<const D: usize> {
+    /// Place of the first in the batch.
+    pub place: usize,
+    pub tried: Tried<D>,
+    /// Whether z is a principal direction.
+    is_plane: bool,
+    pub trial: PrincipalTrial<Lanes>,
+}
+
+/// The points of a batch whose law can be asked, four at a time.
+#[derive(Debug)]
+pub(crate) struct Asked<const D: usize> {
+    /// What the law is asked, with room for a batch whose points all stand alone.
+    strained: Vec<Strained>,
+    fours: Vec<Four<D>>,
+    n: usize,
+    /// The smallest `det ΔF`.
+    pub smallest: f64,
+}
+
+impl<const D: usize> Asked<D> {
+    pub fn new() -> Self {
+        let tried = Tried {
+            inverse: [[Lanes::ZERO; D]; D],
+            stretch: Lanes::ZERO,
+            determinant: Lanes::ZERO,
+            excess: SymmetricTensor::default(),
+        };
+        let four = Four { place: 0, is_plane: true, trial: PrincipalTrial::in_plane(&tried.excess), tried };
+        Self {
+            strained: vec![Strained::NONE; BATCH],
+            fours: vec![four; BATCH],
+            n: 0,
+            smallest: f64::INFINITY,
+        }
+    }
+
+    /// What the law is asked.
+    pub fn strained(&self) -> &[Strained] {
+        &self.strained[..self.n]
+    }
+
+    /// The points, as many as [`Self::strained`].
+    pub fn fours(&self) -> &[Four<D>] {
+        &self.fours[..self.n]
+    }
+
+    /// Works out kinematics and principal axes of all points, which have been [measured](Steps::measure).
+    ///
+    /// # Errors
+    /// The first point (in order) that has no admissible step; the law can be [asked](Self::strained) for those before it.
+    #[inline(always)]
+    pub fn collect<const HOOP: bool>(
+        &mut self,
+        steps: &Steps<D>,
+        points: &Points<D>,
+        numbers: &[usize],
+    ) -> Result<(), InadmissiblePoint> {
+        (self.n, self.smallest) = (0, f64::INFINITY);
+        let tried = self.try_all::<HOOP>(steps, points, numbers);
+        self.find_axes();
+        tried
+    }
+
+    #[inline(always)]
+    fn try_all<const HOOP: bool>(
+        &mut self,
+        steps: &Steps<D>,
+        points: &Points<D>,
+        numbers: &[usize],
+    ) -> Result<(), InadmissiblePoint> {
+        for first in (0..numbers.len()).step_by(LANES) {
+            let count = LANES.min(numbers.len() - first);
+            let places = four(|lane| first + lane.min(count - 1));
+            if !self.push::<HOOP>(steps, points, numbers, (places, count)) {
+                self.apart::<HOOP>(steps, points, numbers, (first, count))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes on the first `count` of the points at four places; not where they have to be taken apart.
+    #[inline(always)]
+    fn push<const HOOP: bool>(
+        &mut self,
+        steps: &Steps<D>,
+        points: &Points<D>,
+        numbers: &[usize],
+        (places, count): ([usize; LANES], usize),
+    ) -> bool {
+        let numbers = four(|lane| numbers[places[lane]]);
+        let before = side_by_side(four(|lane| &points.elastic_excess[numbers[lane]]));
+        let Some(tried) = Tried::of::<HOOP>(steps.four_steps(places), &before) else { return false };
+        // In the plane it is one of all, which the compiler then knows.
+        let Some(is_plane) = (if D == 2 { Some(true) } else { PrincipalTrial::is_plane(&tried.excess) }) else {
+            return false;
+        };
+        self.smallest = tried.determinant.0.into_iter().fold(self.smallest, f64::min);
+        let strained = &mut self.strained[self.n];
+        (strained.numbers, strained.count) = (numbers, count);
+        let four = &mut self.fours[self.n];
+        (four.place, four.tried, four.is_plane) = (places[0], tried, is_plane);
+        self.n += 1;
+        true
+    }
+
+    /// Works out principal axes and strains of all points that have been tried.
+    #[inline(always)]
+    fn find_axes(&mut self) {
+        let mut at = 0;
+        loop {
+            match &mut self.fours[at..self.n] {
+                [] => break,
+                [first, ..] if D == 2 || first.is_plane => {
+                    first.trial = PrincipalTrial::in_plane(&first.tried.excess);
+                    at += 1;
+                }
+                [first, second, ..] if !second.is_plane => {
+                    let excesses = [&first.tried.excess, &second.tried.excess];
+                    [first.trial, second.trial] = PrincipalTrial::in_space(excesses);
+                    at += 2;
+                }
+                [first, ..] => {
+                    [first.trial] = PrincipalTrial::in_space([&first.tried.excess]);
+                    at += 1;
+                }
+            }
+        }
+        for (strained, four) in self.strained.iter_mut().zip(&self.fours[..self.n]) {
+            strained.strain = four.trial.strain;
+        }
+    }
+
+    /// As [`Self::push`], of points that are taken one after the other, each in all lanes.
+    #[cold]
+    #[inline(never)]
+    fn apart<const HOOP: bool>(
+        &mut self,
+        steps: &Steps<D>,
+        points: &Points<D>,
+        numbers: &[usize],
+        (first, count): (usize, usize),
+    ) -> Result<(), InadmissiblePoint> {
+        for place in first..first + count {
+            step_of::<D, HOOP>(numbers[place], &steps.step(place))?;
+            let is_taken = self.push::<HOOP>(steps, points, numbers, ([place; LANES], 1));
+            assert!(is_taken, "four times the same admissible point is of one kind");
+        }
+        Ok(())
+    }
+}
+
+/// What is known of the points of a batch, from their steps to what sums need.
+#[derive(Debug)]
+pub(crate) struct Batch<const D: usize> {
+    pub steps: Steps<D>,
+    pub asked: Asked<D>,
+    /// Answers of the law to what it is [asked](Asked::strained).
+    pub updates: Vec<PrincipalUpdate<Lanes>>,
+    pub answers: Answers<D>,
+}
+
+impl<const D: usize> Batch<D> {
+    /// For sets of up to `most_nodes` nodes.
+    pub fn new(most_nodes: usize) -> Self {
+        Self {
+            steps: Steps::new(most_nodes),
+            asked: Asked::new(),
+            updates: vec![PrincipalUpdate::default(); BATCH],
+            answers: Answers::new(),
+        }
+    }
+}
+
 /// A law and the points that it is asked for.
 pub(crate) struct Question<'a, const D: usize> {
     pub law: &'a dyn BatchLaw,
@@ -80,7 +246,7 @@ pub(crate) struct Question<'a, const D: usize> {
 }
 
 impl<const D: usize> Question<'_, D> {
-    /// Works out the state of all points, which have been [measured](crate::body::batch::Steps::measure); returns the smallest `det ΔF`.
+    /// Works out the state of all points, which have been [measured](Steps::measure); returns the smallest `det ΔF`.
     ///
     /// # Errors
     /// The first point (in order) that has no admissible state.
@@ -89,63 +255,31 @@ impl<const D: usize> Question<'_, D> {
         &self,
         batch: &mut Batch<D>,
     ) -> Result<f64, InadmissiblePoint> {
-        let n = self.numbers.len();
-        let mut smallest = f64::INFINITY;
-        for first in (0..n).step_by(LANES) {
-            let count = LANES.min(n - first);
-            let at = four(|lane| first + lane.min(count - 1));
-            let determinants = match self.four::<HOOP, MODULI>(batch, at, count)? {
-                Some(determinants) => determinants,
-                None => self.apart::<HOOP, MODULI>(batch, first, count)?,
-            };
-            smallest = determinants.0.into_iter().fold(smallest, f64::min);
-        }
-        Ok(smallest)
-    }
-
-    /// Works out the states of the first `count` of the points at four places; none where they have to be taken apart.
-    #[inline(always)]
-    fn four<const HOOP: bool, const MODULI: bool>(
-        &self,
-        batch: &mut Batch<D>,
-        at: [usize; LANES],
-        count: usize,
-    ) -> Result<Option<Lanes>, InadmissiblePoint> {
-        let numbers = four(|lane| self.numbers[at[lane]]);
-        let before = side_by_side(four(|lane| &self.points.elastic_excess[numbers[lane]]));
-        let Some(tried) = Tried::of::<HOOP>(batch.steps.four_steps(at), &before) else { return Ok(None) };
-        let Some(trial) = tried.principal() else { return Ok(None) };
-        let others = (Lanes(four(|lane| self.points.reference_volume[numbers[lane]])), tried.stretch);
-        let strain = trial.strain;
+        let collected = batch.asked.collect::<HOOP>(&batch.steps, self.points, self.numbers);
+        // A point that its law refuses may stand before one that has no step.
+        let n = batch.asked.strained().len();
+        let updates = &mut batch.updates[..n];
         if MODULI {
-            let update = self.law.update(&numbers, &strain)?;
-            let entries = Entries::of(&tried.inverse, &trial.stress(&update.kirchhoff), others);
-            batch.keep_entries::<HOOP, true>((at[0], count), &entries);
-            batch.keep_moduli::<HOOP>((at[0], count), &trial.tangent(&update));
+            self.law.update(batch.asked.strained(), updates)?;
         } else {
-            let stresses = self.law.stresses(&numbers, &strain)?;
-            let entries = Entries::of(&tried.inverse, &trial.stress(&stresses), others);
-            batch.keep_entries::<HOOP, false>((at[0], count), &entries);
+            self.law.stresses(batch.asked.strained(), updates)?;
         }
-        Ok(Some(tried.determinant))
-    }
-
-    /// As [`Self::four`], of points that are taken one after the other, each in all lanes.
-    #[cold]
-    #[inline(never)]
-    fn apart<const HOOP: bool, const MODULI: bool>(
-        &self,
-        batch: &mut Batch<D>,
-        first: usize,
-        count: usize,
-    ) -> Result<Lanes, InadmissiblePoint> {
-        let mut determinants = Lanes::of(f64::INFINITY);
-        for lane in 0..count {
-            let at = first + lane;
-            step_of::<D, HOOP>(self.numbers[at], &batch.steps.step(at))?;
-            let answered = self.four::<HOOP, MODULI>(batch, [at; LANES], 1)?;
-            determinants.0[lane] = answered.expect("four times the same admissible point is of one kind").0[0];
+        collected?;
+        for k in 0..n {
+            let (strained, four) = (&batch.asked.strained()[k], &batch.asked.fours()[k]);
+            let volume = Lanes(strained.numbers.map(|p| self.points.reference_volume[p]));
+            let update = &batch.updates[k];
+            let stress = four.trial.stress(&update.kirchhoff);
+            let entries = Entries::of(&four.tried.inverse, &stress, (volume, four.tried.stretch));
+            let places = (four.place, strained.count);
+            if MODULI {
+                let tangent = four.trial.tangent(update);
+                batch.answers.keep_entries::<HOOP, true>(places, &entries);
+                batch.answers.keep_moduli::<HOOP>(places, &tangent);
+            } else {
+                batch.answers.keep_entries::<HOOP, false>(places, &entries);
+            }
         }
-        Ok(determinants)
+        Ok(batch.asked.smallest)
     }
 }

@@ -22,6 +22,8 @@ pub(crate) struct NodeSums<const D: usize> {
     gradient: Vec<Lanes>,
     /// `t_vp` by point of a run and pack; zero where there is no hoop.
     hoop: Vec<Lanes>,
+    /// Of the points of a run and one column node.
+    columns: [Column; RUN],
     /// As [`NodeBlocks`].
     tangent: Vec<Lanes>,
     /// Of a pass for [`ALL`] blocks: the sum of the points whose tangent is symmetric, from the diagonal down.
@@ -58,6 +60,7 @@ impl<const D: usize> NodeSums<D> {
             force: vec![Lanes::ZERO; packs * D],
             gradient: vec![Lanes::ZERO; RUN * packs * D],
             hoop: vec![Lanes::ZERO; RUN * packs],
+            columns: [Column::NONE; RUN],
             symmetric: if takes_unsymmetric { blocks.clone() } else { Vec::new() },
             tangent: blocks,
         }
@@ -93,11 +96,10 @@ impl<const D: usize> NodeSums<D> {
 
     #[inline(always)]
     fn add_packs<const TANGENT: u8, const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
-        self.add_forces::<HOOP>(packs, run);
+        self.add_forces::<TANGENT, HOOP>(packs, run);
         if TANGENT == FORCE {
             return;
         }
-        self.push_gradients::<HOOP>(packs, run);
         let (mut from, mut to) = (0, 0);
         while from < run.len() {
             let is_symmetric = run[from].answered.is_symmetric;
@@ -110,63 +112,48 @@ impl<const D: usize> NodeSums<D> {
                 g: &self.gradient[from * packs * D..to * packs * D],
                 t: &self.hoop[from * packs..to * packs],
             };
-            let n = self.n * packs * D * D;
+            let (n, columns) = (self.n * packs * D * D, &mut self.columns);
             // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
             match (TANGENT == ALL, is_symmetric) {
-                (true, false) => blocks.add::<ALL, HOOP>(&mut self.tangent[..n]),
-                (true, true) => blocks.add::<LOWER, HOOP>(&mut self.symmetric[..n]),
-                (false, _) => blocks.add::<LOWER, HOOP>(&mut self.tangent[..n]),
+                (true, false) => blocks.add::<ALL, HOOP>(&mut self.tangent[..n], columns),
+                (true, true) => blocks.add::<LOWER, HOOP>(&mut self.symmetric[..n], columns),
+                (false, _) => blocks.add::<LOWER, HOOP>(&mut self.tangent[..n], columns),
             }
             from = to;
         }
     }
 
+    /// Adds the forces of a run, and keeps what its tangents need of the nodes.
     #[inline(always)]
-    fn add_forces<const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
+    fn add_forces<const TANGENT: u8, const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
         for pack in 0..packs {
             let sums = &mut self.force[pack * D..(pack + 1) * D];
             let mut force: [Lanes; D] = each(|i| sums[i]);
-            for point in run {
+            for (k, point) in run.iter().enumerate() {
                 let (values, gradients) = point.influences;
                 let dn = gradients_of(gradients, pack);
                 for (i, force) in force.iter_mut().enumerate() {
-                    let mut of_node = Lanes::of(point.answered.force(i, 0)) * dn[0];
-                    for (d, dn) in dn.iter().enumerate().skip(1) {
-                        of_node += Lanes::of(point.answered.force(i, d)) * *dn;
-                    }
+                    let mut of_node = product(|d| point.answered.force(i, d), &dn);
                     if HOOP && D == 3 && i == D - 1 {
                         of_node = of_node * Lanes::of(point.radius());
                     }
                     *force += of_node;
                 }
+                let at = k * packs + pack;
                 if HOOP {
                     let t = values_of(values, pack) * Lanes::of(1.0 / point.radius());
                     force[0] += Lanes::of(point.answered.hoop_stress()) * t;
+                    if TANGENT != FORCE {
+                        self.hoop[at] = t;
+                    }
+                }
+                if TANGENT != FORCE {
+                    for (i, g) in self.gradient[at * D..(at + 1) * D].iter_mut().enumerate() {
+                        *g = product(|d| point.answered.inverse(d, i), &dn);
+                    }
                 }
             }
             sums.copy_from_slice(&force);
-        }
-    }
-
-    #[inline(always)]
-    fn push_gradients<const HOOP: bool>(&mut self, packs: usize, run: &[SummedPoint<'_, D>]) {
-        for (k, point) in run.iter().enumerate() {
-            let (values, gradients) = point.influences;
-            let g = &mut self.gradient[k * packs * D..(k + 1) * packs * D];
-            let t = &mut self.hoop[k * packs..(k + 1) * packs];
-            for pack in 0..packs {
-                let dn = gradients_of(gradients, pack);
-                for i in 0..D {
-                    let mut sum = Lanes::of(point.answered.inverse(0, i)) * dn[0];
-                    for (d, dn) in dn.iter().enumerate().skip(1) {
-                        sum += Lanes::of(point.answered.inverse(d, i)) * *dn;
-                    }
-                    g[pack * D + i] = sum;
-                }
-                if HOOP {
-                    t[pack] = values_of(values, pack) * Lanes::of(1.0 / point.radius());
-                }
-            }
         }
     }
 
@@ -225,6 +212,16 @@ fn gradients_of<const D: usize>(gradients: &[Vector<D>], pack: usize) -> [Lanes;
     each(|d| Lanes(four(|k| rest.get(k).map_or(0.0, |gradient| gradient[d]))))
 }
 
+/// `Σ_d of(d) ∂_d S_v` of the nodes of a pack.
+#[inline(always)]
+fn product<const D: usize>(of: impl Fn(usize) -> f64, gradient: &[Lanes; D]) -> Lanes {
+    let mut sum = Lanes::of(of(0)) * gradient[0];
+    for (d, gradient) in gradient.iter().enumerate().skip(1) {
+        sum += Lanes::of(of(d)) * *gradient;
+    }
+    sum
+}
+
 /// Values of the nodes of a pack; zero behind the last node.
 #[inline(always)]
 fn values_of(values: &[f64], pack: usize) -> Lanes {
@@ -241,36 +238,35 @@ struct Blocks<'a, const D: usize> {
 }
 
 /// What a point and a column node have in common for the blocks of all rows.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Column {
     /// `V⁰ a_ikjl g_w,l` at (k D + j) D + i, with what the hoop adds to it.
     half: [f64; 28],
-    /// Of the hoop, by column of the block; of a body that turns see [`Self::turning`].
+    /// Of the hoop, by column of the block; of a body that turns see [`Self::turn`].
     row: [f64; 3],
 }
 
 impl<const D: usize> Blocks<'_, D> {
     /// Adds the tangents to the blocks: all of them, or those of a [`LOWER`] pass.
     #[inline(always)]
-    fn add<const TANGENT: u8, const HOOP: bool>(&self, sums: &mut [Lanes]) {
+    fn add<const TANGENT: u8, const HOOP: bool>(&self, sums: &mut [Lanes], columns: &mut [Column; RUN]) {
         let packs = self.packs;
-        let mut columns = [Column { half: [0.0; 28], row: [0.0; 3] }; RUN];
         for (w, sums) in sums.chunks_exact_mut(packs * D * D).enumerate() {
             let (pack_of_w, lane) = (w / LANES, w % LANES);
-            for (k, (point, column)) in self.run.iter().zip(&mut columns).enumerate() {
+            for (k, (point, column)) in self.run.iter().zip(&mut *columns).enumerate() {
                 let node: [f64; D] = each(|l| self.g[(k * packs + pack_of_w) * D + l].0[lane]);
                 let hoop = if HOOP { self.t[k * packs + pack_of_w].0[lane] } else { 0.0 };
                 if HOOP && D == 3 {
-                    *column = Column::turning(point, &node, hoop);
+                    column.turn(point, &node, hoop);
                 } else {
-                    *column = Column::of::<D, HOOP>(point.answered, &node, hoop);
+                    column.set::<D, HOOP>(point.answered, &node, hoop);
                 }
             }
             let first = if TANGENT == LOWER { pack_of_w } else { 0 };
             for (pack, sums) in sums.chunks_exact_mut(D * D).enumerate().skip(first) {
                 let mut sum: [[Lanes; D]; D] = [[Lanes::ZERO; D]; D];
                 sum.as_flattened_mut().copy_from_slice(sums);
-                for (k, (point, column)) in self.run.iter().zip(&columns).enumerate() {
+                for (k, (point, column)) in self.run.iter().zip(&*columns).enumerate() {
                     let g: [Lanes; D] = each(|i| self.g[(k * packs + pack) * D + i]);
                     let t = if HOOP { self.t[k * packs + pack] } else { Lanes::ZERO };
                     if HOOP && D == 3 {
@@ -292,14 +288,23 @@ const fn half_at(i: usize, k: usize, j: usize) -> usize {
 }
 
 impl Column {
+    /// Of no point.
+    const NONE: Self = Self { half: [0.0; 28], row: [0.0; 3] };
+
     #[inline(always)]
-    fn of<const D: usize, const HOOP: bool>(answered: Answered<'_, D>, node: &[f64; D], hoop: f64) -> Self {
+    fn set<const D: usize, const HOOP: bool>(
+        &mut self,
+        answered: Answered<'_, D>,
+        node: &[f64; D],
+        hoop: f64,
+    ) {
+        let Self { half, row } = self;
         let volume = answered.volume();
         let weighted = node.map(|g| g * volume);
-        let mut half = answered.half(&weighted, D);
-        let mut row = [0.0; 3];
+        answered.put_half(&weighted, D, half);
         if HOOP {
             let hoop = hoop * volume;
+            *row = [0.0; 3];
             for k in 0..2 {
                 for i in 0..2 {
                     half[k * D * D + i] += answered.by_hoop(i, k).0 * hoop;
@@ -308,7 +313,6 @@ impl Column {
             }
             row[0] += answered.hoop_modulus() * hoop;
         }
-        Self { half, row }
     }
 
     /// Adds the blocks of four row nodes.
@@ -331,14 +335,15 @@ impl Column {
     /// Of a body that turns, see `turning_tangent.rs`; `row` is what belongs to the column of the angle, then the arm of the
     /// row of the angle.
     #[inline(always)]
-    fn turning<const D: usize>(point: &SummedPoint<'_, D>, node: &[f64; D], hoop: f64) -> Self {
+    fn turn<const D: usize>(&mut self, point: &SummedPoint<'_, D>, node: &[f64; D], hoop: f64) {
+        let half = &mut self.half;
         let (answered, radius) = (point.answered, point.radius());
         let stress = answered.shear_stress();
         let volume = answered.volume();
         let weight = hoop * volume;
         let weighted = node.map(|g| g * volume);
         let angle = D - 1;
-        let mut half = answered.half(&weighted, angle);
+        answered.put_half(&weighted, angle, half);
         for k in 0..D {
             for i in 0..D {
                 half[half_at(i, k, angle)] *= radius;
@@ -346,7 +351,7 @@ impl Column {
             }
         }
         let of_column = radius * (stress[0] * node[0] + stress[1] * node[1]);
-        Self { half, row: [of_column, radius * hoop, 0.0] }
+        self.row = [of_column, radius * hoop, 0.0];
     }
 
     /// Adds the blocks of four row nodes of a body that turns.

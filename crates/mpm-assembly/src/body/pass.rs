@@ -215,7 +215,7 @@ impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '
             for k in segment.from..segment.to {
                 let influences = (&group.values[k * n..(k + 1) * n], &group.gradients[k * n..(k + 1) * n]);
                 let radius = if HOOP { points.position[group.first_point + k][0] } else { 1.0 };
-                run[in_run] = SummedPoint { answered: batch.answered(at), influences, radius };
+                run[in_run] = SummedPoint { answered: batch.answers.answered(at), influences, radius };
                 in_run += 1;
                 at += 1;
                 if in_run == RUN {

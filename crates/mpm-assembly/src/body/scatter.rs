@@ -185,7 +185,14 @@ pub(crate) fn add_tangent<const D: usize>(
     match input.pattern.symmetry() {
         Symmetry::Symmetric => {
             assert!(tangent.is_symmetric(), "the pattern takes the worst symmetry");
-            add_lower(nodes, slots, tangent, input, part);
+            match tangent {
+                DenseTangent::LowerOfNodes(blocks)
+                    if nodes.iter().all(|&node| input.constraints.mask(node as usize) == 0) =>
+                {
+                    add_lower_of_free_nodes(nodes, slots, blocks, input, part);
+                }
+                _ => add_lower(nodes, slots, tangent, input, part),
+            }
         }
         Symmetry::Unsymmetric => add_all(nodes, slots, tangent, input, part),
     }
@@ -276,6 +283,40 @@ fn add_lower<const D: usize>(
                     for i in (0..D).filter(|i| row_mask & (1 << i) == 0) {
                         part.values[start + i] += block[(i, j)];
                     }
+                }
+            }
+        }
+    }
+}
+
+/// As [`add_lower`], of nodes side by side of which none is prescribed.
+#[inline(always)]
+fn add_lower_of_free_nodes<const D: usize>(
+    nodes: &[u32],
+    slots: &[u32],
+    blocks: NodeBlocks<'_, D>,
+    input: PassInput<'_, D>,
+    part: &mut Part<'_, D>,
+) {
+    let columns = input.pattern.column_start();
+    let base = columns[node_equation::<D>(part.node, 0)];
+    let mut slots = slots.iter();
+    for (w, &column_node) in nodes.iter().enumerate() {
+        let starts: [usize; D] =
+            std::array::from_fn(|j| columns[node_equation::<D>(column_node as usize, j)] - base);
+        let diagonal = blocks.lane(w, w);
+        for (j, start) in starts.iter().enumerate() {
+            let values = &mut part.values[*start..*start + D - j];
+            for (value, add) in values.iter_mut().zip(diagonal.column(j).skip(j)) {
+                *value += add;
+            }
+        }
+        for (v, &slot) in (w + 1..nodes.len()).zip(&mut slots) {
+            let (row, block) = (node_equation::<D>(slot as usize, 0), blocks.lane(v, w));
+            for (j, start) in starts.iter().enumerate() {
+                let start = start + (D - j) + row;
+                for (value, add) in part.values[start..start + D].iter_mut().zip(block.column(j)) {
+                    *value += add;
                 }
             }
         }

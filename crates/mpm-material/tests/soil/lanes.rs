@@ -64,13 +64,21 @@ impl Visit for Compared {
         for step in 0..60 {
             let points: [SymmetricTensor; LANES] = std::array::from_fn(|_| excess(&mut random, step % 2 == 0));
             let each = points.each_ref().map(|excess| respond(law, excess, &history));
-            let trial = PrincipalTrial::of_four(&side_by_side(&points)).expect("of one kind");
+            let four = side_by_side(&points);
+            let trial = match PrincipalTrial::is_plane(&four).expect("of one kind") {
+                true => PrincipalTrial::in_plane(&four),
+                // Beside others, by turns.
+                false => {
+                    let others = side_by_side(&std::array::from_fn(|_| excess(&mut random, false)));
+                    PrincipalTrial::in_space([&others, &four])[1]
+                }
+            };
             let Ok(all) = law.update_lanes(&trial.strain, [&history; LANES]) else {
                 assert!(each.iter().any(Result::is_err), "{}: it answers all of them", table.name);
                 continue;
             };
             let LaneUpdate { principal, plastic, history: after } = &all;
-            let (tangent, excess) = (trial.tangent(principal), trial.elastic_excess(principal));
+            let (tangent, excess) = (trial.tangent(principal), trial.elastic_excess(&principal.elastic_strain));
             let found = numbers(&[trial.stress(&principal.kirchhoff), excess], &tangent);
             for (lane, one) in each.into_iter().enumerate() {
                 let one = one.expect("it answers them together");
@@ -107,6 +115,6 @@ fn four_points_at_once_have_the_bits_of_each() {
 fn points_of_both_kinds_are_taken_apart() {
     let mut random = Numbers(3);
     let points = [true, true, false, true].map(|in_plane| excess(&mut random, in_plane));
-    assert!(PrincipalTrial::of_four(&side_by_side(&points)).is_none());
-    assert!(PrincipalTrial::of_four(&side_by_side(&[points[2]; LANES])).is_some());
+    assert!(PrincipalTrial::is_plane(&side_by_side(&points)).is_none());
+    assert!(PrincipalTrial::is_plane(&side_by_side(&[points[2]; LANES])) == Some(false));
 }
