@@ -133,7 +133,11 @@ impl PrincipalTrial {
         };
         Response {
             kirchhoff: self.stress(&principal.kirchhoff),
-            elastic_excess: if update.plastic { self.elastic_excess(&principal.elastic_strain) } else { *trial_excess },
+            elastic_excess: if update.plastic {
+                self.elastic_excess(&principal.elastic_strain)
+            } else {
+                *trial_excess
+            },
             plastic: update.plastic,
             history: update.history,
             tangent: self.tangent(&principal),

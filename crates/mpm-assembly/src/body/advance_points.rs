@@ -68,7 +68,8 @@ impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
         let mut at = 0;
         let mut written = |gathered: &Gathered<'_, D>| {
             let (law, columns) = (&mut *law, &mut *columns);
-            let part = Part { of: self, gathered, memory: &mut memory, law, columns, at, largest: &mut largest };
+            let part =
+                Part { of: self, gathered, memory: &mut memory, law, columns, at, largest: &mut largest };
             at += gathered.points().len();
             vectorised(part)
         };

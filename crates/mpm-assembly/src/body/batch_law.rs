@@ -25,11 +25,7 @@ pub(crate) trait BatchLaw: Sync {
     ///
     /// # Errors
     /// The first point (in order) that its law refuses.
-    fn stresses(
-        &self,
-        asked: &[Strained],
-        to: &mut [PrincipalUpdate<Lanes>],
-    ) -> Result<(), InadmissiblePoint>;
+    fn stresses(&self, asked: &[Strained], to: &mut [PrincipalUpdate<Lanes>]) -> Result<(), InadmissiblePoint>;
 
     /// Writes stresses and moduli.
     ///
@@ -45,11 +41,7 @@ pub(crate) struct LawOfPoints<'a, M: Material> {
 }
 
 impl<M: Material> BatchLaw for LawOfPoints<'_, M> {
-    fn stresses(
-        &self,
-        asked: &[Strained],
-        to: &mut [PrincipalUpdate<Lanes>],
-    ) -> Result<(), InadmissiblePoint> {
+    fn stresses(&self, asked: &[Strained], to: &mut [PrincipalUpdate<Lanes>]) -> Result<(), InadmissiblePoint> {
         let write = |k: usize, update: &LaneUpdate<_>| to[k].kirchhoff = update.principal.kirchhoff;
         vectorised(Asking { of: self, asked, write })
     }

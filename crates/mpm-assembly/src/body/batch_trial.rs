@@ -92,12 +92,7 @@ impl<const D: usize> Asked<D> {
             excess: SymmetricTensor::default(),
         };
         let four = Four { place: 0, is_plane: true, trial: PrincipalTrial::in_plane(&tried.excess), tried };
-        Self {
-            strained: vec![Strained::NONE; BATCH],
-            fours: vec![four; BATCH],
-            n: 0,
-            smallest: f64::INFINITY,
-        }
+        Self { strained: vec![Strained::NONE; BATCH], fours: vec![four; BATCH], n: 0, smallest: f64::INFINITY }
     }
 
     /// What the law is asked.

@@ -292,12 +292,7 @@ impl Column {
     const NONE: Self = Self { half: [0.0; 28], row: [0.0; 3] };
 
     #[inline(always)]
-    fn set<const D: usize, const HOOP: bool>(
-        &mut self,
-        answered: Answered<'_, D>,
-        node: &[f64; D],
-        hoop: f64,
-    ) {
+    fn set<const D: usize, const HOOP: bool>(&mut self, answered: Answered<'_, D>, node: &[f64; D], hoop: f64) {
         let Self { half, row } = self;
         let volume = answered.volume();
         let weighted = node.map(|g| g * volume);
