@@ -250,8 +250,8 @@ pub trait Work {
     /// What it answers.
     type Output;
 
-    /// Does it.
-    fn run(self) -> Self::Output;
+    /// Does it, with vector registers of four numbers or without, where code that is specialised is not worth its size.
+    fn run<const VECTORS: bool>(self) -> Self::Output;
 }
 
 /// Does `work` in vector registers of four numbers where the machine has them (AVX2), and else as compiled: the same
@@ -262,7 +262,7 @@ pub fn vectorised<W: Work>(work: W) -> W::Output {
     if let Some(v3) = *has_vectors() {
         return v3.vectorize(Vectorised(work));
     }
-    work.run()
+    work.run::<false>()
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -274,7 +274,7 @@ impl<W: Work> pulp::NullaryFnOnce for Vectorised<W> {
 
     #[inline(always)]
     fn call(self) -> W::Output {
-        self.0.run()
+        self.0.run::<true>()
     }
 }
 

@@ -1,7 +1,8 @@
 //! States of points at the end of a load step, four points at a time.
 
-use crate::body::batch::{BATCH, Gathered, Steps};
+use crate::body::batch::{BATCH, Gathered};
 use crate::body::batch_law::{AdvancingLaw, Returned};
+use crate::body::batch_steps::Steps;
 use crate::body::batch_trial::Asked;
 use crate::body::kinematics::{LargestStrain, StepGradient};
 use crate::body::points::Points;
@@ -71,7 +72,7 @@ impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
             let part =
                 Part { of: self, gathered, memory: &mut memory, law, columns, at, largest: &mut largest };
             at += gathered.points().len();
-            vectorised(part)
+            part.advance()
         };
         for group in groups {
             let mut from = 0;
@@ -114,11 +115,8 @@ struct Part<'a, 'b, 'c, const D: usize, const HOOP: bool> {
     largest: &'a mut LargestStrain,
 }
 
-impl<const D: usize, const HOOP: bool> Work for Part<'_, '_, '_, D, HOOP> {
-    type Output = Result<(), InadmissiblePoint>;
-
-    #[inline(always)]
-    fn run(mut self) -> Self::Output {
+impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
+    fn advance(mut self) -> Result<(), InadmissiblePoint> {
         let Advanced { points, increment, dilated } = *self.of;
         let numbers = self.gathered.points();
         let Memory { steps, asked, returned } = &mut *self.memory;
@@ -134,17 +132,13 @@ impl<const D: usize, const HOOP: bool> Work for Part<'_, '_, '_, D, HOOP> {
         let n = asked.strained().len();
         self.law.advance(asked.strained(), &mut returned[..n])?;
         collected?;
-        for k in 0..n {
-            self.write(k);
-        }
+        vectorised(Writing(&mut self));
         if HOOP && D == 3 {
             self.turn();
         }
         Ok(())
     }
-}
 
-impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
     /// Writes the states of the k-th points whose law has been asked.
     #[inline(always)]
     fn write(&mut self, k: usize) {
@@ -188,6 +182,20 @@ impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
                 self.columns.angle[at] = self.of.points.angle[group.first_point + k] + turns.sum::<f64>();
                 at += 1;
             }
+        }
+    }
+}
+
+/// Writes the states of all points whose law has been asked.
+struct Writing<'w, 'a, 'b, 'c, const D: usize, const HOOP: bool>(&'w mut Part<'a, 'b, 'c, D, HOOP>);
+
+impl<const D: usize, const HOOP: bool> Work for Writing<'_, '_, '_, '_, D, HOOP> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) {
+        for k in 0..self.0.memory.asked.strained().len() {
+            self.0.write(k);
         }
     }
 }

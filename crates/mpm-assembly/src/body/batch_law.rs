@@ -63,7 +63,7 @@ impl<M: Material, F: FnMut(usize, &LaneUpdate<M::History>)> Work for Asking<'_, 
     type Output = Result<(), InadmissiblePoint>;
 
     #[inline(always)]
-    fn run(self) -> Self::Output {
+    fn run<const VECTORS: bool>(self) -> Self::Output {
         let Self { of, asked, mut write } = self;
         for (k, four_points) in asked.iter().enumerate() {
             let history = four(|lane| &of.history[four_points.numbers[lane]]);

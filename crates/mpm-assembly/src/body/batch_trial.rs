@@ -1,11 +1,12 @@
 //! The state of the points of a batch under a trial displacement: kinematics, law, stresses, and moduli, four points at a time.
 
-use crate::body::batch::{Answers, BATCH, Entries, Steps};
+use crate::body::batch::{Answers, BATCH, Entries};
 use crate::body::batch_law::{BatchLaw, Strained};
+use crate::body::batch_steps::Steps;
 use crate::body::kinematics::{inverse_of, trial_excess};
 use crate::body::points::Points;
 use crate::body::trial::{InadmissiblePoint, step_of};
-use mpm_material::lanes::{LANES, Lanes, Number, four};
+use mpm_material::lanes::{LANES, Lanes, Number, Work, four, vectorised};
 use mpm_material::{PrincipalTrial, PrincipalUpdate, SymmetricTensor};
 
 /// Four points under steps that are all admissible.
@@ -109,7 +110,6 @@ impl<const D: usize> Asked<D> {
     ///
     /// # Errors
     /// The first point (in order) that has no admissible step; the law can be [asked](Self::strained) for those before it.
-    #[inline(always)]
     pub fn collect<const HOOP: bool>(
         &mut self,
         steps: &Steps<D>,
@@ -117,8 +117,9 @@ impl<const D: usize> Asked<D> {
         numbers: &[usize],
     ) -> Result<(), InadmissiblePoint> {
         (self.n, self.smallest) = (0, f64::INFINITY);
-        let tried = self.try_all::<HOOP>(steps, points, numbers);
-        self.find_axes();
+        // Works of their own, so that passes share their code.
+        let tried = vectorised(Trying::<D, HOOP> { asked: self, steps, points, numbers });
+        vectorised(FindingAxes(self));
         tried
     }
 
@@ -210,6 +211,35 @@ impl<const D: usize> Asked<D> {
     }
 }
 
+/// Works out the kinematics of all points of a batch.
+struct Trying<'a, const D: usize, const HOOP: bool> {
+    asked: &'a mut Asked<D>,
+    steps: &'a Steps<D>,
+    points: &'a Points<D>,
+    numbers: &'a [usize],
+}
+
+impl<const D: usize, const HOOP: bool> Work for Trying<'_, D, HOOP> {
+    type Output = Result<(), InadmissiblePoint>;
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) -> Self::Output {
+        self.asked.try_all::<HOOP>(self.steps, self.points, self.numbers)
+    }
+}
+
+/// Works out principal axes and strains of all points that have been tried.
+struct FindingAxes<'a, const D: usize>(&'a mut Asked<D>);
+
+impl<const D: usize> Work for FindingAxes<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) {
+        self.0.find_axes();
+    }
+}
+
 /// What is known of the points of a batch, from their steps to what sums need.
 #[derive(Debug)]
 pub(crate) struct Batch<const D: usize> {
@@ -245,7 +275,6 @@ impl<const D: usize> Question<'_, D> {
     ///
     /// # Errors
     /// The first point (in order) that has no admissible state.
-    #[inline(always)]
     pub fn answer<const HOOP: bool, const MODULI: bool>(
         &self,
         batch: &mut Batch<D>,
@@ -260,21 +289,36 @@ impl<const D: usize> Question<'_, D> {
             self.law.stresses(batch.asked.strained(), updates)?;
         }
         collected?;
-        for k in 0..n {
-            let (strained, four) = (&batch.asked.strained()[k], &batch.asked.fours()[k]);
-            let volume = Lanes(strained.numbers.map(|p| self.points.reference_volume[p]));
-            let update = &batch.updates[k];
+        let Batch { asked, updates, answers, .. } = batch;
+        let Self { points, .. } = *self;
+        vectorised(Keeping::<D, HOOP, MODULI> { asked, updates, points, answers });
+        Ok(asked.smallest)
+    }
+}
+
+/// Keeps what sums need of the points of a batch.
+struct Keeping<'a, const D: usize, const HOOP: bool, const MODULI: bool> {
+    asked: &'a Asked<D>,
+    updates: &'a [PrincipalUpdate<Lanes>],
+    points: &'a Points<D>,
+    answers: &'a mut Answers<D>,
+}
+
+impl<const D: usize, const HOOP: bool, const MODULI: bool> Work for Keeping<'_, D, HOOP, MODULI> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) {
+        let Self { asked, updates, points, answers } = self;
+        for ((strained, four), update) in asked.strained().iter().zip(asked.fours()).zip(updates) {
+            let volume = Lanes(strained.numbers.map(|p| points.reference_volume[p]));
             let stress = four.trial.stress(&update.kirchhoff);
             let entries = Entries::of(&four.tried.inverse, &stress, (volume, four.tried.stretch));
             let places = (four.place, strained.count);
+            answers.keep_entries::<HOOP, MODULI>(places, &entries);
             if MODULI {
-                let tangent = four.trial.tangent(update);
-                batch.answers.keep_entries::<HOOP, true>(places, &entries);
-                batch.answers.keep_moduli::<HOOP>(places, &tangent);
-            } else {
-                batch.answers.keep_entries::<HOOP, false>(places, &entries);
+                answers.keep_moduli::<HOOP>(places, &four.trial.tangent(update));
             }
         }
-        Ok(batch.asked.smallest)
     }
 }

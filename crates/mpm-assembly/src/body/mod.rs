@@ -9,6 +9,7 @@ mod advance_points;
 mod assembly_plan;
 mod batch;
 mod batch_law;
+mod batch_steps;
 mod batch_trial;
 mod body_connectivity;
 mod body_domains;

@@ -84,10 +84,16 @@ impl<const D: usize> NodeSums<D> {
 
     /// Adds up to [`RUN`] points.
     #[inline(always)]
-    pub fn add<const TANGENT: u8, const HOOP: bool>(&mut self, run: &[SummedPoint<'_, D>]) {
+    pub fn add<const TANGENT: u8, const HOOP: bool, const VECTORS: bool>(
+        &mut self,
+        run: &[SummedPoint<'_, D>],
+    ) {
+        if !VECTORS {
+            return self.add_packs::<TANGENT, HOOP>(self.packs, run);
+        }
         // The commonest sets are compiled with their number of packs known.
         match self.packs {
-            1 => self.add_packs::<TANGENT, HOOP>(1, run),
+            1 if D == 2 => self.add_packs::<TANGENT, HOOP>(1, run),
             2 => self.add_packs::<TANGENT, HOOP>(2, run),
             3 if D == 2 => self.add_packs::<TANGENT, HOOP>(3, run),
             packs => self.add_packs::<TANGENT, HOOP>(packs, run),

@@ -180,10 +180,20 @@ impl<const D: usize, const HOOP: bool> Pass<'_, D, HOOP> {
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        vectorised(Summing::<D, HOOP, TANGENT> { pass: self, gathered, scratch, part })
+        let Self { law, points, input, .. } = *self;
+        let batch = &mut scratch.batch;
+        batch.steps.measure::<HOOP>(gathered, input.increment, &points.position);
+        let question = Question { law, points, numbers: gathered.points() };
+        let smallest = match TANGENT {
+            FORCE => question.answer::<HOOP, false>(batch)?,
+            _ => question.answer::<HOOP, true>(batch)?,
+        };
+        vectorised(Summing::<D, HOOP, TANGENT> { pass: self, gathered, scratch, part });
+        Ok(smallest)
     }
 }
 
+/// Sums the points of a batch, whose laws have answered.
 struct Summing<'a, 'p, const D: usize, const HOOP: bool, const TANGENT: u8> {
     pass: &'a Pass<'a, D, HOOP>,
     gathered: &'a Gathered<'a, D>,
@@ -192,18 +202,12 @@ struct Summing<'a, 'p, const D: usize, const HOOP: bool, const TANGENT: u8> {
 }
 
 impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '_, D, HOOP, TANGENT> {
-    type Output = Result<f64, InadmissiblePoint>;
+    type Output = ();
 
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { pass: &Pass { law, points, plan, input }, gathered, scratch, part } = self;
+    fn run<const VECTORS: bool>(self) {
+        let Self { pass: &Pass { points, plan, input, .. }, gathered, scratch, part } = self;
         let Scratch { batch, sums, .. } = scratch;
-        batch.steps.measure::<HOOP>(gathered, input.increment, &points.position);
-        let question = Question { law, points, numbers: gathered.points() };
-        let smallest = match TANGENT {
-            FORCE => question.answer::<HOOP, false>(batch)?,
-            _ => question.answer::<HOOP, true>(batch)?,
-        };
         let mut run = [SummedPoint::NONE; RUN];
         let (mut in_run, mut at) = (0, 0);
         for segment in gathered.segments() {
@@ -218,15 +222,12 @@ impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '
                 run[in_run] = SummedPoint { answered: batch.answers.answered(at), influences, radius };
                 in_run += 1;
                 at += 1;
-                if in_run == RUN {
-                    sums.add::<TANGENT, HOOP>(&run);
+                // The last set of a batch goes on in the next one.
+                let is_last = k + 1 == segment.to && (segment.ends || at == gathered.points().len());
+                if in_run == RUN || is_last {
+                    sums.add::<TANGENT, HOOP, VECTORS>(&run[..in_run]);
                     in_run = 0;
                 }
-            }
-            // The last set of a batch goes on in the next one.
-            if in_run > 0 && (segment.ends || at == gathered.points().len()) {
-                sums.add::<TANGENT, HOOP>(&run[..in_run]);
-                in_run = 0;
             }
             if segment.ends {
                 sums.end::<TANGENT>();
@@ -234,7 +235,6 @@ impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '
                 scatter((plan, input), (group.nodes, segment.set), |v| sums.force(v), tangent, part);
             }
         }
-        Ok(smallest)
     }
 }
 

@@ -238,8 +238,8 @@ fn add_all<const D: usize>(
     }
 }
 
-/// As [`add_tangent`], where the lower triangle is stored.
-#[inline(always)]
+/// As [`add_tangent`], where the lower triangle is stored. Not inlined, because few sets have nodes that are prescribed.
+#[inline(never)]
 fn add_lower<const D: usize>(
     nodes: &[u32],
     slots: &[u32],
