@@ -1,6 +1,5 @@
 //! Undrained shear strength, perfect or softening, and the equation of a return with it.
 
-use crate::elementary::exp;
 use crate::{FieldInfo, History, ParameterError};
 
 /// Undrained shear strength s_u(ξ) [F/L²] as a function of the accumulated plastic shear ξ [-], which is
@@ -110,7 +109,7 @@ impl UndrainedStrength {
             Softening::None => self.intact,
             Softening::Linear { slope, residual } => self.intact * (1.0 + slope * shear).max(residual),
             Softening::Remoulding { remoulded, rate } => {
-                self.intact * (remoulded + (1.0 - remoulded) * exp(-rate * shear))
+                self.intact * (remoulded + (1.0 - remoulded) * (-rate * shear).exp())
             }
         }
     }
@@ -164,9 +163,9 @@ impl UndrainedStrength {
         const STEPS: usize = 64;
 
         let floor = self.intact * remoulded;
-        let lost = (self.intact - floor) * exp(-rate * shear);
+        let lost = (self.intact - floor) * (-rate * shear).exp();
         let at = |increment: f64| {
-            let rest = lost * exp(-rate * increment);
+            let rest = lost * (-rate * increment).exp();
             Shear { increment, strength: floor + rest, slope: -rate * rest }
         };
         let next = |now: &Shear| {

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::elementary::exp;
 use crate::per_point::{MOST_NUMBERS, Numbers};
 use crate::{
     Apex, Elasticity, FieldInfo, History, Material, NoReturn, OwnParameters, ParameterError, PointParameters,
@@ -144,7 +143,7 @@ impl<M: Material> Material for Undrained<M> {
             history: PoreFluid {
                 skeleton: effective.history,
                 inelastic_volume: history.inelastic_volume + flow.sum(),
-                excess_pressure: -tension * exp(-volume),
+                excess_pressure: -tension * (-volume).exp(),
             },
         })
     }

@@ -6,7 +6,7 @@ use crate::body::batch_steps::Steps;
 use crate::body::batch_trial::Asked;
 use crate::body::kinematics::{LargestStrain, StepGradient};
 use crate::body::points::Points;
-use crate::body::trial::InadmissiblePoint;
+use crate::body::trial::{InadmissiblePoint, StepOf, step_of};
 use mpm_basis::Group;
 use mpm_grid::{Block, Vector};
 use mpm_material::SymmetricTensor;
@@ -64,6 +64,10 @@ impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
         law: &mut dyn AdvancingLaw,
         columns: &mut StateColumns<'_, D>,
     ) -> Result<LargestStrain, InadmissiblePoint> {
+        if !law.is_asked() {
+            self.keep_trials(groups, columns)?;
+            return Ok(LargestStrain::default());
+        }
         let mut largest = LargestStrain::default();
         let (mut gathered, mut memory) = (Gathered::new(), Memory::new());
         let mut at = 0;
@@ -87,6 +91,43 @@ impl<'a, const D: usize, const HOOP: bool> Advanced<'a, D, HOOP> {
         written(&gathered)?;
         Ok(largest)
     }
+
+    /// As [`Self::write`] where every trial state is the state at the end, which needs no principal axes.
+    fn keep_trials(
+        &self,
+        groups: impl Iterator<Item = Group<'a, D>>,
+        columns: &mut StateColumns<'_, D>,
+    ) -> Result<(), InadmissiblePoint> {
+        let Self { points, increment, dilated } = *self;
+        let mut du = Vec::new();
+        let mut at = 0;
+        for group in groups {
+            du.clear();
+            du.extend(group.nodes.iter().map(|&node| increment[node as usize]));
+            for k in 0..group.points {
+                let p = group.first_point + k;
+                let influences = group.point(k);
+                let measured = || StepGradient::of::<HOOP>(&du, influences, points.position[p][0]);
+                let gradient = dilated.get(p).copied().unwrap_or_else(measured);
+                let StepOf { step, hoop, .. } = step_of::<D, HOOP>(p, &gradient)?;
+                columns.elastic_excess[at] = gradient.trial_excess::<HOOP>(&points.elastic_excess[p]);
+                columns.deformation_gradient[at] = step * points.deformation_gradient[p];
+                if HOOP && D == 2 {
+                    columns.hoop_stretch[at] = hoop * points.hoop_stretch[p];
+                }
+                if HOOP && D == 3 {
+                    columns.angle[at] = points.angle[p] + turned(&group, k, increment);
+                }
+                at += 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The angle by which point k of a group turns in a load step.
+fn turned<const D: usize>(group: &Group<'_, D>, k: usize, increment: &[Vector<D>]) -> f64 {
+    group.point(k).0.iter().zip(group.nodes).map(|(value, &node)| value * increment[node as usize][D - 1]).sum()
 }
 
 /// What is known of the points of a batch.
@@ -177,9 +218,8 @@ impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
         for segment in self.gathered.segments() {
             let group = &segment.group;
             for k in segment.from..segment.to {
-                let turns = group.point(k).0.iter().zip(group.nodes);
-                let turns = turns.map(|(value, &node)| value * self.of.increment[node as usize][D - 1]);
-                self.columns.angle[at] = self.of.points.angle[group.first_point + k] + turns.sum::<f64>();
+                let turned = turned(group, k, self.of.increment);
+                self.columns.angle[at] = self.of.points.angle[group.first_point + k] + turned;
                 at += 1;
             }
         }

@@ -108,6 +108,9 @@ impl Returned {
 
 /// A law that is asked at the end of a load step.
 pub(crate) trait AdvancingLaw {
+    /// Whether it may answer anything but the trial state: a law that never yields and remembers nothing need not be asked.
+    fn is_asked(&self) -> bool;
+
     /// Writes its answers, and keeps what it remembers of the points.
     ///
     /// # Errors
@@ -124,6 +127,10 @@ pub(crate) struct AdvancingPoints<'a, M: Material> {
 }
 
 impl<M: Material> AdvancingLaw for AdvancingPoints<'_, M> {
+    fn is_asked(&self) -> bool {
+        M::PLASTIC || size_of::<M::History>() > 0
+    }
+
     fn advance(&mut self, asked: &[Strained], to: &mut [Returned]) -> Result<(), InadmissiblePoint> {
         let Self { of, next, first } = self;
         let write = |k: usize, update: &LaneUpdate<M::History>| {
