@@ -1,8 +1,8 @@
 //! Logarithms and exponentials of one number or of four, the same bits on every machine.
 //!
 //! Those of a C library differ from library to library and from processor to processor in the last digit, and a library is
-//! asked for one number at a time. These are the algorithms of FreeBSD's msun (`s_log1p.c`, `s_expm1.c`; Sun Microsystems
-//! 1993) without branches, each within 1.5 units in the last place.
+//! asked for one number at a time. Logarithms are those of FreeBSD's msun (`s_log1p.c`; Sun Microsystems 1993) without branches,
+//! exponentials are reduced as there and summed as Taylor's series, each within 1.5 units in the last place.
 
 use crate::lanes::Number;
 
@@ -128,28 +128,29 @@ fn power_of_2(k: f64) -> f64 {
 /// eʳ − 1 and k of x = k ln 2 + r, |r| ≤ ½ ln 2; the first without the rounding error of r.
 #[inline(always)]
 fn reduced<T: Number>(x: T) -> (T, T) {
-    const Q: [f64; 5] = [
-        -3.333_333_333_333_313e-2,
-        1.587_301_587_301_586_7e-3,
-        -7.936_507_578_675_561e-5,
-        4.008_217_827_329_362e-6,
-        -2.010_992_181_836_243_8e-7,
-    ];
-    let q = |k: usize| T::of(Q[k]);
     let k = x.map(|x| (x * std::f64::consts::LOG2_E + WHOLE) - WHOLE);
     let (high, low) = (x - k * T::of(LN_2_HIGH), k * T::of(LN_2_LOW));
     let r = high - low;
     let lost = (high - r) - low;
-    let half = T::of(0.5) * r;
-    let square = r * half;
-    let one = T::of(1.0);
-    let series = one + square * (q(0) + square * (q(1) + square * (q(2) + square * (q(3) + square * q(4)))));
-    let t = T::of(3.0) - series * half;
-    let e = square * ((series - t) / (T::of(6.0) - r * t));
-    // r + (r²/2 - …) + what r has lost.
-    let correction = (r * (e - lost) - lost) - square;
-    (r - correction, k)
+    // Σ rⁿ/n! from 2 to 13, in pairs so that products need not wait for one another; the first term left out is 4e-18.
+    let (r2, c) = (r * r, |n: usize| T::of(INVERSE_FACTORIALS[n]));
+    let r4 = r2 * r2;
+    let pair = |n: usize| c(n) + c(n + 1) * r;
+    let (low, middle) = (pair(2) + pair(4) * r2, pair(6) + pair(8) * r2);
+    let series = low + (middle + (pair(10) + pair(12) * r2) * r4) * r4;
+    (r + (r2 * series + (lost + lost * r)), k)
 }
+
+/// 1/n!
+const INVERSE_FACTORIALS: [f64; 14] = {
+    let (mut inverse, mut factorial, mut n) = ([1.0; 14], 1.0, 1);
+    while n < 14 {
+        factorial *= n as f64;
+        inverse[n] = 1.0 / factorial;
+        n += 1;
+    }
+    inverse
+};
 
 #[cfg(test)]
 mod tests {
