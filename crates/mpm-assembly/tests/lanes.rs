@@ -18,7 +18,7 @@ use std::process::Command;
 
 /// What [`hashes`] answers; a change of the order of sums or of a function changes it, and belongs into the changelog.
 const HASHES: [&str; 5] =
-    ["1c2b7986f381d38a", "4700fe5e5dcf1175", "65a7e45b2e1f714e", "926255e2213faf82", "71992f95e4b7e063"];
+    ["1c2b7986f381d38a", "4700fe5e5dcf1175", "65a7e45b2e1f714e", "926255e2213faf82", "c4dc39bbaabc6993"];
 
 /// A law that refuses four points at once, so that each is asked for alone.
 #[derive(Clone, Copy)]
