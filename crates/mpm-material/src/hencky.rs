@@ -65,7 +65,7 @@ impl Material for Hencky {
 
     #[inline(always)]
     fn update_lanes(&self, trial: &[Lanes; 3], _history: [&(); LANES]) -> Result<LaneUpdate<()>, NoReturn> {
-        Ok(LaneUpdate { principal: self.principal(trial), plastic: Mask([false; LANES]), history: [(); LANES] })
+        Ok(LaneUpdate { principal: self.principal(trial), plastic: Mask::NONE, history: [(); LANES] })
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &()) -> f64 {

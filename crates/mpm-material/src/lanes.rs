@@ -8,7 +8,7 @@
 //! Everything that is to run in vector registers has to be inlined into the work that [`vectorised`] is given:
 //! a function that stays a call is compiled for every machine.
 
-use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use std::sync::OnceLock;
 
 /// Numbers in [`Lanes`].
@@ -130,12 +130,42 @@ pub struct Lanes(
     pub [f64; LANES],
 );
 
-/// Four answers.
+/// Four answers, each in all bits of a number, as vector registers hold them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Mask(
-    /// The answers.
-    pub [bool; LANES],
-);
+#[repr(align(32))]
+pub struct Mask([u64; LANES]);
+
+impl Mask {
+    /// No, four times.
+    pub const NONE: Self = Self([0; LANES]);
+
+    /// The answer in a lane.
+    #[inline(always)]
+    pub fn get(self, lane: usize) -> bool {
+        self.0[lane] != 0
+    }
+
+    /// Gives a lane another answer.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, answer: bool) {
+        self.0[lane] = all_bits(answer);
+    }
+}
+
+impl Not for Mask {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        let Self([a, b, c, d]) = self;
+        Self([!a, !b, !c, !d])
+    }
+}
+
+#[inline(always)]
+fn all_bits(answer: bool) -> u64 {
+    if answer { u64::MAX } else { 0 }
+}
 
 macro_rules! operators {
     ($($name:ident $function:ident $operator:tt),*) => {
@@ -209,23 +239,23 @@ impl Number for Lanes {
     #[inline(always)]
     fn compare(self, other: Self, f: impl Fn(f64, f64) -> bool) -> Mask {
         let (Self([a, b, c, d]), Self([e, g, h, i])) = (self, other);
-        Mask([f(a, e), f(b, g), f(c, h), f(d, i)])
+        Mask([all_bits(f(a, e)), all_bits(f(b, g)), all_bits(f(c, h)), all_bits(f(d, i))])
     }
 
     #[inline(always)]
     fn pick(Mask(mask): Mask, Self(yes): Self, Self(no): Self) -> Self {
-        let pick = |k: usize| if mask[k] { yes[k] } else { no[k] };
+        let pick = |k: usize| f64::from_bits((yes[k].to_bits() & mask[k]) | (no[k].to_bits() & !mask[k]));
         Self([pick(0), pick(1), pick(2), pick(3)])
     }
 
     #[inline(always)]
     fn any(Mask([a, b, c, d]): Mask) -> bool {
-        a | b | c | d
+        (a | b | c | d) != 0
     }
 
     #[inline(always)]
     fn all(Mask([a, b, c, d]): Mask) -> bool {
-        a & b & c & d
+        (a & b & c & d) != 0
     }
 }
 

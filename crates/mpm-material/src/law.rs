@@ -174,7 +174,7 @@ impl<H: Copy> LaneUpdate<H> {
             tangent: [[Lanes::ZERO; 3]; 3],
             secant: [Lanes::ZERO; 3],
         };
-        let mut all = Self { principal, plastic: Mask([false; LANES]), history: four(|k| of[k].history) };
+        let mut all = Self { principal, plastic: Mask::NONE, history: four(|k| of[k].history) };
         for (lane, of) in of.iter().enumerate() {
             all.set(lane, of);
         }
@@ -194,11 +194,10 @@ impl<H: Copy> LaneUpdate<H> {
         history: [&H; LANES],
         alone: impl Fn(usize) -> Result<Update<H>, NoReturn>,
     ) -> Result<Self, NoReturn> {
-        let mut answer =
-            Self { principal: elastic, plastic: Mask([false; LANES]), history: four(|k| *history[k]) };
+        let mut answer = Self { principal: elastic, plastic: Mask::NONE, history: four(|k| *history[k]) };
         if Lanes::any(may_yield) {
             for lane in 0..LANES {
-                if may_yield.0[lane] {
+                if may_yield.get(lane) {
                     answer.set(lane, &alone(lane)?);
                 }
             }
@@ -217,7 +216,7 @@ impl<H: Copy> LaneUpdate<H> {
                 self.principal.tangent[a][b].0[lane] = of.tangent[(a, b)];
             }
         }
-        self.plastic.0[lane] = of.plastic;
+        self.plastic.set(lane, of.plastic);
         self.history[lane] = of.history;
     }
 }

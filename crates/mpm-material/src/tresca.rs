@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use nalgebra::Vector3;
 
 use crate::field::NO_STRENGTH;
-use crate::lanes::{LANES, Lanes, Mask, Number, four};
+use crate::lanes::{LANES, Lanes, Number, four};
 use crate::law::{SURELY_ELASTIC, YIELD_TOLERANCE, strain_of};
 use crate::ordered::{Loss, Ordered, extremes, extremes_of_four};
 use crate::strength::Shear;
@@ -224,7 +224,7 @@ impl Material for Tresca {
         let room = of(SURELY_ELASTIC) * (largest.absolute() + smallest.absolute() + strength);
         let is_below = (of(0.5) * (largest - smallest) - strength).below(-room);
         let alone = |k: usize| self.update(&strain_of(trial, k), history[k]);
-        LaneUpdate::elastic_but(elastic, Mask(is_below.0.map(|is_below| !is_below)), history, alone)
+        LaneUpdate::elastic_but(elastic, !is_below, history, alone)
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticShear) -> f64 {

@@ -193,7 +193,7 @@ impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
         for lane in 0..strained.count {
             let place = four.place + lane;
             let (at, p) = (self.at + place, strained.numbers[lane]);
-            let kept = if plastic.0[lane] { &after } else { trial_state };
+            let kept = if plastic.get(lane) { &after } else { trial_state };
             let SymmetricTensor { xx, yy, zz, xy, yz, zx } = kept;
             let [xx, yy, zz, xy, yz, zx] = [xx, yy, zz, xy, yz, zx].map(|lanes| lanes.0[lane]);
             self.columns.elastic_excess[at] = SymmetricTensor { xx, yy, zz, xy, yz, zx };
@@ -204,9 +204,9 @@ impl<const D: usize, const HOOP: bool> Part<'_, '_, '_, D, HOOP> {
                 self.columns.hoop_stretch[at] = stretch * points.hoop_stretch[p];
             }
             if let Some(is_plastic) = self.columns.plastic.get_mut(at) {
-                *is_plastic = plastic.0[lane];
+                *is_plastic = plastic.get(lane);
             }
-            if plastic.0[lane] {
+            if plastic.get(lane) {
                 self.largest.see::<D, HOOP>(&step, stretch);
             }
         }

@@ -157,8 +157,10 @@ impl<const D: usize> Answers<D> {
                 (&[a, b, c, d, e, f, g, h, hoop], count),
             );
         }
-        let is_symmetric = tangent.is_symmetric().0;
-        self.is_symmetric[first..first + count].copy_from_slice(&is_symmetric[..count]);
+        let is_symmetric = tangent.is_symmetric();
+        for (lane, of_point) in self.is_symmetric[first..first + count].iter_mut().enumerate() {
+            *of_point = is_symmetric.get(lane);
+        }
     }
 
     /// What is known of the point at a place.

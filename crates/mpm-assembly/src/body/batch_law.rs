@@ -103,7 +103,7 @@ pub(crate) struct Returned {
 
 impl Returned {
     /// No point yet.
-    pub const NONE: Self = Self { elastic_strain: [Lanes::ZERO; 3], plastic: Mask([false; LANES]) };
+    pub const NONE: Self = Self { elastic_strain: [Lanes::ZERO; 3], plastic: Mask::NONE };
 }
 
 /// A law that is asked at the end of a load step.

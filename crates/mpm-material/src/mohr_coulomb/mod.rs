@@ -4,7 +4,7 @@ mod cut_off;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::lanes::{LANES, Lanes, Mask, Number};
+use crate::lanes::{LANES, Lanes, Number};
 use crate::law::{SURELY_ELASTIC, YIELD_TOLERANCE, strain_of};
 use crate::ordered::{Loss, Ordered, extremes, extremes_of_four};
 use crate::{
@@ -318,7 +318,7 @@ impl Material for MohrCoulomb {
         let overshoot = largest * of(1.0 + sin) - smallest * of(1.0 - sin) - of(2.0 * self.cohesion * cos);
         let is_below = overshoot.below(-room) & (largest - of(self.cut_off)).below(-room);
         let alone = |k: usize| self.update(&strain_of(trial, k), history[k]);
-        LaneUpdate::elastic_but(elastic, Mask(is_below.0.map(|is_below| !is_below)), history, alone)
+        LaneUpdate::elastic_but(elastic, !is_below, history, alone)
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {

@@ -82,8 +82,8 @@ impl Visit for Compared {
             let found = numbers(&[trial.stress(&principal.kirchhoff), excess], &tangent);
             for (lane, one) in each.into_iter().enumerate() {
                 let one = one.expect("it answers them together");
-                assert_eq!(plastic.0[lane], one.plastic, "{}", table.name);
-                assert_eq!(tangent.is_symmetric().0[lane], one.tangent.is_symmetric(), "{}", table.name);
+                assert_eq!(plastic.get(lane), one.plastic, "{}", table.name);
+                assert_eq!(tangent.is_symmetric().get(lane), one.tangent.is_symmetric(), "{}", table.name);
                 let mut expected = numbers(&[one.kirchhoff, one.elastic_excess], &one.tangent);
                 one.history.store(&mut expected);
                 let mut found: Vec<f64> = found.iter().map(|lanes| lanes.0[lane]).collect();
