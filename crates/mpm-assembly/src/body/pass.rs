@@ -35,11 +35,9 @@ use crate::body::scatter::{
 };
 use crate::body::strips::{Strip, sum_strips};
 use crate::body::trial::Committed;
-use crate::unknowns::node_equation;
 use mpm_grid::Vector;
 use mpm_material::Material;
 use mpm_material::lanes::{Work, vectorised};
-use std::hint::black_box;
 
 /// Adds a body's internal force, and its tangent where `sums` has one.
 ///
@@ -183,9 +181,6 @@ impl<const D: usize, const HOOP: bool> Pass<'_, D, HOOP> {
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
         let Self { law, points, input, .. } = *self;
-        if TANGENT != FORCE {
-            fetch(gathered, input, part);
-        }
         let batch = &mut scratch.batch;
         batch.steps.measure::<HOOP>(gathered, input.increment, &points.position);
         let question = Question { law, points, numbers: gathered.points() };
@@ -196,22 +191,6 @@ impl<const D: usize, const HOOP: bool> Pass<'_, D, HOOP> {
         vectorised(Summing::<D, HOOP, TANGENT> { pass: self, gathered, scratch, part });
         Ok(smallest)
     }
-}
-
-/// Reads an entry of every column that the sets which end in a batch are added to. Memory then answers while the points are worked on,
-/// for all columns at once; where it is first asked when a sum is added, every sum waits for it.
-#[inline]
-fn fetch<const D: usize>(gathered: &Gathered<'_, D>, input: PassInput<'_, D>, part: &Part<'_, D>) {
-    let columns = input.pattern.column_start();
-    let base = columns[node_equation::<D>(part.node, 0)];
-    let mut sum = 0.0;
-    for node in gathered.segments().iter().filter(|it| it.ends).flat_map(|it| it.group.nodes) {
-        for j in 0..D {
-            let start = columns[node_equation::<D>(*node as usize, j)] - base;
-            sum += part.values[start];
-        }
-    }
-    black_box(sum);
 }
 
 /// Sums the points of a batch, whose laws have answered.
