@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use crate::elementary::exp_m1;
 use crate::{Material, NoReturn, PointParameters, SymmetricTensor, respond, start_under};
 
 /// What one component does in a step.
@@ -124,7 +125,7 @@ impl<'a, M: Material> DrivenPoint<'a, M> {
 
     /// The point after a step of these strains.
     fn after(&self, &[a1, a2, a3, shear]: &[f64; 4]) -> Result<Self, NoReturn> {
-        let h = Matrix3::new(a1.exp_m1(), shear, 0.0, 0.0, a2.exp_m1(), 0.0, 0.0, 0.0, a3.exp_m1());
+        let h = Matrix3::new(exp_m1(a1), shear, 0.0, 0.0, exp_m1(a2), 0.0, 0.0, 0.0, exp_m1(a3));
         let step = Matrix3::identity() + h;
         let carried = step * self.excess.to_matrix() * step.transpose();
         let trial = SymmetricTensor::from_matrix(&(h + h.transpose() + h * h.transpose() + carried));

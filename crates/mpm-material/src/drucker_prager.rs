@@ -3,10 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
+use crate::lanes::{LANES, Lanes, Number, each, four};
 use crate::law::YIELD_TOLERANCE;
 use crate::mohr_coulomb::{check_angles, check_apex_stiffness};
 use crate::{
-    Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
+    Apex, Elasticity, Hencky, LaneUpdate, Material, NoReturn, ParameterError, PlasticStrain, PointParameters,
+    PrincipalUpdate, Update,
 };
 
 /// Perfect Drucker–Prager plasticity with Hencky elasticity. With p = −⅓ tr τ and q = √(3/2) |dev τ|:
@@ -169,41 +171,72 @@ impl DruckerPrager {
     /// * cone, where f > 0 and p + K η̄ Δγ ≥ −p_t: p + K η̄ Δγ, q − 3G Δγ (positive by itself);
     /// * cut-off, else, where q ≤ q_t: −p_t, q;
     /// * corner, else (the apex if q_t = 0): −p_t, q_t.
-    #[inline]
-    fn yielded(&self, split: &Deviator, trial: (f64, f64), history: &PlasticStrain) -> Update<PlasticStrain> {
+    #[inline(always)]
+    fn returned<T: Number>(&self, trial: &Trial<T>) -> (PrincipalUpdate<T>, T) {
+        let of = T::of;
         let (k, three_g) = (self.elasticity.bulk(), 3.0 * self.elasticity.shear());
         let (eta, eta_flow) = (self.friction, self.dilation);
-        let (p, q) = trial;
+        let Trial { split, p: p_trial, q: q_trial, overshoot, .. } = trial;
         let m = three_g + k * eta * eta_flow;
-        let overshoot = q - eta * p - self.strength;
-        let delta = overshoot / m;
-        let mut added = 0.0;
-        let (p, q, a) = if overshoot > 0.0 && p + k * eta_flow * delta >= -self.tension {
-            let a = [
-                [-k + k * k * eta * eta_flow / m, three_g * k * eta_flow / m],
-                [-three_g * k * eta / m, three_g - three_g * three_g / m],
-            ];
-            (p + k * eta_flow * delta, q - three_g * delta, a)
-        } else if q <= self.corner {
-            (-self.tension, q, [[0.0; 2], [0.0, three_g]])
-        } else {
-            added = self.apex_stiffness;
-            (-self.tension, self.corner, [[-added * k, 0.0], [0.0, added * three_g]])
+        let delta = *overshoot / of(m);
+        let p_cone = *p_trial + of(k * eta_flow) * delta;
+        let on_cone = overshoot.above(T::ZERO) & p_cone.compare(of(-self.tension), |p, least| p >= least);
+        let on_cut_off = q_trial.compare(of(self.corner), |q, corner| q <= corner);
+        let pick = |on_cone_: T, on_cut_off_: T, else_: T| {
+            T::pick(on_cone, on_cone_, T::pick(on_cut_off, on_cut_off_, else_))
         };
+        let p = T::pick(on_cone, p_cone, of(-self.tension));
+        let q = pick(*q_trial - of(three_g) * delta, *q_trial, of(self.corner));
+        let part = self.apex_stiffness;
+        let a = [
+            [
+                pick(of(-k + k * k * eta * eta_flow / m), T::ZERO, of(-part * k)),
+                pick(of(three_g * k * eta_flow / m), T::ZERO, T::ZERO),
+            ],
+            [
+                pick(of(-three_g * k * eta / m), T::ZERO, T::ZERO),
+                pick(of(three_g - three_g * three_g / m), of(three_g), of(part * three_g)),
+            ],
+        ];
+        let added = pick(T::ZERO, T::ZERO, of(part));
         // β = |e_e|/|e|. On the cut-off q may be 0, and β is 1.
-        let beta = if q == trial.1 { 1.0 } else { q / trial.1 };
-        let elastic_strain = split.strains(-p / k, beta);
-        let secant = 2.0 / 3.0 * three_g * (beta + added);
-        let flow = Vector3::repeat((split.volumetric + p / k) / 3.0) + split.strain * (1.0 - beta);
-        Update {
-            elastic_strain,
+        let beta = T::pick(q.compare(*q_trial, |q, trial| q == trial), of(1.0), q / *q_trial);
+        let secant = of(2.0 / 3.0 * three_g) * (beta + added);
+        let volume = (split.volumetric + p / of(k)) / of(3.0);
+        let flow: [T; 3] = each(|i| volume + split.strain[i] * (of(1.0) - beta));
+        let principal = PrincipalUpdate {
+            elastic_strain: split.strains(-p / of(k), beta),
             kirchhoff: split.stresses(p, q),
             tangent: split.tangent(&a, secant),
-            secant: Vector3::repeat(secant),
-            plastic: true,
-            history: PlasticStrain(history.0 + flow.norm()),
-        }
+            secant: [secant; 3],
+        };
+        (principal, (flow[0] * flow[0] + flow[1] * flow[1] + flow[2] * flow[2]).root())
     }
+
+    #[inline(always)]
+    fn trial<T: Number>(&self, strain: &[T; 3]) -> Trial<T> {
+        let split = Deviator::of(strain);
+        let p = T::of(-self.elasticity.bulk()) * split.volumetric;
+        let q = T::of(3.0 * self.elasticity.shear()) * split.shear();
+        let larger = |a: T, b: T| T::pick(a.above(b), a, b);
+        let strength = T::of(self.strength);
+        let overshoot = q - T::of(self.friction) * p - strength;
+        let beyond = larger(overshoot, -p - T::of(self.tension));
+        // The size of the stresses, from above.
+        let size = larger(p.absolute() + q, strength);
+        let yields = beyond.above(T::ZERO) & beyond.above(T::of(YIELD_TOLERANCE) * size);
+        Trial { split, p, q, overshoot, yields }
+    }
+}
+
+/// A trial state, or four, seen from the cone.
+struct Trial<T: Number> {
+    split: Deviator<T>,
+    p: T,
+    q: T,
+    /// f of the cone.
+    overshoot: T,
+    yields: T::Mask,
 }
 
 impl Material for DruckerPrager {
@@ -227,15 +260,32 @@ impl Material for DruckerPrager {
 
     #[inline]
     fn update(&self, trial: &Vector3<f64>, history: &PlasticStrain) -> Result<Update<PlasticStrain>, NoReturn> {
-        let split = Deviator::of(trial);
-        let p = -self.elasticity.bulk() * split.volumetric;
-        let q = 3.0 * self.elasticity.shear() * split.shear();
-        let overshoot = (q - self.friction * p - self.strength).max(-p - self.tension);
-        // The size of the stresses, from above.
-        if overshoot > 0.0 && overshoot > YIELD_TOLERANCE * (p.abs() + q).max(self.strength) {
-            return Ok(self.yielded(&split, (p, q), history));
+        let reached = self.trial::<f64>(&(*trial).into());
+        if reached.yields {
+            let (principal, flow) = self.returned(&reached);
+            return Ok(principal.with(true, PlasticStrain(history.0 + flow)));
         }
         Ok(Hencky(self.elasticity).answer(trial).with_history(*history))
+    }
+
+    /// Four points at once.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PlasticStrain; LANES],
+    ) -> Result<LaneUpdate<PlasticStrain>, NoReturn> {
+        let principal = Hencky(self.elasticity).principal(trial);
+        let reached = self.trial(trial);
+        let plastic = reached.yields;
+        if !Lanes::any(plastic) {
+            return Ok(LaneUpdate { principal, plastic, history: four(|k| *history[k]) });
+        }
+        let (returned, flow) = self.returned(&reached);
+        let before = Lanes(four(|k| history[k].0));
+        let after = Lanes::pick(plastic, before + flow, before);
+        let principal = PrincipalUpdate::pick(plastic, &returned, &principal);
+        Ok(LaneUpdate { principal, plastic, history: four(|k| PlasticStrain(after.0[k])) })
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {

@@ -79,14 +79,14 @@ impl Elasticity {
     /// Energy ½ K (tr ε)² + G |dev ε|² per reference volume [F/L²] of principal strains, where stress is linear in
     /// logarithmic strain.
     pub fn energy(&self, strain: &Vector3<f64>) -> f64 {
-        let split = Deviator::of(strain);
+        let split = Deviator::<f64>::of(&(*strain).into());
         0.5 * self.bulk * split.volumetric * split.volumetric + self.shear * split.norm * split.norm
     }
 
     /// Principal strains that carry principal stresses, where stress is linear in logarithmic strain.
     pub fn strain(&self, stress: &Vector3<f64>) -> Vector3<f64> {
-        let split = Deviator::of(stress);
-        (split.strain / (2.0 * self.shear)).add_scalar(split.volumetric / (9.0 * self.bulk))
+        let split = Deviator::<f64>::of(&(*stress).into());
+        (Vector3::from(split.strain) / (2.0 * self.shear)).add_scalar(split.volumetric / (9.0 * self.bulk))
     }
 
     /// Young's modulus E = 9KG / (3K + G) [F/L²].

@@ -13,7 +13,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::Vector3;
 
-use crate::law::PrincipalTrial;
+use crate::response::PrincipalTrial;
+use crate::spectral::Spectrum;
 use crate::strength::Shear;
 use crate::{Material, NoReturn, ParameterError, Response, SymmetricTensor, UndrainedStrength, Update};
 
@@ -170,8 +171,8 @@ pub fn respond_with_field<H>(
     answer: impl FnOnce(&Vector3<f64>) -> Result<FieldUpdate<H>, NoReturn>,
     trial_excess: &SymmetricTensor,
 ) -> Result<FieldResponse<H>, NoReturn> {
-    let trial = PrincipalTrial::of(trial_excess);
-    let FieldUpdate { update, by_field, driver, driver_by_field } = answer(&trial.strain)?;
-    let by_field = trial.frame.compose(&by_field);
+    let trial = PrincipalTrial::of(Spectrum::of(trial_excess));
+    let FieldUpdate { update, by_field, driver, driver_by_field } = answer(&trial.strain.into())?;
+    let by_field = trial.frame.compose(&by_field.into());
     Ok(FieldResponse { response: trial.response(update, trial_excess), by_field, driver, driver_by_field })
 }

@@ -1,8 +1,9 @@
 //! Hencky elasticity: linear in the logarithmic strain.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::{Elasticity, Material, NoReturn, PointParameters, Update};
+use crate::lanes::{LANES, Lanes, Mask, Number, each};
+use crate::{Elasticity, LaneUpdate, Material, NoReturn, PointParameters, PrincipalUpdate, Update};
 
 /// Hencky's law τ = λ tr(ε) I + 2G ε, hyperelastic with the energy ½λ (tr ε)² + G ε : ε
 /// (Hencky 1928).
@@ -19,21 +20,29 @@ impl Hencky {
     /// Kirchhoff stresses τ_a = λ Σ ε_b + 2G ε_a [F/L²] of principal strains.
     #[inline]
     pub(crate) fn stress(&self, strain: &Vector3<f64>) -> Vector3<f64> {
-        let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
-        strain.map(|eps| two_g * eps).add_scalar(lambda * strain.sum())
+        self.principal::<f64>(&(*strain).into()).kirchhoff.into()
     }
 
     /// What [`Material::update`] answers, which never fails.
     #[inline]
     pub(crate) fn answer(&self, trial: &Vector3<f64>) -> Update<()> {
-        let (lambda, two_g) = (self.0.lame(), 2.0 * self.0.shear());
-        Update {
+        self.principal::<f64>(&(*trial).into()).with(false, ())
+    }
+
+    /// The same of one point or of four.
+    #[inline(always)]
+    pub(crate) fn principal<T: Number>(&self, trial: &[T; 3]) -> PrincipalUpdate<T> {
+        let (lambda, two_g) = (T::of(self.0.lame()), T::of(2.0 * self.0.shear()));
+        let mean = lambda * (trial[0] + trial[1] + trial[2]);
+        let mut tangent = [[lambda; 3]; 3];
+        for (a, row) in tangent.iter_mut().enumerate() {
+            row[a] = two_g + lambda;
+        }
+        PrincipalUpdate {
             elastic_strain: *trial,
-            kirchhoff: self.stress(trial),
-            tangent: Matrix3::from_diagonal_element(two_g).add_scalar(lambda),
-            secant: Vector3::repeat(two_g),
-            plastic: false,
-            history: (),
+            kirchhoff: each(|a| two_g * trial[a] + mean),
+            tangent,
+            secant: [two_g; 3],
         }
     }
 }
@@ -52,6 +61,11 @@ impl Material for Hencky {
     #[inline]
     fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
         Ok(self.answer(trial))
+    }
+
+    #[inline(always)]
+    fn update_lanes(&self, trial: &[Lanes; 3], _history: [&(); LANES]) -> Result<LaneUpdate<()>, NoReturn> {
+        Ok(LaneUpdate { principal: self.principal(trial), plastic: Mask::NONE, history: [(); LANES] })
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &()) -> f64 {

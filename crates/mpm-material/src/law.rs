@@ -2,13 +2,17 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::spectral::{Frame, Spectrum};
-use crate::{Elasticity, FieldInfo, History, PointParameters, PrincipalTangent, SymmetricTensor};
+use crate::lanes::{LANES, Lanes, Mask, Number, each, four};
+use crate::{Elasticity, FieldInfo, History, PointParameters};
 
 /// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
 /// by one load step must not be called plastic in the next by rounding alone: neighbours would
 /// then soften one-sidedly, and rounding would choose the branch of the solution.
 pub(crate) const YIELD_TOLERANCE: f64 = 1e-12;
+
+/// Four points at once are called elastic if they are so by this part of the size of their stresses at least; the others are
+/// asked one by one. It is far beyond rounding, so that both ways agree.
+pub(crate) const SURELY_ELASTIC: f64 = 1e-9;
 
 /// An isotropic law in principal logarithmic space, always three-dimensional.
 ///
@@ -79,6 +83,22 @@ pub trait Material: Send + Sync {
     /// The law finds no admissible state that `trial` returns to. The load step is then cut.
     fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn>;
 
+    /// [`Self::update`] of four points, each with the bits that it has alone; a law that says nothing of it is asked point by
+    /// point. It is called very often: a law that answers four points at once does so in code that is inlined, see
+    /// [`crate::lanes`].
+    ///
+    /// # Errors
+    /// As of [`Self::update`], of any of the points.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&Self::History; LANES],
+    ) -> Result<LaneUpdate<Self::History>, NoReturn> {
+        let of = |k: usize| self.update(&strain_of(trial, k), history[k]);
+        Ok(LaneUpdate::of([of(0)?, of(1)?, of(2)?, of(3)?]))
+    }
+
     /// Elastic constants of the undeformed material. Their P-wave modulus is the size of the tangent's entries,
     /// against which round-off is judged; ghost stiffness is measured in their Young's modulus.
     fn elasticity(&self) -> Elasticity;
@@ -120,6 +140,127 @@ pub struct Update<H> {
     pub history: H,
 }
 
+/// Answer of a [`Material`] to one trial state in principal axes, or to four: what is in [`Update`] besides.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct PrincipalUpdate<T> {
+    /// As of [`Update`].
+    pub elastic_strain: [T; 3],
+    /// As of [`Update`].
+    pub kirchhoff: [T; 3],
+    /// As of [`Update`], `[a][b]`.
+    pub tangent: [[T; 3]; 3],
+    /// As of [`Update`].
+    pub secant: [T; 3],
+}
+
+/// Answer of a [`Material`] to four trial states.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LaneUpdate<H> {
+    /// In principal axes.
+    pub principal: PrincipalUpdate<Lanes>,
+    /// Which points yielded.
+    pub plastic: Mask,
+    /// What they remember from here on.
+    pub history: [H; LANES],
+}
+
+impl<H: Copy> LaneUpdate<H> {
+    /// Of four answers.
+    #[inline(always)]
+    pub fn of(of: [Update<H>; LANES]) -> Self {
+        let principal = PrincipalUpdate {
+            elastic_strain: [Lanes::ZERO; 3],
+            kirchhoff: [Lanes::ZERO; 3],
+            tangent: [[Lanes::ZERO; 3]; 3],
+            secant: [Lanes::ZERO; 3],
+        };
+        let mut all = Self { principal, plastic: Mask::NONE, history: four(|k| of[k].history) };
+        for (lane, of) in of.iter().enumerate() {
+            all.set(lane, of);
+        }
+        all
+    }
+}
+
+impl<H: Copy> LaneUpdate<H> {
+    /// Answers of points of which most do not yield: `elastic` for those that surely do not, the others are asked `alone`.
+    ///
+    /// # Errors
+    /// As of `alone`.
+    #[inline(always)]
+    pub(crate) fn elastic_but(
+        elastic: PrincipalUpdate<Lanes>,
+        may_yield: Mask,
+        history: [&H; LANES],
+        alone: impl Fn(usize) -> Result<Update<H>, NoReturn>,
+    ) -> Result<Self, NoReturn> {
+        let mut answer = Self { principal: elastic, plastic: Mask::NONE, history: four(|k| *history[k]) };
+        if Lanes::any(may_yield) {
+            for lane in 0..LANES {
+                if may_yield.get(lane) {
+                    answer.set(lane, &alone(lane)?);
+                }
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Gives one of the points another answer.
+    #[inline(always)]
+    fn set(&mut self, lane: usize, of: &Update<H>) {
+        for a in 0..3 {
+            self.principal.elastic_strain[a].0[lane] = of.elastic_strain[a];
+            self.principal.kirchhoff[a].0[lane] = of.kirchhoff[a];
+            self.principal.secant[a].0[lane] = of.secant[a];
+            for b in 0..3 {
+                self.principal.tangent[a][b].0[lane] = of.tangent[(a, b)];
+            }
+        }
+        self.plastic.set(lane, of.plastic);
+        self.history[lane] = of.history;
+    }
+}
+
+/// The principal strains of one of four points.
+#[inline(always)]
+pub(crate) fn strain_of(trial: &[Lanes; 3], lane: usize) -> Vector3<f64> {
+    Vector3::new(trial[0].0[lane], trial[1].0[lane], trial[2].0[lane])
+}
+
+impl PrincipalUpdate<f64> {
+    /// The answer of a point that has yielded or not.
+    #[inline(always)]
+    pub fn with<H>(self, plastic: bool, history: H) -> Update<H> {
+        let Self { elastic_strain, kirchhoff, tangent, secant } = self;
+        Update {
+            elastic_strain: elastic_strain.into(),
+            kirchhoff: kirchhoff.into(),
+            tangent: Matrix3::from_fn(|a, b| tangent[a][b]),
+            secant: secant.into(),
+            plastic,
+            history,
+        }
+    }
+}
+
+impl<T: Number> PrincipalUpdate<T> {
+    /// One answer where the mask says so, and else another.
+    #[inline(always)]
+    pub fn pick(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let three = |yes: &[T; 3], no: &[T; 3]| each(|a| T::pick(mask, yes[a], no[a]));
+        Self {
+            elastic_strain: three(&yes.elastic_strain, &no.elastic_strain),
+            kirchhoff: three(&yes.kirchhoff, &no.kirchhoff),
+            tangent: [
+                three(&yes.tangent[0], &no.tangent[0]),
+                three(&yes.tangent[1], &no.tangent[1]),
+                three(&yes.tangent[2], &no.tangent[2]),
+            ],
+            secant: three(&yes.secant, &no.secant),
+        }
+    }
+}
+
 impl Apex {
     /// Whether an elastic strain has the volume of the apex, up to rounding.
     pub(crate) fn is_reached(&self, elastic_strain: &Vector3<f64>) -> bool {
@@ -143,147 +284,5 @@ impl Update<()> {
     pub fn with_history<H>(self, history: H) -> Update<H> {
         let Self { elastic_strain, kirchhoff, tangent, secant, plastic, .. } = self;
         Update { elastic_strain, kirchhoff, tangent, secant, plastic, history }
-    }
-}
-
-/// Answer of a point to a trial elastic state.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Response<H> {
-    /// Kirchhoff stress τ = J σ [F/L²].
-    pub kirchhoff: SymmetricTensor,
-    /// Elastic excess b_e − I after the update [-].
-    pub elastic_excess: SymmetricTensor,
-    /// Whether the point yielded.
-    pub plastic: bool,
-    /// What the point remembers from here on.
-    pub history: H,
-    /// Principal axes and moduli, from which the spatial tangent is made when it is wanted.
-    pub tangent: PrincipalTangent,
-}
-
-/// Answers the trial elastic state b_eᵗʳ = ΔF b_e ΔFᵀ, given by its excess
-/// `trial_excess` = b_eᵗʳ − I.
-///
-/// The principal values c_a of the excess give εᵗʳ_a = ½ ln(1 + c_a); what yields is returned to
-/// b_e = exp(2 ε_e) in the axes of the trial state. An elastic point keeps its trial excess, bit
-/// for bit. States with `yz == zx == 0` take a closed-form path about ten times faster than the
-/// general one.
-///
-/// Where b_eᵗʳ is not positive definite, or not finite, every component of the stress is NaN (but
-/// for yz and zx of a plane state, always zero). The caller, who knows det ΔF, should refuse such
-/// a state before asking.
-///
-/// # Errors
-/// What the law's [`Material::update`] says.
-// Always inlined: a pass that wants stresses only then pays for nothing that `tangent` holds.
-#[inline(always)]
-pub fn respond<M: Material>(
-    law: &M,
-    trial_excess: &SymmetricTensor,
-    history: &M::History,
-) -> Result<Response<M::History>, NoReturn> {
-    let trial = PrincipalTrial::of(trial_excess);
-    let update = law.update(&trial.strain, history)?;
-    Ok(trial.response(update, trial_excess))
-}
-
-/// A trial state in its principal axes.
-pub(crate) struct PrincipalTrial {
-    pub frame: Frame,
-    /// Principal excess.
-    values: Vector3<f64>,
-    /// Principal logarithmic strains [-].
-    pub strain: Vector3<f64>,
-}
-
-impl PrincipalTrial {
-    #[inline(always)]
-    pub(crate) fn of(trial_excess: &SymmetricTensor) -> Self {
-        let Spectrum { values, frame } = Spectrum::of(trial_excess);
-        Self { frame, values, strain: log_strains(&values) }
-    }
-
-    /// An update in principal axes as the answer of the point.
-    #[inline(always)]
-    pub(crate) fn response<H>(&self, update: Update<H>, trial_excess: &SymmetricTensor) -> Response<H> {
-        let Self { frame, values, strain } = *self;
-        let elastic_excess = if update.plastic {
-            frame.compose(&update.elastic_strain.map(|eps| (2.0 * eps).exp_m1()))
-        } else {
-            *trial_excess
-        };
-        Response {
-            kirchhoff: frame.compose(&update.kirchhoff),
-            elastic_excess,
-            plastic: update.plastic,
-            history: update.history,
-            tangent: PrincipalTangent {
-                frame,
-                excess: values,
-                strain,
-                kirchhoff: update.kirchhoff,
-                tangent: update.tangent,
-                secant: update.secant,
-            },
-        }
-    }
-}
-
-/// Elastic logarithmic strain ε_e = ½ ln b_e [-] from the excess b_e − I; NaN where b_e is not
-/// positive definite.
-#[inline]
-pub fn log_strain(excess: &SymmetricTensor) -> SymmetricTensor {
-    let Spectrum { values, frame } = Spectrum::of(excess);
-    frame.compose(&log_strains(&values))
-}
-
-/// The largest of |ln λ|, λ the principal stretches of b, from the excess b − I [-]; NaN where b is not positive definite.
-pub fn largest_log_stretch(excess: &SymmetricTensor) -> f64 {
-    let strains = log_strains(&Spectrum::of(excess).values);
-    strains.iter().fold(0.0, |largest, strain| if strain.abs() <= largest { largest } else { strain.abs() })
-}
-
-/// Elastic energy per reference volume [F/L²] of the excess b_e − I; NaN where b_e is not positive definite.
-pub fn stored_energy<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> f64 {
-    law.stored_energy(&log_strains(&Spectrum::of(excess).values), history)
-}
-
-/// Whether a point with the excess b_e − I is at the [apex](Material::apex) of its law, up to rounding.
-pub fn is_at_apex<M: Material>(law: &M, excess: &SymmetricTensor, history: &M::History) -> bool {
-    law.apex(history).is_some_and(|apex| apex.is_reached(&log_strains(&Spectrum::of(excess).values)))
-}
-
-/// Elastic excess b_e − I and history of a point that begins under the Kirchhoff stress `stress` [F/L²], which is
-/// Cauchy's too, because J = 1.
-///
-/// # Errors
-/// The law has no elastic state with this stress: no strain carries it, or it is beyond yield.
-pub fn start_under<M: Material>(
-    law: &M,
-    point: &PointParameters,
-    stress: &SymmetricTensor,
-) -> Result<(SymmetricTensor, M::History), NoReturn> {
-    let Spectrum { values, frame } = Spectrum::of(stress);
-    let history = law.initial(&PointParameters { stress: Some(values), ..*point });
-    let strain = law.elastic_strain(&values, &history)?;
-    let update = law.update(&strain, &history)?;
-    if update.plastic {
-        return Err(NoReturn { reason: "the law yields under it" });
-    }
-    let error = (update.kirchhoff - values).amax();
-    if error > 1e-9 * values.amax() || error.is_nan() {
-        return Err(NoReturn { reason: "no elastic strain carries it" });
-    }
-    Ok((frame.compose(&strain.map(|eps| (2.0 * eps).exp_m1())), history))
-}
-
-/// ε_a = ½ ln(1 + c_a).
-#[inline]
-fn log_strains(excess: &Vector3<f64>) -> Vector3<f64> {
-    // One bad value spoils all three: a stress must not look healthy in some components only.
-    if excess.iter().all(|&c| c > -1.0 && c < f64::INFINITY) {
-        excess.map(|c| 0.5 * c.ln_1p())
-    } else {
-        Vector3::repeat(f64::NAN)
     }
 }

@@ -29,15 +29,18 @@ mod differences;
 mod driver;
 mod drucker_prager;
 mod elasticity;
+pub mod elementary;
 mod field;
 mod hencky;
 mod history;
+pub mod lanes;
 mod law;
 mod mohr_coulomb;
 mod neo_hooke;
 mod ordered;
 mod parameters;
 mod per_point;
+mod response;
 mod spectral;
 mod strength;
 mod tangent;
@@ -58,14 +61,14 @@ pub use field::{
 };
 pub use hencky::Hencky;
 pub use history::{FieldInfo, History};
-pub use law::{
-    Apex, Material, NoReturn, Response, Update, is_at_apex, largest_log_stretch, log_strain, respond,
-    start_under, stored_energy,
-};
+pub use law::{Apex, LaneUpdate, Material, NoReturn, PrincipalUpdate, Update};
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hooke::NeoHooke;
 pub use parameters::{Consolidation, MOST_OWN, OwnParameters, ParameterError, PointParameters};
 pub use per_point::{MOST_NUMBERS, Numbers, PerPoint, PointHistory, Varied};
+pub use response::{
+    PrincipalTrial, Response, is_at_apex, largest_log_stretch, log_strain, respond, start_under, stored_energy,
+};
 pub use strength::{PlasticShear, UndrainedStrength};
 pub use tangent::{HoopTangent, PrincipalTangent};
 pub use tensor::SymmetricTensor;

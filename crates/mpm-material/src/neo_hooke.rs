@@ -1,8 +1,12 @@
 //! Compressible neo-Hooke elasticity.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::{Elasticity, Material, NoReturn, ParameterError, PointParameters, Update};
+use crate::elementary::{exp_m1, ln_1p};
+use crate::lanes::{LANES, Lanes, Mask, Number, each};
+use crate::{
+    Elasticity, LaneUpdate, Material, NoReturn, ParameterError, PointParameters, PrincipalUpdate, Update,
+};
 
 /// Compressible neo-Hookean elasticity with the energy, per reference volume,
 ///
@@ -37,19 +41,45 @@ impl NeoHooke {
         Self(self.0.with_young(young))
     }
 
+    /// What the law answers to one trial state or four. Secants are G (λ_a² − λ_b²)/δ = 2G λ_a λ_b (sinh δ)/δ, δ = ε_a − ε_b.
+    #[inline(always)]
+    fn principal<T: Number>(&self, trial: &[T; 3]) -> PrincipalUpdate<T> {
+        let (g, lambda) = (T::of(self.0.shear()), T::of(self.0.lame()));
+        let (one, two_g) = (T::of(1.0), T::of(2.0 * self.0.shear()));
+        let excess: [T; 3] = each(|a| exp_m1(T::of(2.0) * trial[a]));
+        let secant = |a: usize, b: usize| {
+            let (difference, gap) = (excess[a] - excess[b], trial[a] - trial[b]);
+            let both = ((one + excess[a]) * (one + excess[b])).root();
+            let series = two_g * both * (one + sinh_ratio_m1(gap * gap));
+            T::pick((gap * gap).below(T::of(0.01)), series, g * difference / gap)
+        };
+        let mean = lambda * (trial[0] + trial[1] + trial[2]);
+        let mut tangent = [[lambda; 3]; 3];
+        for (a, row) in tangent.iter_mut().enumerate() {
+            row[a] = (excess[a] + one) * two_g + lambda;
+        }
+        PrincipalUpdate {
+            elastic_strain: *trial,
+            kirchhoff: each(|a| excess[a] * g + mean),
+            tangent,
+            secant: [secant(0, 1), secant(1, 2), secant(2, 0)],
+        }
+    }
+
     /// Energy ψ per reference volume [F/L²] of principal logarithmic strains.
     pub fn energy(&self, strain: &Vector3<f64>) -> f64 {
         let volumetric = strain.sum();
         // λ_a² − 1 − 2 ln λ_a, summed.
-        let shape: f64 = strain.iter().map(|&eps| (2.0 * eps).exp_m1() - 2.0 * eps).sum();
+        let shape: f64 = strain.iter().map(|&eps| exp_m1(2.0 * eps) - 2.0 * eps).sum();
         0.5 * self.0.shear() * shape + 0.5 * self.0.lame() * volumetric * volumetric
     }
 }
 
 /// (sinh x)/x − 1 for x² = `square` < 0.01, by its series Σ x²ᵐ/(2m+1)!; the first term left out is 3e-18.
-#[inline]
-fn sinh_ratio_m1(square: f64) -> f64 {
-    square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
+#[inline(always)]
+fn sinh_ratio_m1<T: Number>(square: T) -> T {
+    let (one, part) = (T::of(1.0), |by: f64| square / T::of(by));
+    part(6.0) * (one + part(20.0) * (one + part(42.0) * (one + part(72.0))))
 }
 
 impl Material for NeoHooke {
@@ -63,28 +93,14 @@ impl Material for NeoHooke {
 
     fn initial(&self, _point: &PointParameters) {}
 
-    /// Secants are G (λ_a² − λ_b²)/δ = 2G λ_a λ_b (sinh δ)/δ, δ = ε_a − ε_b.
     #[inline]
     fn update(&self, trial: &Vector3<f64>, _history: &()) -> Result<Update<()>, NoReturn> {
-        let (g, lambda) = (self.0.shear(), self.0.lame());
-        let excess = trial.map(|eps| (2.0 * eps).exp_m1());
-        let secant = |a: usize, b: usize| {
-            let (difference, gap) = (excess[a] - excess[b], trial[a] - trial[b]);
-            if gap * gap < 0.01 {
-                let both = ((1.0 + excess[a]) * (1.0 + excess[b])).sqrt();
-                2.0 * g * both * (1.0 + sinh_ratio_m1(gap * gap))
-            } else {
-                g * difference / gap
-            }
-        };
-        Ok(Update {
-            elastic_strain: *trial,
-            kirchhoff: (excess * g).add_scalar(lambda * trial.sum()),
-            tangent: Matrix3::from_diagonal(&(excess.add_scalar(1.0) * (2.0 * g))).add_scalar(lambda),
-            secant: Vector3::new(secant(0, 1), secant(1, 2), secant(2, 0)),
-            plastic: false,
-            history: (),
-        })
+        Ok(self.principal::<f64>(&(*trial).into()).with(false, ()))
+    }
+
+    #[inline(always)]
+    fn update_lanes(&self, trial: &[Lanes; 3], _history: [&(); LANES]) -> Result<LaneUpdate<()>, NoReturn> {
+        Ok(LaneUpdate { principal: self.principal(trial), plastic: Mask::NONE, history: [(); LANES] })
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &()) -> f64 {
@@ -98,7 +114,7 @@ impl Material for NeoHooke {
 
         // At ν = 0 rounding may leave a λ below zero.
         let (g, lambda) = (self.0.shear(), self.0.lame().max(0.0));
-        let strain = |volume: f64| kirchhoff.map(|tau| 0.5 * ((tau - lambda * volume) / g).ln_1p());
+        let strain = |volume: f64| kirchhoff.map(|tau| 0.5 * ln_1p((tau - lambda * volume) / g));
         // Where no square is positive, the volume has to shrink.
         let largest = (kirchhoff.min() + g) / lambda;
         let mut volume = (kirchhoff.sum() / (3.0 * self.0.bulk())).min(largest - 1e-3 * (1.0 + largest.abs()));

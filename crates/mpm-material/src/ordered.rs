@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Elasticity;
+use crate::lanes::{Lanes, Number};
 
 /// Strains ε₁ ≥ ε₂ ≥ ε₃ of axes that are in no order.
 ///
@@ -31,6 +32,14 @@ pub(crate) fn extremes(values: &Vector3<f64>) -> (f64, f64) {
     let [a, b, c] = [values[0], values[1], values[2]];
     let (high, low) = if b > a { (b, a) } else { (a, b) };
     (if c > high { c } else { high }, if c < low { c } else { low })
+}
+
+/// Largest and smallest of three numbers, of four points; a number that is none need not be seen.
+#[inline(always)]
+pub(crate) fn extremes_of_four([a, b, c]: &[Lanes; 3]) -> (Lanes, Lanes) {
+    let larger = |a: Lanes, b: Lanes| Lanes::pick(b.above(a), b, a);
+    let smaller = |a: Lanes, b: Lanes| Lanes::pick(b.below(a), b, a);
+    (larger(larger(*a, *b), *c), smaller(smaller(*a, *b), *c))
 }
 
 impl Ordered {

@@ -1,5 +1,6 @@
 //! Undrained shear strength, perfect or softening, and the equation of a return with it.
 
+use crate::elementary::exp;
 use crate::{FieldInfo, History, ParameterError};
 
 /// Undrained shear strength s_u(ξ) [F/L²] as a function of the accumulated plastic shear ξ [-], which is
@@ -109,7 +110,7 @@ impl UndrainedStrength {
             Softening::None => self.intact,
             Softening::Linear { slope, residual } => self.intact * (1.0 + slope * shear).max(residual),
             Softening::Remoulding { remoulded, rate } => {
-                self.intact * (remoulded + (1.0 - remoulded) * (-rate * shear).exp())
+                self.intact * (remoulded + (1.0 - remoulded) * exp(-rate * shear))
             }
         }
     }
@@ -163,9 +164,9 @@ impl UndrainedStrength {
         const STEPS: usize = 64;
 
         let floor = self.intact * remoulded;
-        let lost = (self.intact - floor) * (-rate * shear).exp();
+        let lost = (self.intact - floor) * exp(-rate * shear);
         let at = |increment: f64| {
-            let rest = lost * (-rate * increment).exp();
+            let rest = lost * exp(-rate * increment);
             Shear { increment, strength: floor + rest, slope: -rate * rest }
         };
         let next = |now: &Shear| {

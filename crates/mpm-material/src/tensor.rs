@@ -2,21 +2,21 @@
 
 use nalgebra::Matrix3;
 
-/// Symmetric second-order tensor in 3-D, by its six components.
+/// Symmetric second-order tensor in 3-D, by its six components; of [`crate::lanes::Lanes`] four at a time.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct SymmetricTensor {
+pub struct SymmetricTensor<T = f64> {
     /// Component (x, x).
-    pub xx: f64,
+    pub xx: T,
     /// Component (y, y).
-    pub yy: f64,
+    pub yy: T,
     /// Component (z, z).
-    pub zz: f64,
+    pub zz: T,
     /// Components (x, y) and (y, x).
-    pub xy: f64,
+    pub xy: T,
     /// Components (y, z) and (z, y).
-    pub yz: f64,
+    pub yz: T,
     /// Components (z, x) and (x, z).
-    pub zx: f64,
+    pub zx: T,
 }
 
 impl SymmetricTensor {

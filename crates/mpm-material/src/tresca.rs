@@ -5,12 +5,13 @@ use std::f64::consts::SQRT_2;
 use nalgebra::Vector3;
 
 use crate::field::NO_STRENGTH;
-use crate::law::YIELD_TOLERANCE;
-use crate::ordered::{Loss, Ordered, extremes};
+use crate::lanes::{LANES, Lanes, Number, four};
+use crate::law::{SURELY_ELASTIC, YIELD_TOLERANCE, strain_of};
+use crate::ordered::{Loss, Ordered, extremes, extremes_of_four};
 use crate::strength::Shear;
 use crate::{
-    Elasticity, FieldCoupling, FieldUpdate, Hencky, Material, NoReturn, ParameterError, PlasticShear,
-    PointParameters, Regularisable, UndrainedStrength, Update,
+    Elasticity, FieldCoupling, FieldUpdate, Hencky, LaneUpdate, Material, NoReturn, ParameterError,
+    PlasticShear, PointParameters, Regularisable, UndrainedStrength, Update,
 };
 
 /// Tresca plasticity with Hencky elasticity: τ₁ − τ₃ ≤ 2 s_u(ξ), dξ = 2 Σ dλ over the active planes
@@ -207,6 +208,23 @@ impl Material for Tresca {
             }
         }
         Ok(elastic.with_history(*history))
+    }
+
+    /// Four points at once where they do not yield.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PlasticShear; LANES],
+    ) -> Result<LaneUpdate<PlasticShear>, NoReturn> {
+        let of = Lanes::of;
+        let elastic = Hencky(self.elasticity).principal(trial);
+        let (largest, smallest) = extremes_of_four(&elastic.kirchhoff);
+        let strength = Lanes(four(|k| self.strength.at(history[k].0)));
+        let room = of(SURELY_ELASTIC) * (largest.absolute() + smallest.absolute() + strength);
+        let is_below = (of(0.5) * (largest - smallest) - strength).below(-room);
+        let alone = |k: usize| self.update(&strain_of(trial, k), history[k]);
+        LaneUpdate::elastic_but(elastic, !is_below, history, alone)
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticShear) -> f64 {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::elementary::exp;
 use crate::per_point::{MOST_NUMBERS, Numbers};
 use crate::{
     Apex, Elasticity, FieldInfo, History, Material, NoReturn, OwnParameters, ParameterError, PointParameters,
@@ -143,7 +144,7 @@ impl<M: Material> Material for Undrained<M> {
             history: PoreFluid {
                 skeleton: effective.history,
                 inelastic_volume: history.inelastic_volume + flow.sum(),
-                excess_pressure: -tension * (-volume).exp(),
+                excess_pressure: -tension * exp(-volume),
             },
         })
     }

@@ -2,13 +2,14 @@
 
 use std::f64::consts::SQRT_2;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::field::NO_STRENGTH;
+use crate::lanes::{LANES, Lanes, Number, each, four};
 use crate::law::YIELD_TOLERANCE;
 use crate::{
-    Elasticity, FieldCoupling, FieldInfo, FieldUpdate, Hencky, History, Material, NoReturn, ParameterError,
-    PointParameters, Regularisable, UndrainedStrength, Update,
+    Elasticity, FieldCoupling, FieldInfo, FieldUpdate, Hencky, History, LaneUpdate, Material, NoReturn,
+    ParameterError, PointParameters, PrincipalUpdate, Regularisable, UndrainedStrength, Update,
 };
 
 /// Von Mises plasticity with Hencky elasticity: |dev τ| ≤ ρ_y = √2 s_u(ξ), ξ = √2 Σ|Δε_p|.
@@ -101,14 +102,12 @@ impl Material for VonMises {
     /// Where the strength changes, s_u(ξ + Δ) + G Δ = ρ/√2 is solved before.
     #[inline]
     fn update(&self, trial: &Vector3<f64>, history: &PlasticStrain) -> Result<Update<PlasticStrain>, NoReturn> {
-        let (k, two_g) = (self.elasticity.bulk(), 2.0 * self.elasticity.shear());
         let is_perfect = self.strength.is_perfect();
         let shear = SQRT_2 * history.0;
         let rho_y = if is_perfect { self.yield_radius } else { SQRT_2 * self.strength.at(shear) };
 
-        let volumetric = trial.sum();
-        let e = trial.add_scalar(-volumetric / 3.0);
-        let rho = two_g * e.norm();
+        let reached = Return::of(&self.elasticity, &(*trial).into());
+        let Return { rho, two_g, .. } = reached;
         if rho > rho_y * (1.0 + YIELD_TOLERANCE) {
             let (rho_y, hardening) = if is_perfect {
                 (rho_y, 0.0)
@@ -117,10 +116,37 @@ impl Material for VonMises {
                 let solution = self.strength.solve(shear, g, rho / SQRT_2);
                 (SQRT_2 * solution.strength, two_g * solution.slope / (solution.slope + g))
             };
-            Ok(Return { volumetric, e, rho, two_g, k }.answer(rho_y, hardening, history))
+            let flow = reached.flow(rho_y);
+            Ok(reached.answer(rho_y, hardening).with(true, PlasticStrain(history.0 + flow)))
         } else {
             Ok(Hencky(self.elasticity).answer(trial).with_history(*history))
         }
+    }
+
+    /// Four points at once where the strength stays.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PlasticStrain; LANES],
+    ) -> Result<LaneUpdate<PlasticStrain>, NoReturn> {
+        if !self.strength.is_perfect() {
+            let of =
+                |k: usize| self.update(&Vector3::new(trial[0].0[k], trial[1].0[k], trial[2].0[k]), history[k]);
+            return Ok(LaneUpdate::of([of(0)?, of(1)?, of(2)?, of(3)?]));
+        }
+        let elastic = Hencky(self.elasticity).principal(trial);
+        let reached = Return::of(&self.elasticity, trial);
+        let plastic = reached.rho.above(Lanes::of(self.yield_radius * (1.0 + YIELD_TOLERANCE)));
+        if !Lanes::any(plastic) {
+            return Ok(LaneUpdate { principal: elastic, plastic, history: four(|k| *history[k]) });
+        }
+        let radius = Lanes::of(self.yield_radius);
+        let before = Lanes(four(|k| history[k].0));
+        let after = Lanes::pick(plastic, before + reached.flow(radius), before);
+        let returned = reached.answer(radius, Lanes::ZERO);
+        let principal = PrincipalUpdate::pick(plastic, &returned, &elastic);
+        Ok(LaneUpdate { principal, plastic, history: four(|k| PlasticStrain(after.0[k])) })
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {
@@ -137,35 +163,55 @@ impl Material for VonMises {
     }
 }
 
-/// A trial state that yields.
-struct Return {
+/// A trial state, or four, seen from the yield surface.
+struct Return<T> {
     /// tr ε.
-    volumetric: f64,
+    volumetric: T,
     /// Deviator of the trial strain.
-    e: Vector3<f64>,
+    e: [T; 3],
     /// 2G |e| [F/L²].
-    rho: f64,
-    two_g: f64,
+    rho: T,
+    two_g: T,
     /// Bulk modulus [F/L²].
-    k: f64,
+    k: T,
 }
 
-impl Return {
+impl<T: Number> Return<T> {
+    #[inline(always)]
+    fn of(elasticity: &Elasticity, trial: &[T; 3]) -> Self {
+        let (k, two_g) = (T::of(elasticity.bulk()), T::of(2.0 * elasticity.shear()));
+        let volumetric = trial[0] + trial[1] + trial[2];
+        let mean = volumetric / T::of(3.0);
+        let e = each(|a| trial[a] - mean);
+        let rho = two_g * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]).root();
+        Self { volumetric, e, rho, two_g, k }
+    }
+
+    /// |Δε_p| of the return to the radius `rho_y` [-].
+    #[inline(always)]
+    fn flow(&self, rho_y: T) -> T {
+        (self.rho - rho_y) / self.two_g
+    }
+
     /// The state that is returned to the radius `rho_y`; `hardening` is the modulus along n.
     #[inline(always)]
-    fn answer(&self, rho_y: f64, hardening: f64, history: &PlasticStrain) -> Update<PlasticStrain> {
+    fn answer(&self, rho_y: T, hardening: T) -> PrincipalUpdate<T> {
         let Self { volumetric, e, rho, two_g, k } = *self;
         let beta = rho_y / rho;
-        let n = e * (two_g / rho);
+        let to_n = two_g / rho;
+        let n: [T; 3] = each(|a| e[a] * to_n);
         let modulus = two_g * beta;
-        let isotropic = Matrix3::from_diagonal_element(modulus).add_scalar(k - modulus / 3.0);
-        Update {
-            elastic_strain: (e * beta).add_scalar(volumetric / 3.0),
-            kirchhoff: (e * modulus).add_scalar(k * volumetric),
-            tangent: isotropic - n * n.transpose() * (modulus - hardening),
-            secant: Vector3::repeat(modulus),
-            plastic: true,
-            history: PlasticStrain(history.0 + (rho - rho_y) / two_g),
+        let (third, mean, pressure) = (k - modulus / T::of(3.0), volumetric / T::of(3.0), k * volumetric);
+        let along = modulus - hardening;
+        let tangent = |a: usize, b: usize| {
+            let isotropic = if a == b { modulus + third } else { third };
+            isotropic - n[a] * n[b] * along
+        };
+        PrincipalUpdate {
+            elastic_strain: each(|a| e[a] * beta + mean),
+            kirchhoff: each(|a| e[a] * modulus + pressure),
+            tangent: [each(|b| tangent(0, b)), each(|b| tangent(1, b)), each(|b| tangent(2, b))],
+            secant: [modulus; 3],
         }
     }
 }
@@ -188,10 +234,9 @@ impl Regularisable for VonMises {
         field: FieldCoupling,
     ) -> Result<FieldUpdate<PlasticStrain>, NoReturn> {
         let g = self.elasticity.shear();
-        let (k, two_g, shear) = (self.elasticity.bulk(), 2.0 * g, SQRT_2 * history.0);
-        let volumetric = trial.sum();
-        let e = trial.add_scalar(-volumetric / 3.0);
-        let rho = two_g * e.norm();
+        let shear = SQRT_2 * history.0;
+        let reached = Return::of(&self.elasticity, &(*trial).into());
+        let Return { e, rho, two_g, .. } = reached;
         let local = self.strength.at(shear);
         let strength = local + field.added_strength(shear);
         if rho > SQRT_2 * (strength + YIELD_TOLERANCE * local) {
@@ -200,10 +245,11 @@ impl Regularisable for VonMises {
                 return Err(NO_STRENGTH);
             }
             let hardening = two_g * solution.slope / (solution.slope + g);
-            let of = Return { volumetric, e, rho, two_g, k };
-            let update = of.answer(SQRT_2 * solution.strength, hardening, history);
+            let radius = SQRT_2 * solution.strength;
+            let after = PlasticStrain(history.0 + reached.flow(radius));
+            let update = reached.answer(radius, hardening).with(true, after);
             let driver_by_field = 0.5 * field.modulus / (solution.slope + g);
-            let by_field = e * (-two_g * two_g * driver_by_field / rho);
+            let by_field = Vector3::from(e) * (-two_g * two_g * driver_by_field / rho);
             return Ok(FieldUpdate { by_field, driver: update.history.0, driver_by_field, update });
         }
         let update = Hencky(self.elasticity).answer(trial).with_history(*history);

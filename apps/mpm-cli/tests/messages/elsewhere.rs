@@ -70,7 +70,7 @@ pub const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("files.rs", "{} has columns of different lengths", "the program's readers fill rows"),
     ("scene_files/columns.rs", "", "of HDF5 tables, in the tests of that file"),
     ("language/quantity.rs", "expected a field, got nothing", "what is in front of parentheses is a name"),
-    ("material/src/law.rs", "no elastic strain", "of laws that programs make"),
+    ("material/src/response.rs", "no elastic strain", "of laws that programs make"),
     ("material/src/driver.rs", "no strain was found", "of paths that end early, in `mpm-scene/tests/drive.rs`"),
     ("compile/drive.rs", "path[{k}] ends", "of paths that end early, in `mpm-scene/tests/drive.rs`"),
     ("compile/law.rs", "is a field, and no point", "fields of laws are asked for at points"),

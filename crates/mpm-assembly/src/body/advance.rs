@@ -1,11 +1,13 @@
 //! The end of a load step: points take the state of the converged displacement.
 
+use crate::body::advance_points::{Advanced, StateColumns};
 use crate::body::assembly_plan::AssemblyPlan;
+use crate::body::batch_law::{AdvancingPoints, LawOfPoints};
 use crate::body::dilatation::Dilated;
 use crate::body::kinematics::LargestStrain;
 use crate::body::points::Points;
 use crate::body::space::Space;
-use crate::body::trial::{Committed, InadmissiblePoint, Trial, trial, trial_of};
+use crate::body::trial::{Committed, InadmissiblePoint};
 use mpm_basis::parallel::both;
 use mpm_basis::{ActiveNodes, Basis, Connectivity, Convection, ConvectionError};
 use mpm_grid::{Block, Mesh, Vector};
@@ -126,7 +128,6 @@ impl<const D: usize> PreparedState<D> {
             hoop_stretch: &mut self.hoop_stretch,
             angle: &mut self.angle,
             elastic_excess: &mut self.elastic_excess,
-            history: next_history,
             plastic: &mut self.plastic,
         };
         let connectivity = plan.connectivity();
@@ -136,35 +137,13 @@ impl<const D: usize> PreparedState<D> {
                 Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment }.steps()?
             }
         };
-        let all = 0..connectivity.n_groups();
-        self.largest_strain = in_groups(connectivity, all, columns, &|groups, mut columns| {
-            let mut du = Vec::new();
-            let mut at = 0;
-            let mut largest_strain = LargestStrain::default();
-            for view in groups.map(|group| connectivity.group(group)) {
-                du.clear();
-                du.extend(view.nodes.iter().map(|&node| increment[node as usize]));
-                for k in 0..view.points {
-                    let p = view.first_point + k;
-                    let state = match dilated.get(p) {
-                        None => trial::<D, M, HOOP>(committed, p, &du, view.point(k))?,
-                        Some(step) => trial_of::<D, M, HOOP>(committed, p, step)?,
-                    };
-                    if HOOP && D == 2 {
-                        columns.hoop_stretch[at] = state.hoop * points.hoop_stretch[p];
-                    }
-                    if HOOP && D == 3 {
-                        let turns = view.point(k).0.iter().zip(&du).map(|(value, du)| value * du[D - 1]);
-                        columns.angle[at] = points.angle[p] + turns.sum::<f64>();
-                    }
-                    if M::PLASTIC && state.response.plastic {
-                        largest_strain.see::<D, HOOP>(&state.step, state.hoop);
-                    }
-                    columns.write::<M>(at, state, &points.deformation_gradient[p]);
-                    at += 1;
-                }
-            }
-            Ok(largest_strain)
+        let Committed { law, history, .. } = committed;
+        let advanced = Advanced::<D, HOOP> { points, increment, dilated: &dilated };
+        let (all, columns) = (0..connectivity.n_groups(), (columns, &mut next_history[..]));
+        self.largest_strain = in_groups(connectivity, all, columns, &|groups, (mut columns, next)| {
+            let first = if groups.is_empty() { 0 } else { connectivity.group_points(groups.start).start };
+            let mut law = AdvancingPoints { of: LawOfPoints { law, history }, next, first };
+            advanced.write(groups.map(|group| connectivity.group(group)), &mut law, &mut columns)
         })?;
         Ok(())
     }
@@ -273,62 +252,16 @@ impl<const D: usize, Domain: Clone + Send + Sync> PreparedDomains<D, Domain> {
     }
 }
 
-/// The columns that the law writes, for a run of points.
-struct StateColumns<'a, const D: usize, History> {
-    deformation_gradient: &'a mut [Block<D>],
-    /// Empty where there is no hoop.
-    hoop_stretch: &'a mut [f64],
-    /// Empty where nothing turns.
-    angle: &'a mut [f64],
-    elastic_excess: &'a mut [SymmetricTensor],
-    history: &'a mut [History],
-    plastic: &'a mut [bool],
-}
-
-impl<const D: usize, History> StateColumns<'_, D, History> {
-    /// Writes the state of a point, whose F before the step was `before`, to place `at`.
-    #[inline]
-    fn write<M: Material<History = History>>(
-        &mut self,
-        at: usize,
-        state: Trial<D, History>,
-        before: &Block<D>,
-    ) {
-        self.deformation_gradient[at] = state.step * before;
-        self.elastic_excess[at] = state.response.elastic_excess;
-        self.history[at] = state.response.history;
-        if M::PLASTIC
-            && let Some(plastic) = self.plastic.get_mut(at)
-        {
-            *plastic = state.response.plastic;
-        }
-    }
-}
-
 /// Columns that tasks write to, each to its run of points.
 trait SplitColumns: Send + Sized {
     fn split_at(self, point: usize) -> (Self, Self);
 }
 
-impl<const D: usize, History: Send> SplitColumns for StateColumns<'_, D, History> {
+impl<const D: usize, History: Send> SplitColumns for (StateColumns<'_, D>, &mut [History]) {
     fn split_at(self, at: usize) -> (Self, Self) {
-        let (deformation_gradient, deformation_gradient_rest) = self.deformation_gradient.split_at_mut(at);
-        let (hoop_stretch, hoop_stretch_rest) = self.hoop_stretch.split_at_mut(at.min(self.hoop_stretch.len()));
-        let (angle, angle_rest) = self.angle.split_at_mut(at.min(self.angle.len()));
-        let (elastic_excess, elastic_excess_rest) = self.elastic_excess.split_at_mut(at);
-        let (history, history_rest) = self.history.split_at_mut(at);
-        let (plastic, plastic_rest) = self.plastic.split_at_mut(at.min(self.plastic.len()));
-        (
-            Self { deformation_gradient, hoop_stretch, angle, elastic_excess, history, plastic },
-            Self {
-                deformation_gradient: deformation_gradient_rest,
-                hoop_stretch: hoop_stretch_rest,
-                angle: angle_rest,
-                elastic_excess: elastic_excess_rest,
-                history: history_rest,
-                plastic: plastic_rest,
-            },
-        )
+        let (columns, columns_rest) = self.0.split_at(at);
+        let (history, history_rest) = self.1.split_at_mut(at);
+        ((columns, history), (columns_rest, history_rest))
     }
 }
 

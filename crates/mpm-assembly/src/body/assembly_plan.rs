@@ -3,6 +3,8 @@
 use super::body_connectivity::BodyConnectivity;
 use super::dilatation::Dilatation;
 use super::regularised::{FieldNodes, FieldPlan, FieldPoint};
+use crate::body::batch_trial::Batch;
+use crate::body::node_sums::NodeSums;
 use crate::body::strips::Strips;
 use crate::unknowns::{Couplings, SparsityPattern};
 use mpm_basis::Connectivity;
@@ -49,7 +51,8 @@ impl<const D: usize> AssemblyPlan<D> {
             most_nodes = most_nodes.max(n);
         }
         let tasks = strips.phases()[0].len().clamp(1, TASKS);
-        let scratch = (0..tasks).map(|_| Mutex::new(Scratch::new(most_nodes, pattern.symmetry()))).collect();
+        let scratch = || Scratch::new(most_nodes, pattern.symmetry(), body.dilatation.is_some());
+        let scratch = (0..tasks).map(|_| Mutex::new(scratch())).collect();
         Self { body, sums: Summation { strips, slots, slot_start, scratch }, field: None }
     }
 
@@ -118,33 +121,28 @@ impl<const D: usize> AssemblyPlan<D> {
     }
 }
 
-/// Memory for the dense sums of a node set, reused from set to set.
+/// Memory of a task, reused from batch to batch.
 #[derive(Debug)]
 pub(crate) struct Scratch<const D: usize> {
-    pub increment: Vec<Vector<D>>,
+    pub batch: Batch<D>,
+    pub sums: NodeSums<D>,
+    /// Dense sums of a cell where there is mean dilatation; empty where there is none.
     pub force: Vec<Vector<D>>,
-    pub gradient: Vec<Vector<D>>,
-    /// Of the hoop; empty where there is none.
-    pub hoop: Vec<f64>,
     pub tangent: Vec<Block<D>>,
-    /// Of unsymmetric patterns.
-    pub symmetric: Vec<Block<D>>,
 }
 
 impl<const D: usize> Scratch<D> {
-    fn new(most_nodes: usize, symmetry: Symmetry) -> Self {
-        let lower = most_nodes * (most_nodes + 1) / 2;
-        let (n_blocks, n_symmetric) = match symmetry {
-            Symmetry::Symmetric => (lower, 0),
-            Symmetry::Unsymmetric => (most_nodes * most_nodes, lower),
+    fn new(most_nodes: usize, symmetry: Symmetry, has_cells: bool) -> Self {
+        let (of_set, of_cell) = if has_cells { (0, most_nodes) } else { (most_nodes, 0) };
+        let n_blocks = match symmetry {
+            Symmetry::Symmetric => of_cell * (of_cell + 1) / 2,
+            Symmetry::Unsymmetric => of_cell * of_cell,
         };
         Self {
-            increment: vec![Vector::zeros(); most_nodes],
-            force: vec![Vector::zeros(); most_nodes],
-            gradient: vec![Vector::zeros(); most_nodes],
-            hoop: Vec::new(),
+            batch: Batch::new(of_set),
+            sums: NodeSums::new(of_set, symmetry == Symmetry::Unsymmetric),
+            force: vec![Vector::zeros(); of_cell],
             tangent: vec![Block::zeros(); n_blocks],
-            symmetric: vec![Block::zeros(); n_symmetric],
         }
     }
 }

@@ -1,40 +1,50 @@
 //! From a displacement gradient to the trial elastic state, and small dense algebra in D dimensions.
 
 use mpm_grid::{Block, Vector};
+use mpm_material::elementary::exp_m1;
+use mpm_material::lanes::Number;
 use mpm_material::{SymmetricTensor, largest_log_stretch};
 
 /// Inverse and determinant of a 1×1, 2×2 or 3×3 matrix; the inverse is meaningless where the
 /// determinant is zero.
 #[inline]
 pub(crate) fn inverse_and_determinant<const D: usize>(m: &Block<D>) -> (Block<D>, f64) {
-    let mut inverse = Block::<D>::zeros();
+    let (inverse, determinant) = inverse_of(&m.data.0);
+    (inverse.into(), determinant)
+}
+
+/// The same of columns, of one matrix or of four.
+#[inline(always)]
+pub(crate) fn inverse_of<T: Number, const D: usize>(m: &[[T; D]; D]) -> ([[T; D]; D], T) {
+    let mut inverse = [[T::ZERO; D]; D];
+    let one = T::of(1.0);
     let determinant = match D {
         1 => {
-            inverse[(0, 0)] = 1.0 / m[(0, 0)];
-            m[(0, 0)]
+            inverse[0][0] = one / m[0][0];
+            m[0][0]
         }
         2 => {
-            let determinant = m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)];
-            let scale = 1.0 / determinant;
-            inverse[(0, 0)] = m[(1, 1)] * scale;
-            inverse[(0, 1)] = -m[(0, 1)] * scale;
-            inverse[(1, 0)] = -m[(1, 0)] * scale;
-            inverse[(1, 1)] = m[(0, 0)] * scale;
+            let determinant = m[0][0] * m[1][1] - m[1][0] * m[0][1];
+            let scale = one / determinant;
+            inverse[0][0] = m[1][1] * scale;
+            inverse[1][0] = -m[1][0] * scale;
+            inverse[0][1] = -m[0][1] * scale;
+            inverse[1][1] = m[0][0] * scale;
             determinant
         }
         3 => {
-            let cofactor = |i: usize, j: usize| {
-                let (a, b) = ((i + 1) % 3, (i + 2) % 3);
-                let (c, d) = ((j + 1) % 3, (j + 2) % 3);
-                m[(a, c)] * m[(b, d)] - m[(a, d)] * m[(b, c)]
-            };
-            let determinant =
-                m[(0, 0)] * cofactor(0, 0) + m[(0, 1)] * cofactor(0, 1) + m[(0, 2)] * cofactor(0, 2);
-            let scale = 1.0 / determinant;
-            for i in 0..3 {
-                for j in 0..3 {
-                    inverse[(j, i)] = cofactor(i, j) * scale;
+            // Loops, not closures: those may stay calls.
+            for (i, column) in inverse.iter_mut().enumerate() {
+                for (j, cofactor) in column.iter_mut().enumerate() {
+                    let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+                    let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+                    *cofactor = m[c][a] * m[d][b] - m[d][a] * m[c][b];
                 }
+            }
+            let determinant = m[0][0] * inverse[0][0] + m[1][0] * inverse[0][1] + m[2][0] * inverse[0][2];
+            let scale = one / determinant;
+            for entry in inverse.as_flattened_mut() {
+                *entry = *entry * scale;
             }
             determinant
         }
@@ -83,15 +93,10 @@ impl<const D: usize> StepGradient<D> {
         if HOOP && D == 2 { in_plane + self.hoop + in_plane * self.hoop } else { in_plane }
     }
 
-    /// `b_tr - I` from `c = b_e,n - I`, see [`trial_excess`]; of the hoop `2k + k² + c_θθ (1 + k)²`.
+    /// `b_tr - I` from `c = b_e,n - I`, see [`trial_excess`].
     #[inline]
     pub fn trial_excess<const HOOP: bool>(&self, excess: &SymmetricTensor) -> SymmetricTensor {
-        let mut trial = trial_excess(&self.block, excess);
-        if HOOP && D == 2 {
-            let (k, stretch) = (self.hoop, 1.0 + self.hoop);
-            trial.zz = (k + k) + k * k + excess.zz * (stretch * stretch);
-        }
-        trial
+        trial_excess::<f64, D, HOOP>(&self.block.data.0, self.hoop, excess)
     }
 }
 
@@ -117,7 +122,7 @@ impl LargestStrain {
     /// Takes the largest of other points into account.
     pub fn join(&mut self, strain: f64) {
         if strain > self.strain {
-            (self.strain, self.covered) = (strain, -(-2.0 * strain).exp_m1());
+            (self.strain, self.covered) = (strain, -exp_m1(-2.0 * strain));
         }
     }
 }
@@ -141,63 +146,66 @@ pub(crate) fn determinant_excess<const D: usize>(h: &Block<D>) -> f64 {
     }
 }
 
-/// `b_tr - I` of `b_tr = ΔF b_e,n ΔFᵀ` from `ΔF = I + H` and `c = b_e,n - I`, without forming either
+/// `b_tr - I` of `b_tr = ΔF b_e,n ΔFᵀ` from the columns of `ΔF = I + H` and `c = b_e,n - I`, without forming either
 /// difference, so that strains of 1e-10 keep their digits:
-/// `b_tr - I = H + Hᵀ + H Hᵀ + ΔF c ΔFᵀ`.
+/// `b_tr - I = H + Hᵀ + H Hᵀ + ΔF c ΔFᵀ`; of the hoop `2k + k² + c_θθ (1 + k)²`. Of one point or of four.
 ///
 /// With D = 2 (plane strain) the third row and column of ΔF are those of the identity.
-#[inline]
-fn trial_excess<const D: usize>(h: &Block<D>, excess: &SymmetricTensor) -> SymmetricTensor {
+#[inline(always)]
+pub(crate) fn trial_excess<T: Number, const D: usize, const HOOP: bool>(
+    h: &[[T; D]; D],
+    hoop: T,
+    excess: &SymmetricTensor<T>,
+) -> SymmetricTensor<T> {
+    let (c, one) = (excess, T::of(1.0));
     match D {
         2 => {
-            let (hxx, hxy, hyx, hyy) = (h[(0, 0)], h[(0, 1)], h[(1, 0)], h[(1, 1)]);
-            let (fxx, fyy) = (1.0 + hxx, 1.0 + hyy);
-            let c = excess;
+            let (hxx, hxy, hyx, hyy) = (h[0][0], h[1][0], h[0][1], h[1][1]);
+            let (fxx, fyy) = (one + hxx, one + hyy);
             // Rows of ΔF c.
             let (pxx, pxy) = (fxx * c.xx + hxy * c.xy, fxx * c.xy + hxy * c.yy);
             let (pyx, pyy) = (hyx * c.xx + fyy * c.xy, hyx * c.xy + fyy * c.yy);
+            let stretch = one + hoop;
             SymmetricTensor {
                 xx: (hxx + hxx) + (hxx * hxx + hxy * hxy) + (pxx * fxx + pxy * hxy),
                 yy: (hyy + hyy) + (hyx * hyx + hyy * hyy) + (pyx * hyx + pyy * fyy),
                 xy: (hxy + hyx) + (hxx * hyx + hxy * hyy) + (pxx * hyx + pxy * fyy),
-                zz: c.zz,
-                yz: 0.0,
-                zx: 0.0,
+                zz: if HOOP { (hoop + hoop) + hoop * hoop + c.zz * (stretch * stretch) } else { c.zz },
+                yz: T::ZERO,
+                zx: T::ZERO,
             }
         }
         3 => {
-            let mut f = *h;
-            let mut c = Block::<D>::zeros();
-            for (i, row) in [
-                [excess.xx, excess.xy, excess.zx],
-                [excess.xy, excess.yy, excess.yz],
-                [excess.zx, excess.yz, excess.zz],
-            ]
-            .iter()
-            .enumerate()
-            {
-                f[(i, i)] += 1.0;
-                for (j, entry) in row.iter().enumerate() {
-                    c[(i, j)] = *entry;
+            let rows = [[c.xx, c.xy, c.zx], [c.xy, c.yy, c.yz], [c.zx, c.yz, c.zz]];
+            // Row, then column.
+            let mut by_row = [[T::ZERO; 3]; 3];
+            for i in 0..3 {
+                for j in 0..3 {
+                    by_row[i][j] = h[j][i];
                 }
             }
-            let fc = f * c;
-            let entry = |i: usize, j: usize| {
-                let (mut hh, mut fcf) = (0.0, 0.0);
+            let h = by_row;
+            let mut f = h;
+            for (i, row) in f.iter_mut().enumerate() {
+                row[i] += one;
+            }
+            let mut fc = [[T::ZERO; 3]; 3];
+            for i in 0..3 {
+                for j in 0..3 {
+                    fc[i][j] = f[i][0] * rows[0][j] + f[i][1] * rows[1][j] + f[i][2] * rows[2][j];
+                }
+            }
+            let mut entries = [T::ZERO; 6];
+            for (entry, (i, j)) in entries.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]) {
+                let (mut hh, mut fcf) = (T::ZERO, T::ZERO);
                 for k in 0..3 {
-                    hh += h[(i, k)] * h[(j, k)];
-                    fcf += fc[(i, k)] * f[(j, k)];
+                    hh += h[i][k] * h[j][k];
+                    fcf += fc[i][k] * f[j][k];
                 }
-                (h[(i, j)] + h[(j, i)]) + hh + fcf
-            };
-            SymmetricTensor {
-                xx: entry(0, 0),
-                yy: entry(1, 1),
-                zz: entry(2, 2),
-                xy: entry(0, 1),
-                yz: entry(1, 2),
-                zx: entry(2, 0),
+                *entry = (h[i][j] + h[j][i]) + hh + fcf;
             }
+            let [xx, yy, zz, xy, yz, zx] = entries;
+            SymmetricTensor { xx, yy, zz, xy, yz, zx }
         }
         _ => unreachable!("a body lives in the plane or in space"),
     }
@@ -229,6 +237,10 @@ mod tests {
     use super::*;
     use nalgebra::{Matrix2, Matrix3};
 
+    fn excess_of<const D: usize>(h: &Block<D>, excess: &SymmetricTensor) -> SymmetricTensor {
+        StepGradient { block: *h, hoop: 0.0 }.trial_excess::<false>(excess)
+    }
+
     #[test]
     fn inverses_agree_with_nalgebra() {
         let plane = Matrix2::new(1.2, -0.3, 0.4, 0.9);
@@ -247,14 +259,14 @@ mod tests {
         let h = Matrix3::new(0.1, -0.3, 0.1, 0.4, -0.2, -0.2, 0.05, 0.3, 0.15);
         let f = Matrix3::identity() + h;
         let expected = f * (Matrix3::identity() + c.to_matrix()) * f.transpose() - Matrix3::identity();
-        assert!((trial_excess(&h, &c).to_matrix() - expected).norm() < 1e-15);
+        assert!((excess_of(&h, &c).to_matrix() - expected).norm() < 1e-15);
 
         let c = SymmetricTensor { yz: 0.0, zx: 0.0, ..c };
         let h = Matrix2::new(0.1, -0.3, 0.4, -0.2);
         let mut f = Matrix3::identity();
         f.fixed_view_mut::<2, 2>(0, 0).copy_from(&(Matrix2::identity() + h));
         let expected = f * (Matrix3::identity() + c.to_matrix()) * f.transpose() - Matrix3::identity();
-        assert!((trial_excess(&h, &c).to_matrix() - expected).norm() < 1e-15);
+        assert!((excess_of(&h, &c).to_matrix() - expected).norm() < 1e-15);
     }
 
     #[test]
@@ -265,14 +277,14 @@ mod tests {
         h.fixed_view_mut::<2, 2>(0, 0).copy_from(&step.block);
         h[(2, 2)] = step.hoop;
         let trial = step.trial_excess::<true>(&c).to_matrix();
-        assert!((trial - trial_excess(&h, &c).to_matrix()).norm() < 1e-15);
+        assert!((trial - excess_of(&h, &c).to_matrix()).norm() < 1e-15);
         assert!((step.determinant_excess::<true>() - determinant_excess(&h)).abs() < 1e-15);
     }
 
     #[test]
     fn tiny_strains_keep_their_digits() {
         let h = Matrix2::new(1e-12, 3e-13, 0.0, -2e-12);
-        let excess = trial_excess(&h, &SymmetricTensor::ZERO);
+        let excess = excess_of(&h, &SymmetricTensor::ZERO);
         assert!((excess.xx / (2e-12 + 1e-24 + 9e-26) - 1.0).abs() < 1e-15);
     }
 

@@ -5,7 +5,12 @@
 //! share a grid.
 
 mod advance;
+mod advance_points;
 mod assembly_plan;
+mod batch;
+mod batch_law;
+mod batch_steps;
+mod batch_trial;
 mod body_connectivity;
 mod body_domains;
 mod body_law;
@@ -19,6 +24,8 @@ mod kinematics;
 mod law_of_body;
 mod layer_domains;
 mod material_body;
+mod node_blocks;
+mod node_sums;
 mod occupied;
 mod pass;
 mod point_tangent;

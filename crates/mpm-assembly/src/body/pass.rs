@@ -18,36 +18,26 @@
 //!
 //! Points that share their nodes are summed densely, wherever they stand in the list of points, and
 //! their sum is added to the global arrays once. The strips of `strips.rs` fix the order of all
-//! sums. A pass allocates nothing, but for bodies with mean dilatation.
+//! sums. Points are worked on in batches (`batch.rs`): states and laws four points at a time (`batch_trial.rs`;
+//! `batch_law.rs` is all of a pass that is compiled for each law), blocks four nodes at a time (`node_sums.rs`). A pass allocates nothing, but for bodies with
+//! mean dilatation.
 
 use crate::InadmissiblePoint;
 use crate::body::assembly_plan::{AssemblyPlan, Scratch};
+use crate::body::batch::Gathered;
+use crate::body::batch_law::{BatchLaw, LawOfPoints};
+use crate::body::batch_trial::Question;
 use crate::body::dilatation::{self, Dilated};
-use crate::body::kinematics::block;
-use crate::body::point_tangent::add_tangent_of_point;
+use crate::body::node_sums::{RUN, SummedPoint};
+use crate::body::points::Points;
 use crate::body::scatter::{
     ALL, DenseTangent, FORCE, LOWER, Part, PassInput, Sums, add_lift, add_tangent, n_blocks,
 };
 use crate::body::strips::{Strip, sum_strips};
-use crate::body::trial::{Committed, trial};
-use crate::body::turning_tangent::{Turned, add_turning_tangent};
-use mpm_basis::Group;
-use mpm_grid::{Block, Vector};
+use crate::body::trial::Committed;
+use mpm_grid::Vector;
 use mpm_material::Material;
-use std::sync::Mutex;
-
-/// The dense sums of a node set, and what its points need of its nodes.
-struct Dense<'a, const D: usize> {
-    increment: &'a mut [Vector<D>],
-    force: &'a mut [Vector<D>],
-    gradient: &'a mut [Vector<D>],
-    /// `t_vp`; empty where there is no hoop.
-    hoop: &'a mut [f64],
-    /// As in [`DenseTangent`]; none where no tangent is wanted.
-    tangent: &'a mut [Block<D>],
-    /// Of a pass for [`ALL`] blocks: the sum of the points whose tangent is symmetric, from the diagonal down.
-    symmetric: &'a mut [Block<D>],
-}
+use mpm_material::lanes::{Work, vectorised};
 
 /// Adds a body's internal force, and its tangent where `sums` has one.
 ///
@@ -62,8 +52,34 @@ pub fn assemble<const D: usize, M: Material, const HOOP: bool>(
     input: PassInput<'_, D>,
     sums: Sums<'_, D>,
 ) -> Result<f64, InadmissiblePoint> {
+    let is_symmetric = committed.law.has_symmetric_tangent();
+    if plan.dilatation().is_some() {
+        return sum(&DilatedPass::<D, M, HOOP> { committed, plan, input }, plan, input, (sums, is_symmetric));
+    }
+    let Committed { law, points, history } = committed;
+    let law = &LawOfPoints { law, history };
+    sum(&Pass::<D, HOOP> { law, points, plan, input }, plan, input, (sums, is_symmetric))
+}
+
+/// What tasks do with their strips.
+trait Task<const D: usize>: Sync {
+    /// Sums the strips of a task.
+    fn sum<const TANGENT: u8>(
+        &self,
+        strips: &[Strip],
+        scratch: &mut Scratch<D>,
+        part: Part<'_, D>,
+    ) -> Result<f64, InadmissiblePoint>;
+}
+
+/// Sums all strips; the flag says whether all tangents are symmetric.
+fn sum<const D: usize, T: Task<D>>(
+    task: &T,
+    plan: &AssemblyPlan<D>,
+    input: PassInput<'_, D>,
+    (sums, is_symmetric): (Sums<'_, D>, bool),
+) -> Result<f64, InadmissiblePoint> {
     let Sums { internal, mut tangent, .. } = sums;
-    let pass = Pass::<D, M, HOOP> { committed, plan, input };
     let mut smallest = f64::INFINITY;
     for strips in plan.sums.strips.phases() {
         let (mut values, mut lift): (&mut [f64], &mut [Vector<D>]) = (&mut [], &mut []);
@@ -73,228 +89,185 @@ pub fn assemble<const D: usize, M: Material, const HOOP: bool>(
         }
         let wants_tangent = !values.is_empty();
         let part = Part { node: 0, internal: &mut *internal, values, lift };
-        let scratch = &plan.sums.scratch[..];
-        smallest = smallest.min(match (wants_tangent, committed.law.has_symmetric_tangent()) {
-            (false, _) => pass.sum::<FORCE>(strips, scratch, part)?,
-            (true, true) => pass.sum::<LOWER>(strips, scratch, part)?,
-            (true, false) => pass.sum::<ALL>(strips, scratch, part)?,
+        smallest = smallest.min(match (wants_tangent, is_symmetric) {
+            (false, _) => sum_phase::<D, T, FORCE>(task, (plan, input), strips, part)?,
+            (true, true) => sum_phase::<D, T, LOWER>(task, (plan, input), strips, part)?,
+            (true, false) => sum_phase::<D, T, ALL>(task, (plan, input), strips, part)?,
         });
     }
     Ok(smallest)
 }
 
+/// Sums the strips of a phase.
+fn sum_phase<'p, const D: usize, T: Task<D>, const TANGENT: u8>(
+    task: &T,
+    (plan, input): (&AssemblyPlan<D>, PassInput<'_, D>),
+    strips: &[Strip],
+    part: Part<'p, D>,
+) -> Result<f64, InadmissiblePoint> {
+    let parted = |part: Part<'p, D>, node| part.split_at(node, input.pattern);
+    sum_strips(strips, &plan.sums.scratch, part, &parted, &|strips, scratch, part| {
+        task.sum::<TANGENT>(strips, scratch, part)
+    })
+}
+
+/// Adds the dense sums of set `set` of nodes to the global arrays.
+#[inline(always)]
+fn scatter<const D: usize>(
+    (plan, input): (&AssemblyPlan<D>, PassInput<'_, D>),
+    (nodes, set): (&[u32], usize),
+    force: impl Fn(usize) -> Vector<D>,
+    tangent: Option<DenseTangent<'_, D>>,
+    part: &mut Part<'_, D>,
+) {
+    for (v, node) in nodes.iter().enumerate() {
+        part.internal[*node as usize - part.node] += force(v);
+    }
+    if let Some(tangent) = tangent {
+        if !part.lift.is_empty() {
+            add_lift(nodes, tangent, input.constraints, part);
+        }
+        let sums = &plan.sums;
+        add_tangent(nodes, &sums.slots[sums.slot_start[set]..], tangent, input, part);
+    }
+}
+
 /// What all tasks of a pass read.
-struct Pass<'a, const D: usize, M: Material, const HOOP: bool> {
-    committed: Committed<'a, D, M>,
+struct Pass<'a, const D: usize, const HOOP: bool> {
+    law: &'a dyn BatchLaw,
+    points: &'a Points<D>,
     plan: &'a AssemblyPlan<D>,
     input: PassInput<'a, D>,
 }
 
-impl<const D: usize, M: Material, const HOOP: bool> Pass<'_, D, M, HOOP> {
-    /// Sums the strips of a phase.
-    fn sum<'p, const TANGENT: u8>(
-        &self,
-        strips: &[Strip],
-        scratch: &[Mutex<Scratch<D>>],
-        part: Part<'p, D>,
-    ) -> Result<f64, InadmissiblePoint> {
-        let parted = |part: Part<'p, D>, node| part.split_at(node, self.input.pattern);
-        sum_strips(strips, scratch, part, &parted, &|strips, scratch, part| {
-            self.sum_task::<TANGENT>(strips, scratch, part)
-        })
-    }
-
-    /// Sums the strips of a task.
-    fn sum_task<const TANGENT: u8>(
+impl<const D: usize, const HOOP: bool> Task<D> for Pass<'_, D, HOOP> {
+    fn sum<const TANGENT: u8>(
         &self,
         strips: &[Strip],
         scratch: &mut Scratch<D>,
         mut part: Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        let positions = strips.iter().flat_map(|strip| strip.sets.clone());
-        let sets = positions.map(|position| self.plan.sums.strips.set(position));
+        let connectivity = self.plan.connectivity();
         let mut smallest = f64::INFINITY;
-        match self.plan.dilatation() {
-            None => {
-                for set in sets {
-                    smallest = smallest.min(self.sum_node_set::<TANGENT>(set, scratch, &mut part)?);
+        let mut gathered = Gathered::new();
+        for position in strips.iter().flat_map(|strip| strip.sets.clone()) {
+            let set = self.plan.sums.strips.set(position);
+            let groups = connectivity.node_set_groups(set);
+            for (index, &group) in groups.iter().enumerate() {
+                let group = connectivity.group(group as usize);
+                let mut from = 0;
+                while from < group.points {
+                    from = gathered.push((set, group), from, (index == 0, index + 1 == groups.len()));
+                    if gathered.is_full() {
+                        smallest = smallest.min(self.sum_batch::<TANGENT>(&gathered, scratch, &mut part)?);
+                        gathered.clear();
+                    }
                 }
             }
-            Some(dilatation) => {
-                let Self { committed, plan, input } = *self;
-                let connectivity = plan.connectivity();
-                let increment = input.increment;
-                let dilated = Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment };
-                let mut of_cell = dilatation::Scratch::default();
-                let Scratch { force, tangent, .. } = scratch;
-                for cell in sets {
-                    let nodes = dilatation.cells().nodes(cell);
-                    let n = nodes.len();
-                    let force = &mut force[..n];
-                    let tangent = &mut tangent[..n_blocks::<TANGENT>(n)];
-                    smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
-                    self.scatter::<TANGENT>(nodes, cell, force, tangent, &mut part);
-                }
-            }
+        }
+        if !gathered.points().is_empty() {
+            smallest = smallest.min(self.sum_batch::<TANGENT>(&gathered, scratch, &mut part)?);
         }
         Ok(smallest)
     }
+}
 
-    /// Adds the dense sums of set `set` of nodes to the global arrays.
-    #[inline(always)]
-    fn scatter<const TANGENT: u8>(
+impl<const D: usize, const HOOP: bool> Pass<'_, D, HOOP> {
+    /// Sums the points of a batch.
+    fn sum_batch<const TANGENT: u8>(
         &self,
-        nodes: &[u32],
-        set: usize,
-        force: &[Vector<D>],
-        tangent: &[Block<D>],
-        part: &mut Part<'_, D>,
-    ) {
-        for (node, force) in nodes.iter().zip(force) {
-            part.internal[*node as usize - part.node] += force;
-        }
-        if TANGENT != FORCE {
-            let tangent = DenseTangent::of::<TANGENT>(tangent);
-            if !part.lift.is_empty() {
-                add_lift(nodes, tangent, self.input.constraints, part);
-            }
-            let sums = &self.plan.sums;
-            add_tangent(nodes, &sums.slots[sums.slot_start[set]..], tangent, self.input, part);
-        }
-    }
-
-    /// Sums the points of a node set and adds the sum to the global arrays.
-    #[inline]
-    fn sum_node_set<const TANGENT: u8>(
-        &self,
-        set: usize,
+        gathered: &Gathered<'_, D>,
         scratch: &mut Scratch<D>,
         part: &mut Part<'_, D>,
     ) -> Result<f64, InadmissiblePoint> {
-        let n = self.plan.connectivity().node_set(set).len();
-        let Scratch { increment, force, gradient, hoop, tangent, symmetric } = scratch;
-        if HOOP {
-            hoop.resize(n, 0.0);
-        }
-        let dense = Dense {
-            increment: &mut increment[..n],
-            force: &mut force[..n],
-            gradient: &mut gradient[..n],
-            hoop,
-            tangent: &mut tangent[..n_blocks::<TANGENT>(n)],
-            symmetric: if TANGENT == ALL { &mut symmetric[..n_blocks::<LOWER>(n)] } else { &mut [] },
+        let Self { law, points, input, .. } = *self;
+        let batch = &mut scratch.batch;
+        batch.steps.measure::<HOOP>(gathered, input.increment, &points.position);
+        let question = Question { law, points, numbers: gathered.points() };
+        let smallest = match TANGENT {
+            FORCE => question.answer::<HOOP, false>(batch)?,
+            _ => question.answer::<HOOP, true>(batch)?,
         };
-        // The commonest node sets are compiled with their size known.
-        match n {
-            4 => self.sum_dense::<TANGENT>(4, set, dense, part),
-            8 => self.sum_dense::<TANGENT>(8, set, dense, part),
-            9 => self.sum_dense::<TANGENT>(9, set, dense, part),
-            n => self.sum_dense::<TANGENT>(n, set, dense, part),
-        }
-    }
-
-    /// Sums the points of a node set of `n` nodes densely and adds the sum to the global arrays.
-    #[inline(always)]
-    fn sum_dense<const TANGENT: u8>(
-        &self,
-        n: usize,
-        set: usize,
-        mut dense: Dense<'_, D>,
-        part: &mut Part<'_, D>,
-    ) -> Result<f64, InadmissiblePoint> {
-        let Self { plan, input, .. } = *self;
-        let nodes = plan.connectivity().node_set(set);
-        for (du, node) in dense.increment.iter_mut().zip(nodes) {
-            *du = input.increment[*node as usize];
-        }
-        dense.force.fill(Vector::zeros());
-        dense.tangent.fill(Block::zeros());
-        dense.symmetric.fill(Block::zeros());
-        let mut smallest = f64::INFINITY;
-        for &group in plan.connectivity().node_set_groups(set) {
-            let group = plan.connectivity().group(group as usize);
-            let least = sum_group::<D, M, TANGENT, HOOP>(n, self.committed, group, &mut dense)?;
-            smallest = smallest.min(least);
-        }
-        if TANGENT == ALL {
-            add_symmetric(n, dense.symmetric, dense.tangent);
-        }
-        self.scatter::<TANGENT>(nodes, set, dense.force, dense.tangent, part);
+        vectorised(Summing::<D, HOOP, TANGENT> { pass: self, gathered, scratch, part });
         Ok(smallest)
     }
 }
 
-/// Adds the sum of symmetric tangents, which holds the rows from the diagonal down, to all blocks.
-#[inline(always)]
-fn add_symmetric<const D: usize>(n: usize, symmetric: &[Block<D>], all: &mut [Block<D>]) {
-    let mut blocks = symmetric.iter();
-    for w in 0..n {
-        for (v, block) in (w..n).zip(&mut blocks) {
-            all[w * n + v] += block;
-            if v > w {
-                all[v * n + w] += block.transpose();
+/// Sums the points of a batch, whose laws have answered.
+struct Summing<'a, 'p, const D: usize, const HOOP: bool, const TANGENT: u8> {
+    pass: &'a Pass<'a, D, HOOP>,
+    gathered: &'a Gathered<'a, D>,
+    scratch: &'a mut Scratch<D>,
+    part: &'a mut Part<'p, D>,
+}
+
+impl<const D: usize, const HOOP: bool, const TANGENT: u8> Work for Summing<'_, '_, D, HOOP, TANGENT> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) {
+        let Self { pass: &Pass { points, plan, input, .. }, gathered, scratch, part } = self;
+        let Scratch { batch, sums, .. } = scratch;
+        let mut run = [SummedPoint::NONE; RUN];
+        let (mut in_run, mut at) = (0, 0);
+        for segment in gathered.segments() {
+            let group = &segment.group;
+            let n = group.nodes.len();
+            if segment.begins {
+                sums.begin::<TANGENT>(n);
+            }
+            for k in segment.from..segment.to {
+                let influences = (&group.values[k * n..(k + 1) * n], &group.gradients[k * n..(k + 1) * n]);
+                let radius = if HOOP { points.position[group.first_point + k][0] } else { 1.0 };
+                run[in_run] = SummedPoint { answered: batch.answers.answered(at), influences, radius };
+                in_run += 1;
+                at += 1;
+                // The last set of a batch goes on in the next one.
+                let is_last = k + 1 == segment.to && (segment.ends || at == gathered.points().len());
+                if in_run == RUN || is_last {
+                    sums.add::<TANGENT, HOOP, VECTORS>(&run[..in_run]);
+                    in_run = 0;
+                }
+            }
+            if segment.ends {
+                sums.end::<TANGENT>();
+                let tangent = (TANGENT != FORCE).then(|| DenseTangent::of_nodes::<TANGENT>(sums.blocks()));
+                scatter((plan, input), (group.nodes, segment.set), |v| sums.force(v), tangent, part);
             }
         }
     }
 }
 
-/// Adds the points of a group to the dense sums; returns the smallest `det ΔF`.
-#[inline(always)]
-fn sum_group<const D: usize, M: Material, const TANGENT: u8, const HOOP: bool>(
-    n: usize,
-    committed: Committed<'_, D, M>,
-    group: Group<'_, D>,
-    dense: &mut Dense<'_, D>,
-) -> Result<f64, InadmissiblePoint> {
-    let du = &dense.increment[..n];
-    let force = &mut dense.force[..n];
-    let g = &mut dense.gradient[..n];
-    let t = if HOOP { &mut dense.hoop[..n] } else { &mut [] };
-    let tangent = &mut dense.tangent[..n_blocks::<TANGENT>(n)];
-    let symmetric = &mut *dense.symmetric;
+/// The same of a body under mean dilatation, whose sets are cells.
+struct DilatedPass<'a, const D: usize, M: Material, const HOOP: bool> {
+    committed: Committed<'a, D, M>,
+    plan: &'a AssemblyPlan<D>,
+    input: PassInput<'a, D>,
+}
 
-    let mut smallest = f64::INFINITY;
-    for k in 0..group.points {
-        let p = group.first_point + k;
-        let (values, gradients) = (&group.values[k * n..(k + 1) * n], &group.gradients[k * n..(k + 1) * n]);
-        let trial = trial::<D, M, HOOP>(committed, p, du, (values, gradients))?;
-        smallest = smallest.min(trial.determinant);
-
-        let volume = committed.points.reference_volume[p];
-        let stress = block::<D>(&trial.response.kirchhoff) * volume;
-        let turned = Turned { stress: &stress, radius: committed.points.position[p][0] * trial.hoop };
-        for ((g, force), gradient) in g.iter_mut().zip(&mut *force).zip(gradients) {
-            *g = trial.inverse.tr_mul(gradient);
-            *force += if HOOP && D == 3 { turned.force(g) } else { stress * *g };
+impl<const D: usize, M: Material, const HOOP: bool> Task<D> for DilatedPass<'_, D, M, HOOP> {
+    fn sum<const TANGENT: u8>(
+        &self,
+        strips: &[Strip],
+        scratch: &mut Scratch<D>,
+        mut part: Part<'_, D>,
+    ) -> Result<f64, InadmissiblePoint> {
+        let Self { committed, plan, input } = *self;
+        let Some(dilatation) = plan.dilatation() else { unreachable!("the plan has been asked") };
+        let (connectivity, increment) = (plan.connectivity(), input.increment);
+        let dilated = Dilated::<D, M, HOOP> { committed, connectivity, dilatation, increment };
+        let mut of_cell = dilatation::Scratch::default();
+        let mut smallest = f64::INFINITY;
+        for position in strips.iter().flat_map(|strip| strip.sets.clone()) {
+            let cell = plan.sums.strips.set(position);
+            let nodes = dilatation.cells().nodes(cell);
+            let n = nodes.len();
+            let force = &mut scratch.force[..n];
+            let tangent = &mut scratch.tangent[..n_blocks::<TANGENT>(n)];
+            smallest = smallest.min(dilated.sum::<TANGENT>(cell, force, tangent, &mut of_cell)?);
+            let tangent = (TANGENT != FORCE).then(|| DenseTangent::of::<TANGENT>(tangent));
+            scatter((plan, input), (nodes, cell), |v| force[v], tangent, &mut part);
         }
-        if HOOP {
-            let stress = trial.response.kirchhoff.zz * volume;
-            let per_radius = 1.0 / (committed.points.position[p][0] * trial.hoop);
-            for ((t, force), value) in t.iter_mut().zip(&mut *force).zip(values) {
-                *t = value * per_radius;
-                force[0] += stress * *t;
-            }
-        }
-        if TANGENT != FORCE {
-            let modes = &trial.response.tangent;
-            let a = modes.spatial_tangent::<D>();
-            if HOOP && D == 3 {
-                match TANGENT == LOWER || !modes.is_symmetric() {
-                    true => add_turning_tangent::<D, TANGENT>((g, t), &a, turned, volume, tangent),
-                    false => add_turning_tangent::<D, LOWER>((g, t), &a, turned, volume, symmetric),
-                }
-                continue;
-            }
-            let a = (&a, if HOOP { Some(modes.hoop_tangent()) } else { None });
-            // Most points of an unsymmetric law are elastic, and half of their blocks are enough.
-            if TANGENT == LOWER {
-                add_tangent_of_point::<D, LOWER, HOOP>((g, t), a, volume, tangent);
-            } else if modes.is_symmetric() {
-                add_tangent_of_point::<D, LOWER, HOOP>((g, t), a, volume, symmetric);
-            } else {
-                add_tangent_of_point::<D, ALL, HOOP>((g, t), a, volume, tangent);
-            }
-        }
+        Ok(smallest)
     }
-    Ok(smallest)
 }

@@ -1,5 +1,6 @@
 //! From the dense sums of a set of nodes to the global arrays.
 
+use crate::body::node_blocks::NodeBlocks;
 use crate::unknowns::{Constraints, SparsityPattern, node_equation};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
@@ -72,6 +73,10 @@ pub(crate) enum DenseTangent<'a, const D: usize> {
     Lower(&'a [Block<D>]),
     /// All rows.
     All(&'a [Block<D>]),
+    /// As [`Self::Lower`], as it is summed with nodes side by side.
+    LowerOfNodes(NodeBlocks<'a, D>),
+    /// As [`Self::All`], as it is summed with nodes side by side.
+    AllOfNodes(NodeBlocks<'a, D>),
 }
 
 /// A pass sums the force only.
@@ -108,14 +113,31 @@ impl<'a, const D: usize> DenseTangent<'a, D> {
         if TANGENT == LOWER { Self::Lower(blocks) } else { Self::All(blocks) }
     }
 
+    /// The blocks that a pass has summed with nodes side by side.
+    #[inline(always)]
+    pub fn of_nodes<const TANGENT: u8>(blocks: NodeBlocks<'a, D>) -> Self {
+        if TANGENT == LOWER { Self::LowerOfNodes(blocks) } else { Self::AllOfNodes(blocks) }
+    }
+
+    /// Whether the rows above the diagonal follow from the others.
+    #[inline(always)]
+    fn is_symmetric(&self) -> bool {
+        matches!(self, Self::Lower(_) | Self::LowerOfNodes(_))
+    }
+
     /// The block of row node v and column node w of n nodes.
     #[inline(always)]
     fn block(&self, n: usize, v: usize, w: usize) -> Block<D> {
-        let lower = |v: usize, w: usize| w * n - w * (w + 1) / 2 + v;
+        if v < w && self.is_symmetric() { self.stored(n, w, v).transpose() } else { self.stored(n, v, w) }
+    }
+
+    /// The same, from the diagonal down where no other is stored.
+    #[inline(always)]
+    fn stored(&self, n: usize, v: usize, w: usize) -> Block<D> {
         match self {
             Self::All(blocks) => blocks[w * n + v],
-            Self::Lower(blocks) if v >= w => blocks[lower(v, w)],
-            Self::Lower(blocks) => blocks[lower(w, v)].transpose(),
+            Self::Lower(blocks) => blocks[w * n - w * (w + 1) / 2 + v],
+            Self::LowerOfNodes(blocks) | Self::AllOfNodes(blocks) => blocks.block(v, w),
         }
     }
 }
@@ -131,31 +153,28 @@ pub(crate) fn add_lift<const D: usize>(
     if (0..nodes.len()).all(|v| lifted(v) == Vector::<D>::zeros()) {
         return;
     }
-    let base = part.node;
-    if let DenseTangent::All(blocks) = tangent {
-        let n = nodes.len();
+    let (n, base) = (nodes.len(), part.node);
+    if !tangent.is_symmetric() {
         for w in (0..n).filter(|&w| lifted(w) != Vector::<D>::zeros()) {
-            for v in 0..n {
-                part.lift[nodes[v] as usize - base] += blocks[w * n + v] * lifted(w);
+            for (v, &node) in nodes.iter().enumerate() {
+                part.lift[node as usize - base] += tangent.block(n, v, w) * lifted(w);
             }
         }
         return;
     }
-    let DenseTangent::Lower(tangent) = tangent else { return };
-    let mut at = 0;
-    for w in 0..nodes.len() {
-        for v in w..nodes.len() {
-            part.lift[nodes[v] as usize - base] += tangent[at] * lifted(w);
+    for w in 0..n {
+        for v in w..n {
+            let block = tangent.block(n, v, w);
+            part.lift[nodes[v] as usize - base] += block * lifted(w);
             if v > w {
-                part.lift[nodes[w] as usize - base] += tangent[at].tr_mul(&lifted(v));
+                part.lift[nodes[w] as usize - base] += block.tr_mul(&lifted(v));
             }
-            at += 1;
         }
     }
 }
 
 /// Adds a set's dense tangent to the stored one, leaving out what is prescribed.
-#[inline]
+#[inline(always)]
 pub(crate) fn add_tangent<const D: usize>(
     nodes: &[u32],
     slots: &[u32],
@@ -163,10 +182,19 @@ pub(crate) fn add_tangent<const D: usize>(
     input: PassInput<'_, D>,
     part: &mut Part<'_, D>,
 ) {
-    match (input.pattern.symmetry(), tangent) {
-        (Symmetry::Symmetric, DenseTangent::Lower(blocks)) => add_lower(nodes, slots, blocks, input, part),
-        (Symmetry::Symmetric, DenseTangent::All(_)) => unreachable!("the pattern takes the worst symmetry"),
-        (Symmetry::Unsymmetric, _) => add_all(nodes, slots, tangent, input, part),
+    match input.pattern.symmetry() {
+        Symmetry::Symmetric => {
+            assert!(tangent.is_symmetric(), "the pattern takes the worst symmetry");
+            match tangent {
+                DenseTangent::LowerOfNodes(blocks)
+                    if nodes.iter().all(|&node| input.constraints.mask(node as usize) == 0) =>
+                {
+                    add_lower_of_free_nodes(nodes, slots, blocks, input, part);
+                }
+                _ => add_lower(nodes, slots, tangent, input, part),
+            }
+        }
+        Symmetry::Unsymmetric => add_all(nodes, slots, tangent, input, part),
     }
 }
 
@@ -210,25 +238,24 @@ fn add_all<const D: usize>(
     }
 }
 
-/// As [`add_tangent`], where the lower triangle is stored.
-#[inline]
+/// As [`add_tangent`], where the lower triangle is stored. Not inlined, because few sets have nodes that are prescribed.
+#[inline(never)]
 fn add_lower<const D: usize>(
     nodes: &[u32],
     slots: &[u32],
-    tangent: &[Block<D>],
+    tangent: DenseTangent<'_, D>,
     input: PassInput<'_, D>,
     part: &mut Part<'_, D>,
 ) {
     let columns = input.pattern.column_start();
     let base = columns[node_equation::<D>(part.node, 0)];
-    let (mut at, mut slot) = (0, 0);
-    for w in 0..nodes.len() {
+    let (n, mut slot) = (nodes.len(), 0);
+    for w in 0..n {
         let column_node = nodes[w] as usize;
         let column_mask = input.constraints.mask(column_node);
         let starts: [usize; D] = std::array::from_fn(|j| columns[node_equation::<D>(column_node, j)] - base);
 
-        let diagonal = &tangent[at];
-        at += 1;
+        let diagonal = tangent.stored(n, w, w);
         for (j, start) in starts.iter().enumerate() {
             for i in j..D {
                 // A prescribed component keeps its own stiffness, alone in its row and column.
@@ -238,10 +265,9 @@ fn add_lower<const D: usize>(
                 }
             }
         }
-        for &node in &nodes[w + 1..] {
-            let block = &tangent[at];
+        for (v, &node) in nodes.iter().enumerate().skip(w + 1) {
+            let block = tangent.stored(n, v, w);
             let row = node_equation::<D>(slots[slot] as usize, 0);
-            at += 1;
             slot += 1;
             let row_mask = input.constraints.mask(node as usize);
             if row_mask | column_mask == 0 {
@@ -257,6 +283,40 @@ fn add_lower<const D: usize>(
                     for i in (0..D).filter(|i| row_mask & (1 << i) == 0) {
                         part.values[start + i] += block[(i, j)];
                     }
+                }
+            }
+        }
+    }
+}
+
+/// As [`add_lower`], of nodes side by side of which none is prescribed.
+#[inline(always)]
+fn add_lower_of_free_nodes<const D: usize>(
+    nodes: &[u32],
+    slots: &[u32],
+    blocks: NodeBlocks<'_, D>,
+    input: PassInput<'_, D>,
+    part: &mut Part<'_, D>,
+) {
+    let columns = input.pattern.column_start();
+    let base = columns[node_equation::<D>(part.node, 0)];
+    let mut slots = slots.iter();
+    for (w, &column_node) in nodes.iter().enumerate() {
+        let starts: [usize; D] =
+            std::array::from_fn(|j| columns[node_equation::<D>(column_node as usize, j)] - base);
+        let diagonal = blocks.lane(w, w);
+        for (j, start) in starts.iter().enumerate() {
+            let values = &mut part.values[*start..*start + D - j];
+            for (value, add) in values.iter_mut().zip(diagonal.column(j).skip(j)) {
+                *value += add;
+            }
+        }
+        for (v, &slot) in (w + 1..nodes.len()).zip(&mut slots) {
+            let (row, block) = (node_equation::<D>(slot as usize, 0), blocks.lane(v, w));
+            for (j, start) in starts.iter().enumerate() {
+                let start = start + (D - j) + row;
+                for (value, add) in part.values[start..start + D].iter_mut().zip(block.column(j)) {
+                    *value += add;
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::body::kinematics::{StepGradient, inverse_and_determinant};
 use crate::body::points::Points;
-use mpm_grid::{Block, Vector};
+use mpm_grid::Block;
 use mpm_material::{Material, NoReturn, Response, SymmetricTensor, log_strain, respond};
 
 /// A point that has no admissible state under a trial displacement.
@@ -71,41 +71,25 @@ impl<const D: usize, M: Material> Copy for Committed<'_, D, M> {}
 
 /// State of one point under a trial displacement: a pure function of its committed state.
 pub(crate) struct Trial<const D: usize, H> {
-    /// `ΔF`; of a body of revolution its in-plane part.
-    pub step: Block<D>,
     /// `ΔF_θθ`; 1 where there is no hoop.
     pub hoop: f64,
-    /// The inverse of `step`.
+    /// The inverse of `ΔF`, of a body of revolution of its in-plane part.
     pub inverse: Block<D>,
-    /// `det ΔF`.
-    pub determinant: f64,
     pub response: Response<H>,
 }
 
-/// Kinematics and law of point `p`; `du` and its influences, values and gradients, run over the nodes of its group.
-#[inline(always)]
-pub(crate) fn trial<const D: usize, M: Material, const HOOP: bool>(
-    committed: Committed<'_, D, M>,
-    p: usize,
-    du: &[Vector<D>],
-    influences: (&[f64], &[Vector<D>]),
-) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    let h = StepGradient::of::<HOOP>(du, influences, committed.points.position[p][0]);
-    trial_of::<D, M, HOOP>(committed, p, &h)
-}
-
-/// As [`trial`], of a displacement gradient.
+/// Kinematics and law of point `p` under a displacement gradient.
 #[inline(always)]
 pub(crate) fn trial_of<const D: usize, M: Material, const HOOP: bool>(
     committed: Committed<'_, D, M>,
     p: usize,
     h: &StepGradient<D>,
 ) -> Result<Trial<D, M::History>, InadmissiblePoint> {
-    let StepOf { step, hoop, inverse, determinant } = step_of::<D, HOOP>(p, h)?;
+    let StepOf { hoop, inverse, .. } = step_of::<D, HOOP>(p, h)?;
     let Committed { law, points, history } = committed;
     let response = respond(law, &h.trial_excess::<HOOP>(&points.elastic_excess[p]), &history[p])
         .map_err(|reason| InadmissiblePoint::no_return(p, reason))?;
-    Ok(Trial { step, hoop, inverse, determinant, response })
+    Ok(Trial { hoop, inverse, response })
 }
 
 /// ΔF of a load step, see [`Trial`].

@@ -2,6 +2,7 @@
 
 use super::return_map::{Equations, Returned};
 use crate::NoReturn;
+use crate::elementary::exp;
 
 const NO_ZERO: NoReturn =
     NoReturn { reason: "the yield function of Cam-Clay has no zero along the plastic multiplier" };
@@ -134,7 +135,7 @@ impl Equations {
         let state = self.skeleton.at(volumetric, shear);
         let [[p_v, p_s], [_, q_s]] = state.derivative;
         let (dv, ds) = (volumetric - self.trial.0, shear - self.trial.1);
-        let preconsolidation = self.before * (dv / self.hardening).exp();
+        let preconsolidation = self.before * exp(dv / self.hardening);
         let stored = self.skeleton.energy(volumetric, shear) + 0.5 * self.hardening * preconsolidation;
         let mixed = -multiplier * p_s;
         let hardening = 0.5 * preconsolidation / self.hardening;

@@ -1,5 +1,7 @@
 //! The elastic skeleton: pressure and shear stress from an energy.
 
+use crate::elementary::{exp, ln};
+
 /// Constants of the energy ψ of [`super::CamClay`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Skeleton {
@@ -29,7 +31,7 @@ impl Skeleton {
     #[inline]
     pub fn at(&self, volumetric: f64, shear: f64) -> Elastic {
         let Self { swelling, shear_ratio, .. } = *self;
-        let p = self.reference_pressure * self.exponent(volumetric, shear).exp();
+        let p = self.reference_pressure * exp(self.exponent(volumetric, shear));
         let shear_modulus = self.shear + shear_ratio * p;
         // ∂p/∂ε_s = −∂q/∂ε_v.
         let mixed = 3.0 * shear_ratio * p * shear / swelling;
@@ -46,14 +48,14 @@ impl Skeleton {
 
     /// ψ [F/L²].
     pub fn energy(&self, volumetric: f64, shear: f64) -> f64 {
-        let p = self.reference_pressure * self.exponent(volumetric, shear).exp();
+        let p = self.reference_pressure * exp(self.exponent(volumetric, shear));
         self.swelling * p + 1.5 * self.shear * shear * shear
     }
 
     /// ε_v and ε_s of stresses, p > 0.
     pub fn strains(&self, p: f64, q: f64) -> (f64, f64) {
         let shear = q / (3.0 * (self.shear + self.shear_ratio * p));
-        let logarithm = (p / self.reference_pressure).ln();
+        let logarithm = ln(p / self.reference_pressure);
         (1.5 * self.shear_ratio * shear * shear - self.swelling * logarithm, shear)
     }
 }

@@ -10,7 +10,8 @@ use nalgebra::Vector3;
 use crate::deviator::Deviator;
 use crate::law::YIELD_TOLERANCE;
 use crate::{
-    Consolidation, Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters, Update,
+    Consolidation, Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters,
+    PrincipalUpdate, Update,
 };
 use elastic::Skeleton;
 use return_map::{Equations, Returned};
@@ -89,7 +90,7 @@ impl CamClay {
 
     /// p_c of the yield surface through principal stresses [F/L²], p + q²/(M² p).
     fn preconsolidation(&self, kirchhoff: &Vector3<f64>) -> f64 {
-        let split = Deviator::of(kirchhoff);
+        let split = Deviator::<f64>::of(&(*kirchhoff).into());
         let (p, along) =
             (-split.volumetric / 3.0, 1.5_f64.sqrt() * split.norm / self.parameters.critical_ratio);
         p + along * along / p
@@ -121,14 +122,13 @@ impl CamClay {
         let Returned { stress: (p, q), shear_modulus, volumetric, beta, preconsolidation, derivative } =
             *returned;
         let secant = 2.0 * shear_modulus * beta;
-        Update {
+        let principal = PrincipalUpdate {
             elastic_strain: split.strains(volumetric, beta),
             kirchhoff: split.stresses(p, q),
             tangent: split.tangent(&derivative, secant),
-            secant: Vector3::repeat(secant),
-            plastic: true,
-            history: Preconsolidation(preconsolidation),
-        }
+            secant: [secant; 3],
+        };
+        principal.with(true, Preconsolidation(preconsolidation))
     }
 }
 
@@ -155,7 +155,7 @@ impl Material for CamClay {
         kirchhoff: &Vector3<f64>,
         _history: &Preconsolidation,
     ) -> Result<Vector3<f64>, NoReturn> {
-        let split = Deviator::of(kirchhoff);
+        let split = Deviator::<f64>::of(&(*kirchhoff).into());
         let p = -split.volumetric / 3.0;
         // Written so that what is not a number is refused as well.
         if !(p > 0.0 && p.is_finite()) {
@@ -163,11 +163,11 @@ impl Material for CamClay {
         }
         let q = 1.5_f64.sqrt() * split.norm;
         let (volumetric, shear) = self.skeleton.strains(p, q);
-        Ok((split.direction() * (1.5_f64.sqrt() * shear)).add_scalar(volumetric / 3.0))
+        Ok((Vector3::from(split.direction()) * (1.5_f64.sqrt() * shear)).add_scalar(volumetric / 3.0))
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &Preconsolidation) -> f64 {
-        let split = Deviator::of(elastic_strain);
+        let split = Deviator::<f64>::of(&(*elastic_strain).into());
         self.skeleton.energy(split.volumetric, split.shear())
     }
 
@@ -177,7 +177,7 @@ impl Material for CamClay {
         trial: &Vector3<f64>,
         history: &Preconsolidation,
     ) -> Result<Update<Preconsolidation>, NoReturn> {
-        let split = Deviator::of(trial);
+        let split = Deviator::<f64>::of(&(*trial).into());
         let state = self.skeleton.at(split.volumetric, split.shear());
         // By the largest stress, because squares of trial pressures may overflow; what then is no number
         // has yielded, unless the strains are none.
@@ -192,14 +192,13 @@ impl Material for CamClay {
             return Ok(self.plastic(&split, &returned));
         }
         let secant = 2.0 * state.shear_modulus;
-        Ok(Update {
-            elastic_strain: *trial,
+        let principal = PrincipalUpdate {
+            elastic_strain: (*trial).into(),
             kirchhoff: split.stresses(state.p, state.q),
             tangent: split.tangent(&state.derivative, secant),
-            secant: Vector3::repeat(secant),
-            plastic: false,
-            history: *history,
-        })
+            secant: [secant; 3],
+        };
+        Ok(principal.with(false, *history))
     }
 
     #[inline]

@@ -3,6 +3,7 @@
 use super::elastic::Skeleton;
 use super::parameters::CamClayParameters;
 use crate::NoReturn;
+use crate::elementary::{exp, ln};
 
 /// A return.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +99,7 @@ impl Equations {
             critical_ratio,
             trial,
             before,
-            logarithm: (before / skeleton.reference_pressure).ln(),
+            logarithm: ln(before / skeleton.reference_pressure),
             shear: skeleton.shear / skeleton.reference_pressure,
             m2,
             per_m2: 1.0 / m2,
@@ -135,7 +136,7 @@ impl Equations {
     #[inline]
     fn at(&self, unknowns: [f64; 2]) -> Point {
         // Without a constant part of the modulus no pressure is needed.
-        let constant = if self.shear > 0.0 { self.shear * (-unknowns[0]).exp() } else { 0.0 };
+        let constant = if self.shear > 0.0 { self.shear * exp(-unknowns[0]) } else { 0.0 };
         self.with_modulus(unknowns, constant)
     }
 
@@ -168,7 +169,7 @@ impl Equations {
         let relative = self.logarithm + change * self.per_hardening - logarithm;
         // F is of the size of 1: ln(1 + y) to the last digit of a small y would be of no use.
         let residual =
-            [change - excess * point.flow * (1.0 - point.yielding), (1.0 + point.yielding).ln() - relative];
+            [change - excess * point.flow * (1.0 - point.yielding), ln(1.0 + point.yielding) - relative];
         (residual, (residual[0] * self.per_swelling).abs().max(residual[1].abs()))
     }
 
@@ -240,7 +241,7 @@ impl Equations {
         let p = if self.shear > 0.0 {
             skeleton.shear / constant
         } else {
-            skeleton.reference_pressure * point.unknowns[0].exp()
+            skeleton.reference_pressure * exp(point.unknowns[0])
         };
         let Slopes { jacobian, ratio, yielding, per_relative } = self.slopes(point);
 

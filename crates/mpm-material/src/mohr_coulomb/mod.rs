@@ -4,10 +4,12 @@ mod cut_off;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::law::YIELD_TOLERANCE;
-use crate::ordered::{Loss, Ordered, extremes};
+use crate::lanes::{LANES, Lanes, Number};
+use crate::law::{SURELY_ELASTIC, YIELD_TOLERANCE, strain_of};
+use crate::ordered::{Loss, Ordered, extremes, extremes_of_four};
 use crate::{
-    Apex, Elasticity, Hencky, Material, NoReturn, ParameterError, PlasticStrain, PointParameters, Update,
+    Apex, Elasticity, Hencky, LaneUpdate, Material, NoReturn, ParameterError, PlasticStrain, PointParameters,
+    Update,
 };
 
 /// Perfect Mohr–Coulomb plasticity with Hencky elasticity. With τ₁ ≥ τ₂ ≥ τ₃, s = sin φ and t = sin ψ:
@@ -298,6 +300,25 @@ impl Material for MohrCoulomb {
             }
         }
         Ok(elastic.with_history(*history))
+    }
+
+    /// Four points at once where they do not yield.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PlasticStrain; LANES],
+    ) -> Result<LaneUpdate<PlasticStrain>, NoReturn> {
+        let of = Lanes::of;
+        let elastic = Hencky(self.elasticity).principal(trial);
+        let (largest, smallest) = extremes_of_four(&elastic.kirchhoff);
+        let (sin, cos) = self.friction;
+        let strength = of(self.cohesion);
+        let room = of(SURELY_ELASTIC) * (largest.absolute() + smallest.absolute() + strength);
+        let overshoot = largest * of(1.0 + sin) - smallest * of(1.0 - sin) - of(2.0 * self.cohesion * cos);
+        let is_below = overshoot.below(-room) & (largest - of(self.cut_off)).below(-room);
+        let alone = |k: usize| self.update(&strain_of(trial, k), history[k]);
+        LaneUpdate::elastic_but(elastic, !is_below, history, alone)
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {

@@ -3,6 +3,7 @@
 mod apex;
 mod cam_clay;
 mod initial;
+mod lanes;
 mod mohr_coulomb;
 mod neo_hooke;
 mod paths;

@@ -105,7 +105,8 @@ pub(crate) fn estimate<const D: usize>(model: &mut Model<D>) -> Result<Estimate,
     let mesh = model.motion.mesh_at(&model.layout, LoadFraction::START);
     let mesh = mesh.map_err(|it| Error::Start(StepFailure::Mesh(it.to_string())))?;
     let nominal = nominal_steps(model);
-    let once_moved = if nominal > 1 { sizes_once_moved(model)? } else { None };
+    let may_move = nominal > 1 || are_pushed(model);
+    let once_moved = if may_move { sizes_once_moved(model)? } else { None };
     let (connected, connect) = connected(model, &mesh)?;
     let Connected { active, pattern, .. } = &connected;
 

@@ -6,6 +6,7 @@ use crate::body::kinematics::{StepGradient, determinant, inverse_and_determinant
 use crate::body::trial::{Committed, InadmissiblePoint, StepOf, step_of};
 use mpm_basis::{CellPart, Connectivity};
 use mpm_grid::{Block, Vector};
+use mpm_material::elementary::{exp_m1, ln_1p};
 use mpm_material::{Material, Response, respond};
 
 /// A body under mean dilatation in a trial displacement.
@@ -113,7 +114,7 @@ impl<const D: usize> CellPoint<D> {
 
 /// `α - 1` from `θ - 1` and `J - 1`; zero where these are equal.
 fn stretch_excess<const D: usize, const HOOP: bool>(theta_excess: f64, excess: f64) -> f64 {
-    ((theta_excess.ln_1p() - excess.ln_1p()) / const { stretches::<D, HOOP>() }).exp_m1()
+    exp_m1((ln_1p(theta_excess) - ln_1p(excess)) / const { stretches::<D, HOOP>() })
 }
 
 impl<const D: usize, M: Material, const HOOP: bool> Dilated<'_, D, M, HOOP> {

@@ -9,6 +9,7 @@
 
 use crate::body::kinematics::determinant_excess;
 use mpm_grid::Block;
+use mpm_material::elementary::ln_1p;
 
 /// m at a deformation gradient, and its derivatives.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +26,9 @@ impl<const D: usize> ShearMeasure<D> {
     /// Of F, formed without the differences so that small strains keep their digits.
     pub fn of(f: &Block<D>) -> Self {
         let h = f - Block::identity();
-        let invariant = 2.0 * h.trace() + h.norm_squared() - 2.0 * determinant_excess(&h).ln_1p();
+        let invariant = 2.0 * h.trace() + h.norm_squared() - 2.0 * ln_1p(determinant_excess(&h));
         Self {
-            value: (0.25 * invariant).ln_1p(),
+            value: ln_1p(0.25 * invariant),
             scale: 1.0 / (4.0 + invariant),
             excess: h + h.transpose() + h * h.transpose(),
         }
