@@ -215,7 +215,9 @@ fn gradients_of<const D: usize>(gradients: &[Vector<D>], pack: usize) -> [Lanes;
     if let Some([a, b, c, e]) = rest.first_chunk::<LANES>() {
         return each(|d| Lanes([a[d], b[d], c[d], e[d]]));
     }
-    each(|d| Lanes(four(|k| rest.get(k).map_or(0.0, |gradient| gradient[d]))))
+    let none = Vector::zeros();
+    let nodes = four(|k| rest.get(k).unwrap_or(&none));
+    each(|d| Lanes(nodes.map(|gradient| gradient[d])))
 }
 
 /// `Σ_d of(d) ∂_d S_v` of the nodes of a pack.
