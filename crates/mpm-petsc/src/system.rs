@@ -31,6 +31,9 @@ const GOOD_ENOUGH: f64 = 1e-9;
 /// as at a limit point, the solution is so large that rounding alone leaves more of the right-hand side.
 const BACKWARD_ERROR: f64 = 1e-12;
 
+/// And which leaves this part of the right-hand side at most: a matrix that is singular leaves what lies outside its range.
+const MOST_LEFT: f64 = 1e-6;
+
 /// Steps of refinement after a factorisation, at most.
 const REFINEMENTS: usize = 3;
 
@@ -249,7 +252,7 @@ impl System {
         }
         let is_small = residual <= tolerance.max(GOOD_ENOUGH) * size;
         let is_rounding = || Ok(residual <= BACKWARD_ERROR * matrix.norm()? * x.size()?);
-        let is_solved = ended.reason > 0 && (is_small || is_rounding()?);
+        let is_solved = ended.reason > 0 && (is_small || (residual <= MOST_LEFT * size && is_rounding()?));
         let residual = if size > 0.0 { residual / size } else { 0.0 };
         Ok(Outcome { is_solved, iterations: 0, refinements, residual })
     }
