@@ -148,6 +148,8 @@ fn callgrind(name: &str, settings: &Settings) -> Result<u64, Failure> {
         .arg(std::env::current_exe()?)
         .args(["kernel", name])
         .env("RAYON_NUM_THREADS", "1")
+        // Valgrind does not know all instructions of AVX2.
+        .env("MPM_VECTORS", "off")
         .output()
         .map_err(|error| format!("valgrind (Debian package `valgrind`) does not run: {error}"))?;
     let said = String::from_utf8_lossy(&output.stderr);
