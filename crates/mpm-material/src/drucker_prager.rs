@@ -282,10 +282,7 @@ impl Material for DruckerPrager {
             return Ok(LaneUpdate { principal, plastic, history: four(|k| *history[k]) });
         }
         let (returned, flow) = self.returned(&reached);
-        let before = Lanes(four(|k| history[k].0));
-        let after = Lanes::pick(plastic, before + flow, before);
-        let principal = PrincipalUpdate::pick(plastic, &returned, &principal);
-        Ok(LaneUpdate { principal, plastic, history: four(|k| PlasticStrain(after.0[k])) })
+        Ok(LaneUpdate::returned(plastic, (&returned, flow), &principal, history))
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {

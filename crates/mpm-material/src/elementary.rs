@@ -136,8 +136,8 @@ fn reduced<T: Number>(x: T) -> (T, T) {
     let (r2, c) = (r * r, |n: usize| T::of(INVERSE_FACTORIALS[n]));
     let r4 = r2 * r2;
     let pair = |n: usize| c(n) + c(n + 1) * r;
-    let (low, middle) = (pair(2) + pair(4) * r2, pair(6) + pair(8) * r2);
-    let series = low + (middle + (pair(10) + pair(12) * r2) * r4) * r4;
+    let (first, second, third) = (pair(2) + pair(4) * r2, pair(6) + pair(8) * r2, pair(10) + pair(12) * r2);
+    let series = first + (second + third * r4) * r4;
     (r + (r2 * series + (lost + lost * r)), k)
 }
 

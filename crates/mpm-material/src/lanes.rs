@@ -168,8 +168,8 @@ fn all_bits(answer: bool) -> u64 {
 }
 
 macro_rules! operators {
-    ($($name:ident $function:ident $operator:tt),*) => {
-        $(impl $name for Lanes {
+    ($type:ident: $($name:ident $function:ident $operator:tt),*) => {
+        $(impl $name for $type {
             type Output = Self;
 
             #[inline(always)]
@@ -181,23 +181,8 @@ macro_rules! operators {
     };
 }
 
-operators!(Add add +, Sub sub -, Mul mul *, Div div /);
-
-macro_rules! mask_operators {
-    ($($name:ident $function:ident $operator:tt),*) => {
-        $(impl $name for Mask {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $function(self, other: Self) -> Self {
-                let (Self([a, b, c, d]), Self([e, f, g, h])) = (self, other);
-                Self([a $operator e, b $operator f, c $operator g, d $operator h])
-            }
-        })*
-    };
-}
-
-mask_operators!(BitAnd bitand &, BitOr bitor |);
+operators!(Lanes: Add add +, Sub sub -, Mul mul *, Div div /);
+operators!(Mask: BitAnd bitand &, BitOr bitor |);
 
 impl Neg for Lanes {
     type Output = Self;

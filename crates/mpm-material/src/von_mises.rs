@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::field::NO_STRENGTH;
 use crate::lanes::{LANES, Lanes, Number, each, four};
-use crate::law::YIELD_TOLERANCE;
+use crate::law::{YIELD_TOLERANCE, strain_of};
 use crate::{
     Elasticity, FieldCoupling, FieldInfo, FieldUpdate, Hencky, History, LaneUpdate, Material, NoReturn,
     ParameterError, PointParameters, PrincipalUpdate, Regularisable, UndrainedStrength, Update,
@@ -131,8 +131,7 @@ impl Material for VonMises {
         history: [&PlasticStrain; LANES],
     ) -> Result<LaneUpdate<PlasticStrain>, NoReturn> {
         if !self.strength.is_perfect() {
-            let of =
-                |k: usize| self.update(&Vector3::new(trial[0].0[k], trial[1].0[k], trial[2].0[k]), history[k]);
+            let of = |k: usize| self.update(&strain_of(trial, k), history[k]);
             return Ok(LaneUpdate::of([of(0)?, of(1)?, of(2)?, of(3)?]));
         }
         let elastic = Hencky(self.elasticity).principal(trial);
@@ -142,11 +141,8 @@ impl Material for VonMises {
             return Ok(LaneUpdate { principal: elastic, plastic, history: four(|k| *history[k]) });
         }
         let radius = Lanes::of(self.yield_radius);
-        let before = Lanes(four(|k| history[k].0));
-        let after = Lanes::pick(plastic, before + reached.flow(radius), before);
         let returned = reached.answer(radius, Lanes::ZERO);
-        let principal = PrincipalUpdate::pick(plastic, &returned, &elastic);
-        Ok(LaneUpdate { principal, plastic, history: four(|k| PlasticStrain(after.0[k])) })
+        Ok(LaneUpdate::returned(plastic, (&returned, reached.flow(radius)), &elastic, history))
     }
 
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, _history: &PlasticStrain) -> f64 {
