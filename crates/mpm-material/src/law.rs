@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::lanes::{LANES, Lanes, Mask, Number, each, four};
-use crate::{Elasticity, FieldInfo, History, PlasticStrain, PointParameters};
+use crate::{Elasticity, FieldInfo, History, PointParameters};
 
 /// Overshoot of the yield radius that still counts as elastic. A point left on the yield surface
 /// by one load step must not be called plastic in the next by rounding alone: neighbours would
@@ -218,22 +218,6 @@ impl<H: Copy> LaneUpdate<H> {
         }
         self.plastic.set(lane, of.plastic);
         self.history[lane] = of.history;
-    }
-}
-
-impl LaneUpdate<PlasticStrain> {
-    /// Answers of four points: those that yield are returned and flow by so much, the others are elastic.
-    #[inline(always)]
-    pub(crate) fn returned(
-        plastic: Mask,
-        (returned, flow): (&PrincipalUpdate<Lanes>, Lanes),
-        elastic: &PrincipalUpdate<Lanes>,
-        history: [&PlasticStrain; LANES],
-    ) -> Self {
-        let before = Lanes(four(|k| history[k].0));
-        let after = Lanes::pick(plastic, before + flow, before);
-        let principal = PrincipalUpdate::pick(plastic, returned, elastic);
-        Self { principal, plastic, history: four(|k| PlasticStrain(after.0[k])) }
     }
 }
 

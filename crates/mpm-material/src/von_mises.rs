@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use nalgebra::Vector3;
 
 use crate::field::NO_STRENGTH;
-use crate::lanes::{LANES, Lanes, Number, each, four};
+use crate::lanes::{LANES, Lanes, Mask, Number, each, four};
 use crate::law::{YIELD_TOLERANCE, strain_of};
 use crate::{
     Elasticity, FieldCoupling, FieldInfo, FieldUpdate, Hencky, History, LaneUpdate, Material, NoReturn,
@@ -156,6 +156,22 @@ impl Material for VonMises {
     #[inline]
     fn elasticity(&self) -> Elasticity {
         self.elasticity
+    }
+}
+
+impl LaneUpdate<PlasticStrain> {
+    /// Answers of four points: those that yield are returned and flow by so much, the others are elastic.
+    #[inline(always)]
+    pub(crate) fn returned(
+        plastic: Mask,
+        (returned, flow): (&PrincipalUpdate<Lanes>, Lanes),
+        elastic: &PrincipalUpdate<Lanes>,
+        history: [&PlasticStrain; LANES],
+    ) -> Self {
+        let before = Lanes(four(|k| history[k].0));
+        let after = Lanes::pick(plastic, before + flow, before);
+        let principal = PrincipalUpdate::pick(plastic, returned, elastic);
+        Self { principal, plastic, history: four(|k| PlasticStrain(after.0[k])) }
     }
 }
 
