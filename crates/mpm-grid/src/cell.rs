@@ -90,13 +90,28 @@ impl<const D: usize> LinearCell<D> {
         match D {
             1 => (x[1][0] - x[0][0]).abs(),
             2 => 0.5 * cross(&(x[3] - x[0]), &(x[2] - x[1])).abs(),
-            _ => {
-                // det is of degree 2 in each local coordinate: 2×2×2 Gauss points are exact.
-                let a = 1.0 / 3.0_f64.sqrt();
-                let at = |c: usize| Vector::from_fn(|d, _| if c >> d & 1 == 0 { -a } else { a });
-                (0..8).map(|c| self.determinant(&at(c))).sum::<f64>().abs()
-            }
+            _ => self.hexahedron_volume().abs(),
         }
+    }
+
+    /// With x = Σ_S a_S Π_{d in S} ξ_d, S the sets of directions, det ∂x/∂ξ has even monomials in four triple products only:
+    /// its integral is 8 ([a₁ a₂ a₃] + ([a₁ a₁₂ a₁₃] + [a₁₂ a₂ a₂₃] + [a₁₃ a₂₃ a₃]) / 3).
+    fn hexahedron_volume(&self) -> f64 {
+        let x = &self.corners;
+        // Eight times a_S; bit d of `set` says whether d is in S.
+        let a = |set: usize| {
+            (0..8).fold(Vector::<D>::zeros(), |sum, c| {
+                if (set & !c).count_ones() % 2 == 0 { sum + x[c] } else { sum - x[c] }
+            })
+        };
+        let [a1, a2, a3, a12, a13, a23] = [1, 2, 4, 3, 5, 6].map(a);
+        let triple = |u: &Vector<D>, v: &Vector<D>, w: &Vector<D>| {
+            u[0] * (v[1] * w[2] - v[2] * w[1])
+                + u[1] * (v[2] * w[0] - v[0] * w[2])
+                + u[2] * (v[0] * w[1] - v[1] * w[0])
+        };
+        let bent = triple(&a1, &a12, &a13) + triple(&a12, &a2, &a23) + triple(&a13, &a23, &a3);
+        (triple(&a1, &a2, &a3) + bent / 3.0) / 64.0
     }
 
     /// The part of this cell between two local positions: again a linear cell, exactly.

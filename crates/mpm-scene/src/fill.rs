@@ -174,7 +174,8 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         let mut seeds = Vec::new();
         for_each_piece(plan.shape_mesh, &plan.shape, cut, |piece, outer| {
             // Ends can be so close together, or so far apart, that their numbers do not tell how far.
-            if !(piece.volume() > 0.0 && piece.volume().is_finite()) {
+            let volume = piece.volume();
+            if !(volume > 0.0 && volume.is_finite()) {
                 flat = Some(piece.corners()[0]);
             }
             if flat.is_some() {
