@@ -103,8 +103,6 @@ enum Set {
 const NOT_BUILT: u8 = 2;
 
 fn main() -> ExitCode {
-    // As in `mpm`.
-    mpm_heap::keep_freed_memory();
     let arguments = Arguments::parse();
     let settings = Settings { quick: arguments.quick, output: arguments.output };
     match run(arguments.set, settings) {

@@ -107,7 +107,6 @@ enum Command {
 
 /// The program `mpm`.
 pub fn main() -> ExitCode {
-    mpm_heap::keep_freed_memory();
     let done = match Cli::parse().command {
         Command::Run(arguments) => run::run(&arguments, &Alone),
         Command::Resume(arguments) => run::resume(&arguments, &Alone),

@@ -52,7 +52,6 @@ enum Command {
 
 /// The program of ranks, which `start` makes one.
 pub fn main_of_ranks(start: CrewOf<'_>) -> ExitCode {
-    mpm_heap::keep_freed_memory();
     let cli = Cli::try_parse();
     if let Ok(Cli { command: Command::ReadBack { kind, file } }) = &cli {
         return ended(reading::read_back(*kind, file));

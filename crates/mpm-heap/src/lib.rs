@@ -6,9 +6,9 @@
 
 /// Lets the allocator keep what is freed until the process ends, and lets all threads take from the same memory.
 ///
-/// A program calls this before its first thread starts; a library does not: it is a setting of the whole process. The
-/// memory that a process holds is then the most that it has needed at one time. It does nothing where the C library is
-/// not glibc.
+/// It is for a process that computes on one thread: several would wait for each other at every allocation. A program calls it
+/// before that thread starts; a library does not, for it is a setting of the whole process. The memory that a process
+/// holds is then the most that it has needed at one time. It does nothing where the C library is not glibc.
 pub fn keep_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

@@ -11,7 +11,10 @@ fn main() {
     let take = || drop(std::hint::black_box(vec![1_u8; BYTES]));
     let before = resident();
     take();
-    assert!(resident() < before + BYTES / 4096 / 8, "as the allocator is set, freed memory goes back to the system");
+    assert!(
+        resident() < before + BYTES / 4096 / 8,
+        "as the allocator is set, freed memory goes back to the system"
+    );
     mpm_heap::keep_freed_memory();
     take();
     let once = resident();

@@ -71,37 +71,51 @@ fn for_each<T: Send>(large: usize, chunk: usize, data: &mut [T], work: impl Fn(u
     });
 }
 
+/// What can be cut in two.
+pub(crate) trait Cut: Send + Sized {
+    /// What stands before a place, and the rest.
+    fn cut(self, at: usize) -> (Self, Self);
+}
+
+impl<T: Send> Cut for &mut [T] {
+    fn cut(self, at: usize) -> (Self, Self) {
+        self.split_at_mut(at)
+    }
+}
+
+impl<A: Cut, B: Cut> Cut for (A, B) {
+    fn cut(self, at: usize) -> (Self, Self) {
+        let ((low_a, high_a), (low_b, high_b)) = (self.0.cut(at), self.1.cut(at));
+        ((low_a, low_b), (high_a, high_b))
+    }
+}
+
 /// Calls `work` with each part of `data` between two of the `bounds` (the first of them is where `data`
 /// begins), in parallel where asked.
-pub(crate) fn for_each_part<T: Send>(
+pub(crate) fn for_each_part<T: Cut>(
     in_parallel: bool,
     bounds: &[usize],
-    data: &mut [T],
-    work: &(impl Fn(usize, &mut [T]) + Sync),
+    data: T,
+    work: &(impl Fn(usize, T) + Sync),
 ) {
     if in_parallel {
         return for_each_part_from(0, bounds, data, work);
     }
     let mut data = data;
     for (part, bounds) in bounds.windows(2).enumerate() {
-        let (here, rest) = data.split_at_mut(bounds[1] - bounds[0]);
+        let (here, rest) = data.cut(bounds[1] - bounds[0]);
         work(part, here);
         data = rest;
     }
 }
 
-fn for_each_part_from<T: Send>(
-    first: usize,
-    bounds: &[usize],
-    data: &mut [T],
-    work: &(impl Fn(usize, &mut [T]) + Sync),
-) {
+fn for_each_part_from<T: Cut>(first: usize, bounds: &[usize], data: T, work: &(impl Fn(usize, T) + Sync)) {
     match bounds.len() {
         0 | 1 => {}
         2 => work(first, data),
         n => {
             let middle = n / 2;
-            let (low, high) = data.split_at_mut(bounds[middle] - bounds[0]);
+            let (low, high) = data.cut(bounds[middle] - bounds[0]);
             rayon::join(
                 || for_each_part_from(first, &bounds[..=middle], low, work),
                 || for_each_part_from(first + middle, &bounds[middle..], high, work),

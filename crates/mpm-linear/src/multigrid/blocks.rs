@@ -24,13 +24,18 @@ impl<const D: usize> BlockMatrix<D> {
     /// A matrix of zeros with this structure.
     pub(crate) fn zeros(start: Vec<usize>, column: Vec<u32>) -> Self {
         let n = start.len() - 1;
-        let diagonal = (0..n)
-            .map(|row| {
-                let columns = &column[start[row]..start[row + 1]];
-                start[row] + columns.binary_search(&(row as u32)).expect("every row has its diagonal")
-            })
-            .collect();
-        let block = vec![Block::zeros(); column.len()];
+        let diagonal = |row: usize| {
+            let columns = &column[start[row]..start[row + 1]];
+            start[row] + columns.binary_search(&(row as u32)).expect("every row has its diagonal")
+        };
+        // Memory that is new costs most where it is first written to.
+        let (diagonal, block) = if n > LARGE_LEVEL {
+            let zeros =
+                |n: usize| (0..n).into_par_iter().with_min_len(1 << 14).map(|_| Block::zeros()).collect();
+            ((0..n).into_par_iter().map(diagonal).collect(), zeros(column.len()))
+        } else {
+            ((0..n).map(diagonal).collect(), vec![Block::zeros(); column.len()])
+        };
         Self { start, column, block, diagonal, inverse: vec![Block::zeros(); n] }
     }
 

@@ -66,7 +66,7 @@ pub(crate) fn fill<const D: usize>(
     let tasks = n.div_ceil(rows);
     let BlockMatrix { start, column, block, .. } = coarse;
     let bounds: Vec<usize> = (0..=tasks).map(|task| start[(task * rows).min(n)]).collect();
-    for_each_part(fine.n_rows() > LARGE_LEVEL, &bounds, block, &|task, block| {
+    for_each_part(fine.n_rows() > LARGE_LEVEL, &bounds, &mut block[..], &|task, block: &mut [Block<D>]| {
         block.fill(Block::zeros());
         let mut place_of = vec![0_u32; n];
         for row in task * rows..((task + 1) * rows).min(n) {

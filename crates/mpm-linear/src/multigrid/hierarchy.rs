@@ -5,14 +5,16 @@ use super::blocks::BlockMatrix;
 use super::coarsening::Lattice;
 use super::coarsest::CoarsestFactor;
 use super::cycle::{Cycle, Hierarchy, Level, power_of_two_near};
+use super::finest::StoredRows;
 use super::galerkin;
 use super::krylov::Krylov;
 use super::outcome::{Converged, Failure, Stop};
 use super::roughness::Roughness;
-use super::source::{Column, Source, TRANSPOSED};
+use super::source::Source;
 use crate::matrix::{Matrix, Pattern, Symmetry};
 use crate::solver::LatticePlaces;
 use rayon::prelude::*;
+use std::array::from_fn;
 
 /// Nodes of the coarsest level, whose matrix is factorised, at most (where lattices can still be coarsened).
 const COARSEST: usize = 150;
@@ -66,50 +68,26 @@ impl<const D: usize> Multigrid<D> {
         }
         let n = nodes.index.len();
         assert_eq!(pattern.blocks, n, "a place on the lattice for each node");
-        let column = |node: usize| Column::<D>::of(pattern, node);
-        let reach = reach(n, &nodes, |node, see| column(node).for_each(|other, _| see(other)));
+        let (stored, reach) = StoredRows::of::<D, _>(
+            pattern,
+            n,
+            || [1; 3],
+            |reach, node, other| {
+                for (d, reach) in reach.iter_mut().enumerate() {
+                    let apart = nodes.index[node][d].abs_diff(nodes.index[other][d]);
+                    let apart = nodes.periods[d].map_or(apart, |n| apart.min(n - apart.min(n)));
+                    *reach = apart.max(*reach);
+                }
+            },
+        );
+        // Lines that couplings span in each direction.
+        let reach = reach.iter().fold([1; 3], |all, of_task| from_fn(|d| all[d].max(of_task[d])));
         let (lattice, order) = Lattice::finest(nodes.index, nodes.lines, nodes.periods, reach);
         let mut number = vec![0_u32; n];
         for (new, &old) in order.iter().enumerate() {
             number[old] = new as u32;
         }
-
-        // Both triangles by rows, in the order of the strips.
-        let both = |node: usize, other: usize| pattern.is_symmetric() && node != other;
-        let mut start = vec![0; n + 1];
-        for node in 0..n {
-            column(node).for_each(|other, _| {
-                start[number[other] as usize + 1] += 1;
-                start[number[node] as usize + 1] += usize::from(both(node, other));
-            });
-        }
-        for row in 0..n {
-            start[row + 1] += start[row];
-        }
-        let mut next = start.clone();
-        let mut entry = vec![(0_u32, Source { column: 0, slot: 0 }); start[n]];
-        let mut put = |row: u32, column: u32, source: Source| {
-            let place = &mut next[row as usize];
-            entry[*place] = (column, source);
-            *place += 1;
-        };
-        for node in 0..n {
-            let (here, from) = (number[node], node as u32);
-            column(node).for_each(|other, slot| {
-                put(number[other], here, Source { column: from, slot });
-                if both(node, other) {
-                    put(here, number[other], Source { column: from, slot: slot | TRANSPOSED });
-                }
-            });
-        }
-        for_each_part(n > LARGE_LEVEL, &row_bounds(&start), &mut entry, &|task, entries| {
-            let rows = task * ROWS..((task + 1) * ROWS).min(n);
-            let offset = start[rows.start];
-            for row in rows {
-                entries[start[row] - offset..start[row + 1] - offset].sort_unstable_by_key(|it| it.0);
-            }
-        });
-        let (column, source) = entry.into_iter().unzip();
+        let (start, column, source) = stored.in_order::<D>(pattern, (&order, &number));
 
         let mut levels =
             vec![Level { lattice, matrix: BlockMatrix::zeros(start, column), interpolation: None }];
@@ -284,7 +262,7 @@ impl<const D: usize> Multigrid<D> {
         let matrix = &mut self.levels[0].matrix;
         let (n, source) = (matrix.n_rows(), &self.source);
         let BlockMatrix { start, block, .. } = matrix;
-        for_each_part(n > LARGE_LEVEL, &row_bounds(start), block, &|task, blocks| {
+        for_each_part(n > LARGE_LEVEL, &row_bounds(start), &mut block[..], &|task, blocks: &mut [_]| {
             let offset = start[task * ROWS];
             for (place, block) in blocks.iter_mut().enumerate() {
                 *block = source[offset + place].read(pattern, values);
@@ -334,21 +312,6 @@ impl<const D: usize> Multigrid<D> {
         });
         self.order[row]
     }
-}
-
-/// Lines that couplings span in each direction.
-fn reach(n: usize, nodes: &LatticePlaces<'_>, neighbours: impl Fn(usize, &mut dyn FnMut(usize))) -> [u32; 3] {
-    let mut reach = [1; 3];
-    for node in 0..n {
-        neighbours(node, &mut |other| {
-            for (d, reach) in reach.iter_mut().enumerate() {
-                let apart = nodes.index[node][d].abs_diff(nodes.index[other][d]);
-                let apart = nodes.periods[d].map_or(apart, |n| apart.min(n - apart.min(n)));
-                *reach = (*reach).max(apart);
-            }
-        });
-    }
-    reach
 }
 
 /// Places in the list of entries at which tasks of rows begin, and the end.

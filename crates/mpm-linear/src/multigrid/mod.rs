@@ -23,6 +23,7 @@ mod coarsening;
 mod coarsest;
 mod conjugate_gradients;
 mod cycle;
+mod finest;
 mod galerkin;
 mod gmres;
 mod hierarchy;

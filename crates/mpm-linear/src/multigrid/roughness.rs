@@ -149,7 +149,7 @@ impl Lines {
     fn coefficients<const L: usize>(&self, values: &mut [Short<L>], lines: &mut [Short<L>]) {
         let nodes = &*values;
         for_each_node(lines, |at, it| *it = nodes[self.order[at] as usize]);
-        for_each_part(self.order.len() > LARGE_LEVEL, &self.tasks, lines, &|task, part| {
+        for_each_part(self.order.len() > LARGE_LEVEL, &self.tasks, &mut *lines, &|task, part| {
             let first = self.tasks[task];
             let (lines, end) = (self.start.partition_point(|&start| start < first), first + part.len());
             for line in self.start[lines..].windows(2).take_while(|line| line[1] <= end) {

@@ -102,7 +102,7 @@ impl<const D: usize, const L: usize> Single<D, L> {
         let BlockMatrix { start, column, diagonal, .. } = matrix;
         let in_parallel = x.len() > LARGE_LEVEL;
         let (even, odd) = x.split_at_mut(strips.n_even());
-        for_each_part(in_parallel, &strips.even, even, &|strip, x| {
+        for_each_part(in_parallel, &strips.even, &mut *even, &|strip, x| {
             let first = strips.even[strip];
             for i in 0..x.len() {
                 let row = first + i;
@@ -114,7 +114,7 @@ impl<const D: usize, const L: usize> Single<D, L> {
             }
         });
         let even = &*even;
-        for_each_part(in_parallel, &strips.odd, odd, &|strip, x| {
+        for_each_part(in_parallel, &strips.odd, &mut *odd, &|strip, x| {
             let first = strips.odd[strip];
             for i in 0..x.len() {
                 let row = first + i;
@@ -148,7 +148,7 @@ impl<const D: usize, const L: usize> Single<D, L> {
         let (even, odd) = x.split_at_mut(strips.n_even());
         let n_even = even.len();
         let other = &*even;
-        for_each_part(in_parallel, &strips.odd, odd, &|strip, x| {
+        for_each_part(in_parallel, &strips.odd, &mut *odd, &|strip, x| {
             let first = strips.odd[strip];
             for i in (0..x.len()).rev() {
                 let row = first + i;
@@ -161,7 +161,7 @@ impl<const D: usize, const L: usize> Single<D, L> {
             }
         });
         let other = &*odd;
-        for_each_part(in_parallel, &strips.even, even, &|strip, x| {
+        for_each_part(in_parallel, &strips.even, &mut *even, &|strip, x| {
             let first = strips.even[strip];
             for i in (0..x.len()).rev() {
                 let row = first + i;

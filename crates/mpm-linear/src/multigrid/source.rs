@@ -2,6 +2,7 @@
 
 use super::arithmetic::Block;
 use crate::matrix::Pattern;
+use std::ops::Range;
 
 /// A block that the caller stores.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +42,41 @@ pub(crate) struct Column<'a, const D: usize> {
 impl<'a, const D: usize> Column<'a, D> {
     pub(crate) fn of(pattern: Pattern<'a>, node: usize) -> Self {
         Self { rows: pattern.rows_of(node * D) }
+    }
+
+    /// Number of blocks.
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len() / D
+    }
+
+    /// Nodes of the first block's rows and of the last one's.
+    pub(crate) fn span(&self) -> (usize, usize) {
+        let of = |row: Option<&usize>| row.expect("every node couples with itself") / D;
+        (of(self.rows.first()), of(self.rows.last()))
+    }
+
+    /// Tells node and slot of the blocks whose rows belong to one of these nodes.
+    pub(crate) fn within(&self, nodes: &Range<usize>, mut see: impl FnMut(usize, u32)) {
+        let (first, last) = self.span();
+        if first >= nodes.end || last < nodes.start {
+            return;
+        }
+        let node = |slot: usize| self.rows[slot * D] / D;
+        let mut from = 0;
+        if first < nodes.start {
+            let mut end = self.len();
+            while from < end {
+                let middle = (from + end) / 2;
+                if node(middle) < nodes.start { from = middle + 1 } else { end = middle }
+            }
+        }
+        for slot in from..self.len() {
+            let other = node(slot);
+            if other >= nodes.end {
+                break;
+            }
+            see(other, slot as u32);
+        }
     }
 
     /// Tells the node of each block's rows, and the block's slot.

@@ -34,8 +34,18 @@ impl Strips {
             let [x, y, z] = index[*node];
             (strip(*node) % 2, strip(*node), z, y, x)
         };
-        let mut order: Vec<usize> = (0..index.len()).collect();
-        order.sort_by_cached_key(key);
+        let order = if index.is_sorted_by_key(|[x, y, z]| (z, y, x)) {
+            // Nodes of a strip stay in their order.
+            let n_strips = extent[along].div_ceil(thickness.max(1)) as usize;
+            let mut strips: Vec<Vec<usize>> = vec![Vec::new(); n_strips];
+            (0..index.len()).for_each(|node| strips[strip(node) as usize].push(node));
+            let even = strips.iter().step_by(2);
+            even.chain(strips.iter().skip(1).step_by(2)).flatten().copied().collect()
+        } else {
+            let mut order: Vec<usize> = (0..index.len()).collect();
+            order.sort_by_cached_key(key);
+            order
+        };
 
         let (mut even, mut odd) = (Vec::new(), Vec::new());
         let mut last = None;

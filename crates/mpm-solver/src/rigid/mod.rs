@@ -6,6 +6,7 @@
 //! asked of the tangent K of all contributions: a combination m of free motions is *unheld* where K m = 0 to rounding.
 //! A contribution that can hold a body need say no more than its stiffness.
 
+mod growth;
 mod modes;
 mod naming;
 mod null_space;

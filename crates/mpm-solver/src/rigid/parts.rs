@@ -1,10 +1,9 @@
 //! Rigid parts: nodes that cannot move against each other without straining a material point.
 
+use super::growth::{NONE, find, grown, grown_of_sets, united};
 use crate::ranks::Ranks;
 use mpm_basis::Connectivity;
 use mpm_grid::{NodeId, Vector};
-
-const NONE: u32 = u32::MAX;
 
 /// The nodes of all bodies, by parts that move as one wherever no point is strained.
 ///
@@ -79,8 +78,9 @@ impl<const D: usize> RigidParts<D> {
             .collect();
         let nodes_of = |set: usize| bodies[sets[set].0].node_set(sets[set].1);
         let positions: Vec<Vector<D>> = at.nodes.iter().map(|&node| (at.position)(node)).collect();
-        let groups = grown(sets.len(), nodes_of, &positions, at.coordinates);
-        let nodes: Vec<Vec<u32>> = groups.iter().map(|sets| united(sets, nodes_of)).collect();
+        let groups = grown_of_sets(sets.len(), nodes_of, &positions, at.coordinates);
+        let mut seen = vec![NONE; at.nodes.len()];
+        let nodes: Vec<Vec<u32>> = groups.iter().map(|sets| united(sets, nodes_of, &mut seen)).collect();
         let is_joint = joints(&nodes, at.nodes.len(), ranks);
         let told = groups.iter().zip(&nodes).map(|(group, nodes)| {
             let joints = nodes.iter().filter(|node| is_joint[**node as usize]).map(|&node| {
@@ -130,6 +130,7 @@ impl<const D: usize> RigidParts<D> {
             joint,
             n_points: all_points(at.n_points, ranks),
         };
+        let mut seen = vec![NONE; ids.len()];
         for group in &groups {
             let of_body = |body: usize| {
                 let points = group.iter().flat_map(|&k| &all[k].points).filter(|it| it.0 == body);
@@ -138,7 +139,7 @@ impl<const D: usize> RigidParts<D> {
             parts.points.push((0..at.n_points.len()).map(of_body).filter(|it| it.1 > 0).collect());
             let here = group.iter().filter_map(|&k| inner.get(k.checked_sub(first)?));
             parts.inner.push(here.flatten().copied().collect());
-            parts.joints.push(united(group, |k| &of_told[k][..]));
+            parts.joints.push(united(group, |k| &of_told[k][..], &mut seen));
         }
         parts.assemblies = assemblies(&parts.joints, ids.len());
         parts
@@ -223,57 +224,6 @@ fn all_points<const D: usize>(here: &[usize], ranks: &dyn Ranks<D>) -> Vec<usize
     counts.into_iter().map(|count| count as usize).collect()
 }
 
-/// The nodes of some sets, ascending.
-fn united<'a>(sets: &[usize], nodes_of: impl Fn(usize) -> &'a [u32]) -> Vec<u32> {
-    let mut nodes: Vec<u32> = sets.iter().flat_map(|&set| nodes_of(set).iter().copied()).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes
-}
-
-/// Groups of sets that turn together, by their first set; sets without nodes are in none.
-fn grown<'a, const D: usize>(
-    n_sets: usize,
-    nodes_of: impl Fn(usize) -> &'a [u32],
-    positions: &[Vector<D>],
-    coordinates: usize,
-) -> Vec<Vec<usize>> {
-    let (first, around) = sets_of_nodes(n_sets, positions.len(), &nodes_of);
-    let mut part_of = vec![NONE; n_sets];
-    let mut shared = vec![Shared::NOTHING; n_sets];
-    let mut reached = vec![NONE; positions.len()];
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for seed in 0..n_sets {
-        if part_of[seed] != NONE || nodes_of(seed).is_empty() {
-            continue;
-        }
-        let part = groups.len() as u32;
-        let (mut group, mut nodes, mut joined, mut next) = (vec![seed], Vec::new(), vec![seed], 0);
-        part_of[seed] = part;
-        loop {
-            while let Some(set) = joined.pop() {
-                for &node in nodes_of(set) {
-                    if std::mem::replace(&mut reached[node as usize], part) != part {
-                        nodes.push(node);
-                    }
-                }
-            }
-            let Some(&node) = nodes.get(next) else { break };
-            next += 1;
-            for &set in &around[first[node as usize]..first[node as usize + 1]] {
-                let set = set as usize;
-                if part_of[set] == NONE && shared[set].turns_with(part, node, (positions, coordinates)) {
-                    part_of[set] = part;
-                    group.push(set);
-                    joined.push(set);
-                }
-            }
-        }
-        groups.push(group);
-    }
-    groups
-}
-
 /// Groups of parts that share joints.
 fn assemblies(joints: &[Vec<u32>], n_joints: usize) -> Vec<Vec<usize>> {
     let mut leader: Vec<usize> = (0..joints.len()).collect();
@@ -293,73 +243,4 @@ fn assemblies(joints: &[Vec<u32>], n_joints: usize) -> Vec<Vec<usize>> {
     }
     assemblies.retain(|parts| !parts.is_empty());
     assemblies
-}
-
-fn find(leader: &mut [usize], mut part: usize) -> usize {
-    while leader[part] != part {
-        leader[part] = leader[leader[part]];
-        part = leader[part];
-    }
-    part
-}
-
-/// The sets around every node: where they start, and their numbers.
-fn sets_of_nodes<'a>(
-    n_sets: usize,
-    n_nodes: usize,
-    nodes_of: &impl Fn(usize) -> &'a [u32],
-) -> (Vec<usize>, Vec<u32>) {
-    let mut first = vec![0; n_nodes + 1];
-    for &node in (0..n_sets).flat_map(nodes_of) {
-        first[node as usize + 1] += 1;
-    }
-    for node in 0..n_nodes {
-        first[node + 1] += first[node];
-    }
-    let (mut next, mut around) = (first.clone(), vec![0; first[n_nodes]]);
-    for set in 0..n_sets {
-        for &node in nodes_of(set) {
-            around[next[node as usize]] = set as u32;
-            next[node as usize] += 1;
-        }
-    }
-    (first, around)
-}
-
-/// Nodes that a set shares with the part that grows: those that fix the most of it.
-#[derive(Clone, Copy)]
-struct Shared {
-    part: u32,
-    count: u8,
-    nodes: [u32; 2],
-}
-
-impl Shared {
-    const NOTHING: Self = Self { part: NONE, count: 0, nodes: [0; 2] };
-
-    /// Takes note of one more node that the set shares with the part; whether the two now move as one.
-    fn turns_with<const D: usize>(
-        &mut self,
-        part: u32,
-        node: u32,
-        (positions, coordinates): (&[Vector<D>], usize),
-    ) -> bool {
-        if self.part != part {
-            *self = Self { part, ..Self::NOTHING };
-        }
-        let count = usize::from(self.count);
-        if count + 1 < coordinates {
-            self.nodes[count] = node;
-            self.count += 1;
-            return false;
-        }
-        if coordinates < 3 {
-            return true;
-        }
-        // A third node off the line through two.
-        let [a, b] = self.nodes.map(|node| positions[node as usize]);
-        let (along, aside) = (b - a, positions[node as usize] - a);
-        let off = aside - along * (aside.dot(&along) / along.norm_squared());
-        off.norm_squared() > 1e-12 * aside.norm_squared()
-    }
 }
