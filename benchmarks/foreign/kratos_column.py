@@ -4,8 +4,8 @@
     OMP_NUM_THREADS=1 target/foreign/bin/python benchmarks/foreign/kratos_column.py [CELLS] [STEPS] [FOLDER]
 
 Standard MPM, implicit and quasi-static, updated Lagrangian elements with four points a cell, a neo-Hookean law (Kratos has no elastic Hencky law for
-points), the weight in as many equal steps. Prints where the top has come to, which an exact solution of the law's own stiffness would bring to much the same
-place: the problem is the same, the law is another.
+points), the weight in as many equal steps, Newton's method to 1e-8. The law decides how far the column settles, but the exact vertical stress is the weight
+above a point under every law: the mean error of the stress, printed at the end, compares with that of the others.
 """
 
 import json
@@ -119,6 +119,17 @@ def main():
         def points(self):
             return self.model["MPM_Material"]
 
+        def of_points(self, variable, component):
+            """A component of a variable at every point, in the order of the points."""
+            points = self.points()
+            values = (element.CalculateOnIntegrationPoints(variable, points.ProcessInfo)[0] for element in points.Elements)
+            return [value[component] for value in values]
+
+        def Initialize(self):
+            super().Initialize()
+            self.at_rest = self.of_points(mpm.MP_COORD, 1)
+            self.solutions = 0
+
         def InitializeSolutionStep(self):
             weight = kratos.Vector([0.0, -GRAVITY * self.time, 0.0])
             info = self.points().ProcessInfo
@@ -126,11 +137,18 @@ def main():
                 element.SetValuesOnIntegrationPoints(mpm.MP_VOLUME_ACCELERATION, [weight], info)
             super().InitializeSolutionStep()
 
+        def FinalizeSolutionStep(self):
+            super().FinalizeSolutionStep()
+            self.solutions += self.points().ProcessInfo[kratos.NL_ITERATION_NUMBER]
+
     column = Column(kratos.Model(), kratos.Parameters(json.dumps(write(cells, steps))))
     column.Run()
-    info = column.points().ProcessInfo
-    heights = [element.CalculateOnIntegrationPoints(mpm.MP_COORD, info)[0][1] for element in column.points().Elements]
-    print(f"{len(heights)} points, highest at {max(heights)}")
+    stress, heights = column.of_points(mpm.MP_CAUCHY_STRESS_VECTOR, 1), column.of_points(mpm.MP_COORD, 1)
+    weight = DENSITY * GRAVITY
+    errors = [abs(value + weight * (HEIGHT - height)) for value, height in zip(stress, column.at_rest)]
+    print(f"{len(heights)} points, highest at {max(heights)}, {column.solutions} iterations of Newton's method")
+    print(f"mean stress error {sum(errors) / (weight * HEIGHT * len(errors)):.6e}")
 
 
-main()
+if __name__ == "__main__":
+    main()
