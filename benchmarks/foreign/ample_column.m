@@ -1,6 +1,6 @@
 % The self-weight column of `scenes/column.ron` with AMPLE, to be timed as a whole process of GNU Octave.
 %
-%     octave-cli --no-init-file benchmarks/foreign/ample_column.m AMPLE_FOLDER [CELLS] [STEPS] [gimp|standard]
+%     octave-cli --no-init-file benchmarks/foreign/ample_column.m AMPLE_FOLDER [CELLS] [STEPS] [YOUNG] [gimp|standard]
 %
 % AMPLE_FOLDER is the unpacked AMPLE 1.0 or 1.1 (https://wmcoombs.github.io), with the folders `functions`, `constitutive` and `setup`. This script gives
 % AMPLE's functions the column and walks through the load steps with them; it writes no pictures, which AMPLE's own main script does at every step.
@@ -58,13 +58,14 @@ end
 for folder = {'functions', 'constitutive', 'setup'}
   addpath(fullfile(words{1}, folder{1}));
 end
-words(end + 1:4) = {''};
-[cells, steps, kind] = deal(64, 40, 2);
+words(end + 1:5) = {''};
+[cells, steps, young, kind] = deal(64, 40, 1e4, 2);
 if ! isempty(words{2}), cells = str2double(words{2}); end
 if ! isempty(words{3}), steps = str2double(words{3}); end
-if strcmp(words{4}, 'standard'), kind = 1; end
+if ! isempty(words{4}), young = str2double(words{4}); end
+if strcmp(words{5}, 'standard'), kind = 1; end
 
-[height, width, young, density, gravity] = deal(50, 3.125, 1e4, 80, 10);
+[height, width, density, gravity] = deal(50, 3.125, 80, 10);
 [mesh.etpl, mesh.coord] = formCoord2D(1, cells, width, height);
 mesh.h = [width, height / cells];
 nodes = size(mesh.coord, 1);

@@ -2,7 +2,7 @@
 
     python3 -m venv target/foreign && target/foreign/bin/pip install warp-lang scipy pyamg
     git clone https://github.com/choo-group/GeoWarp
-    OMP_NUM_THREADS=1 target/foreign/bin/python benchmarks/foreign/geowarp_column.py GEOWARP_FOLDER [CELLS] [STEPS] [warp|pyamg|scipy]
+    OMP_NUM_THREADS=1 target/foreign/bin/python benchmarks/foreign/geowarp_column.py GEOWARP_FOLDER [CELLS] [STEPS] [YOUNG] [warp|pyamg|scipy]
 
 GIMP, implicit and quasi-static, the tangent by automatic differentiation, Hencky's law, 2² points a cell, the weight in as many equal steps, Newton's method
 to 1e-9 of the weight. The linear solver is SciPy's sparse LU unless another is named. GeoWarp's cells are squares and its body begins one cell within the
@@ -16,10 +16,10 @@ import os
 import sys
 from pathlib import Path
 
-HEIGHT, YOUNG, DENSITY, GRAVITY = 50.0, 1e4, 80.0, 10.0
+HEIGHT, DENSITY, GRAVITY = 50.0, 80.0, 10.0
 
 
-def column(cells, steps, linear_solver):
+def column(cells, young, linear_solver):
     """GeoWarp's solver with the column in it, its sides and base held."""
     import warp
     from solvers.quasi_static_solver_2d import quasi_static_solver_2d
@@ -39,7 +39,7 @@ def column(cells, steps, linear_solver):
         },
         particles_dict={"n_particles": 4 * cells, "PPD": 2, "p_vol": (side / 2) ** 2, "p_rho": DENSITY},
         iteration_dict={"n_iter": 20, "tol": 1e-9 * DENSITY * GRAVITY * HEIGHT * side, "solver_name": linear_solver},
-        material_dict={"youngs_modulus": YOUNG, "poisson_ratio": 0.0, "material_name": "Hencky elasticity"},
+        material_dict={"youngs_modulus": young, "poisson_ratio": 0.0, "material_name": "Hencky elasticity"},
         load_dict={
             "gravity_mag": GRAVITY,
             "traction_value_x": 0.0,
@@ -61,7 +61,8 @@ def main():
     if not words or not (Path(words[0]) / "solvers/quasi_static_solver_2d.py").is_file():
         sys.exit("geowarp_column.py: expected the folder of GeoWarp, with `solvers/quasi_static_solver_2d.py` in it, as the first argument")
     cells, steps = (int(words[k]) if len(words) > k else default for k, default in ((1, 64), (2, 40)))
-    linear_solver = words[3] if len(words) > 3 else "scipy"
+    young = float(words[3]) if len(words) > 3 else 1e4
+    linear_solver = words[4] if len(words) > 4 else "scipy"
     sys.path.insert(0, os.path.abspath(words[0]))
     import numpy as np
     import warp
@@ -69,7 +70,7 @@ def main():
     warp.config.quiet = True
     warp.set_device("cpu")
     with contextlib.redirect_stdout(io.StringIO()):
-        solver = column(cells, steps, linear_solver)
+        solver = column(cells, young, linear_solver)
         at_rest = solver.x_particles.numpy()[:, 1] - solver.start_y
         for step in range(steps):
             solver.advance_one_step(step, steps)

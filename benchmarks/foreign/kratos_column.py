@@ -1,7 +1,7 @@
 """The self-weight column of `scenes/column.ron` with the MPM of Kratos Multiphysics, to be timed as a whole process.
 
     python3 -m venv target/foreign && target/foreign/bin/pip install KratosMPMApplication
-    OMP_NUM_THREADS=1 target/foreign/bin/python benchmarks/foreign/kratos_column.py [CELLS] [STEPS] [FOLDER]
+    OMP_NUM_THREADS=1 target/foreign/bin/python benchmarks/foreign/kratos_column.py [CELLS] [STEPS] [YOUNG] [FOLDER]
 
 Standard MPM, implicit and quasi-static, updated Lagrangian elements with four points a cell, a neo-Hookean law (Kratos has no elastic Hencky law for
 points), the weight in as many equal steps, Newton's method to 1e-8. The law decides how far the column settles, but the exact vertical stress is the weight
@@ -12,7 +12,7 @@ import json
 import os
 import sys
 
-HEIGHT, WIDTH, YOUNG, DENSITY, GRAVITY = 50.0, 3.125, 1e4, 80.0, 10.0
+HEIGHT, WIDTH, DENSITY, GRAVITY = 50.0, 3.125, 80.0, 10.0
 
 
 def mesh(name, element, cells, top):
@@ -57,7 +57,7 @@ def fixed(part, component):
     }
 
 
-def write(cells, steps):
+def write(cells, steps, young):
     mesh("body", "MPMUpdatedLagrangian2D4N", cells, HEIGHT)
     mesh("grid", "Element2D4N", cells, HEIGHT)
     law = {
@@ -67,7 +67,7 @@ def write(cells, steps):
                 "THICKNESS": 1.0,
                 "MATERIAL_POINTS_PER_ELEMENT": 4,
                 "DENSITY": DENSITY,
-                "YOUNG_MODULUS": YOUNG,
+                "YOUNG_MODULUS": young,
                 "POISSON_RATIO": 0.0,
             },
             "Tables": {},
@@ -105,8 +105,9 @@ def write(cells, steps):
 
 def main():
     cells, steps = (int(sys.argv[k]) if len(sys.argv) > k else default for k, default in ((1, 64), (2, 40)))
-    if len(sys.argv) > 3:
-        os.chdir(sys.argv[3])
+    young = float(sys.argv[3]) if len(sys.argv) > 3 else 1e4
+    if len(sys.argv) > 4:
+        os.chdir(sys.argv[4])
     import KratosMultiphysics as kratos
     import KratosMultiphysics.MPMApplication as mpm
     from KratosMultiphysics.MPMApplication.mpm_analysis import MpmAnalysis
@@ -141,7 +142,7 @@ def main():
             super().FinalizeSolutionStep()
             self.solutions += self.points().ProcessInfo[kratos.NL_ITERATION_NUMBER]
 
-    column = Column(kratos.Model(), kratos.Parameters(json.dumps(write(cells, steps))))
+    column = Column(kratos.Model(), kratos.Parameters(json.dumps(write(cells, steps, young))))
     column.Run()
     stress, heights = column.of_points(mpm.MP_CAUCHY_STRESS_VECTOR, 1), column.of_points(mpm.MP_COORD, 1)
     weight = DENSITY * GRAVITY

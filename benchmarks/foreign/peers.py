@@ -2,8 +2,9 @@
 
     cargo build --release -p mpm-cli
     python3 -m venv target/foreign && target/foreign/bin/pip install KratosMPMApplication scikit-fem scipy warp-lang pyamg h5py
-    python3 benchmarks/foreign/peers.py [--cells 64] [--steps 40] [--repetitions 5] [--at-most 120] [--mpm target/release/mpm]
-        [--python target/foreign/bin/python] [--ample FOLDER] [--octave octave-cli] [--geowarp FOLDER] [--geomechanics-mpm BINARY]
+    python3 benchmarks/foreign/peers.py [--cells 64] [--steps 40] [--young 1e4] [--repetitions 5] [--at-most 120]
+        [--mpm target/release/mpm] [--python target/foreign/bin/python] [--ample FOLDER] [--octave octave-cli] [--geowarp FOLDER]
+        [--geomechanics-mpm BINARY]
 
 Each program is run on one thread, in turn with the others, and set up by a script of its own beside this one. What is not installed is left out, with a message;
 what fails is a row without numbers, with a message, and code 1 at the end. The first run of each is not counted: it fills caches, and GeoWarp compiles its
@@ -91,7 +92,7 @@ def of_mpm(arguments):
     splines = ["basis=Cpdi1", "mesh.functions=Splines(degree: 2)", *square]
     version = ask([program, "--version"]) or "mpm"
     for functions, own in ((STANDARD, ["basis=Smpm"]), (GIMP, ["basis=Gimp"]), (SPLINES, splines)):
-        settings = [f"mesh.axes[1].cells={arguments.cells}", f"schedule.steps={arguments.steps}", *own]
+        settings = [f"mesh.axes[1].cells={arguments.cells}", f"schedule.steps={arguments.steps}", f"materials.ground.young={arguments.young}", *own]
         settings = [word for setting in settings for word in ("--set", setting)]
         command = [program, "run", column, "-q", "--force", "-o", "column.h5", "--threads", "1", *settings]
         yield Program(version, functions, command, functions)
@@ -99,7 +100,7 @@ def of_mpm(arguments):
 
 def peers(arguments):
     """The other programs that are installed."""
-    python, size = arguments.python, [str(arguments.cells), str(arguments.steps)]
+    python, size = arguments.python, [str(arguments.cells), str(arguments.steps), str(arguments.young)]
 
     def has(*distributions):
         """Versions of Python's distributions; none where one is missing."""
@@ -208,6 +209,7 @@ def main():
     parser = argparse.ArgumentParser(description="Whole processes of other programs beside `mpm`, on the self-weight column.")
     parser.add_argument("--cells", type=int, default=64)
     parser.add_argument("--steps", type=int, default=40)
+    parser.add_argument("--young", type=float, default=1e4, help="Young's modulus [1e4; 1e6 is the mild column, in 20 steps]")
     parser.add_argument("--repetitions", type=int, default=5)
     parser.add_argument("--at-most", type=float, default=120.0, help="no more repetitions of a program that has used as many seconds [120]")
     parser.add_argument("--mpm", type=path, default=ROOT / "target/release/mpm")
@@ -221,7 +223,7 @@ def main():
         sys.exit("expected at least one cell, one step and one repetition")
     ours, others = list(of_mpm(arguments)), list(peers(arguments))
     measure(ours, others, arguments)
-    print(f"Self-weight column, {arguments.cells} cells, {arguments.steps} load steps:\n")
+    print(f"Self-weight column, {arguments.cells} cells, {arguments.steps} load steps, E = {arguments.young:g}:\n")
     print("| program | functions | seconds of processor | runs | over mpm on the same | mean error of the stress |\n|:--|:--|--:|--:|--:|--:|")
     for program in (*ours, *others):
         print(row(program, ours))
