@@ -2,7 +2,7 @@
 %
 %     octave-cli --no-init-file benchmarks/foreign/ample_column.m AMPLE_FOLDER [CELLS] [STEPS] [YOUNG] [gimp|standard]
 %
-% AMPLE_FOLDER is the unpacked AMPLE 1.0 or 1.1 (https://wmcoombs.github.io), with the folders `functions`, `constitutive` and `setup`. This script gives
+% AMPLE_FOLDER is the unpacked AMPLE (https://wmcoombs.github.io; run with commit 1f7bebb), with the folders `functions`, `constitutive`, `setup`. This script gives
 % AMPLE's functions the column and walks through the load steps with them; it writes no pictures, which AMPLE's own main script does at every step.
 % 2² points a cell, Hencky's law, the weight in as many equal steps, Newton's method to 1e-9 of the forces. Prints the mean error of the vertical stress.
 
