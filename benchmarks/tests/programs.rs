@@ -144,6 +144,44 @@ fn ranks_say_how_to_build_what_they_need() {
     assert!(said.contains("build it by `sh scripts/mpi.sh"), "{said}");
 }
 
+/// A shell script in a folder, to be started as a program.
+#[cfg(unix)]
+fn program(folder: &Path, name: &str, script: &str) -> std::path::PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let path = folder.join(name);
+    std::fs::write(&path, format!("#!/bin/sh\n{script}")).expect("the script is written");
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("it may be started");
+    path
+}
+
+/// `foreign/peers.py` with a stand-in for `mpm`, whose two points carry 9/10 of the weight, and a peer that fails.
+#[cfg(unix)]
+#[test]
+fn peers_that_are_missing_or_fail_leave_the_others_their_rows() {
+    let folder = tempfile::tempdir().expect("a folder for programs");
+    let mpm = "case $1 in --version) echo mpm 0;; export) mkdir tables
+        printf 'y,cauchy_stress.yy\\n20,0\\n30,0\\n' >tables/points_0000.csv
+        printf 'y,cauchy_stress.yy\\n9,-21600\\n9,-14400\\n' >tables/points_0040.csv;; esac\n";
+    let mpm = program(folder.path(), "mpm", mpm);
+    let broken = program(folder.path(), "broken", "echo out of order >&2; exit 3\n");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("foreign/peers.py");
+    let mut command = Command::new("python3");
+    command.arg(script).args("--cells 2 --repetitions 1 --python nowhere --octave nowhere".split(' '));
+    command.arg("--mpm").arg(mpm).arg("--geomechanics-mpm").arg(broken).arg("--ample").arg(folder.path());
+    command.env_remove("GEOWARP").current_dir(folder.path());
+    let output = command.output().expect("python3 starts");
+    let (table, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(1), "{table}{said}");
+    let of_mpm: Vec<&str> = table.lines().filter(|line| line.starts_with("| mpm 0 |")).collect();
+    assert_eq!(of_mpm.len(), 3, "{table}{said}");
+    assert!(of_mpm.iter().all(|line| line.ends_with("| 1 | 1.0 | 5.000e-02 |")), "{table}");
+    assert!(table.contains("| geomechanics/mpm | standard MPM | failed |"), "{table}");
+    for left_out in ["Kratos is", "AMPLE is", "GeoWarp is", "elements are"] {
+        assert_eq!(said.matches(&format!("{left_out} left out")).count(), 1, "{left_out}: {said}");
+    }
+    assert_eq!(said.matches("out of order").count(), 1, "{said}");
+}
+
 #[test]
 fn a_kernel_that_does_not_exist_is_named() {
     let output = Command::new(env!("CARGO_BIN_EXE_mpm-benchmarks")).args(["kernel", "no such"]).output();
