@@ -5,6 +5,7 @@ use crate::influence::Stencil;
 use crate::parallel::each;
 use crate::stencils::{Chunk, Stencils, UnconnectedPoint};
 use mpm_grid::{Mesh, NodeKind, NodeSpace, OutsideMesh, Vector};
+use std::sync::{Mutex, PoisonError};
 
 /// Points per parallel task; fixed, so that nothing depends on the number of threads. A run of points
 /// that share their nodes ends with its task.
@@ -69,11 +70,15 @@ impl<const D: usize> Stencils<D> {
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(x.len(), domain.len(), "one domain per point");
         let nodes = NodeSpace::of(kind, mesh).expect("the mesh has nodes of the basis' kind");
+        // Lists grow in memory that tasks hand on, and are kept in as much as they need.
+        let spare: Mutex<Vec<Chunk<D>>> = Mutex::default();
+        let spare = || spare.lock().unwrap_or_else(PoisonError::into_inner);
         let chunks: Vec<Result<_, UnconnectedPoint<D>>> =
             each(x.len().div_ceil(CHUNK), &|chunk| {
                 let first = chunk * CHUNK;
                 let points = first..(first + CHUNK).min(x.len());
-                let mut made = Chunk::with_capacity(points.len());
+                let mut made = spare().pop().unwrap_or_default();
+                made.clear();
                 let mut stencil = Stencil::new();
                 for point in points {
                     stencil.clear();
@@ -81,7 +86,9 @@ impl<const D: usize> Stencils<D> {
                         .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
                 }
                 made.finish(nodes.lattice());
-                Ok(made)
+                let kept = made.clone();
+                spare().push(made);
+                Ok(kept)
             });
         Ok(Self { chunks: chunks.into_iter().collect::<Result<_, _>>()? })
     }

@@ -76,20 +76,31 @@ pub(crate) struct Influences<const D: usize> {
 /// Lowest and highest lattice index, both inclusive.
 pub(crate) type Bounds<const D: usize> = ([u32; D], [u32; D]);
 
-impl<const D: usize> Chunk<D> {
-    pub(crate) fn with_capacity(points: usize) -> Self {
+impl<const D: usize> Default for Chunk<D> {
+    fn default() -> Self {
         Self {
             runs: Vec::new(),
             nodes: Vec::new(),
             strong: Vec::new(),
             bounds: ([u32::MAX; D], [0; D]),
             faint: Vec::new(),
-            influences: Influences {
-                value: Vec::with_capacity(points << D),
-                gradient: Vec::with_capacity(points << D),
-                mass: Vec::new(),
-            },
+            influences: Influences::default(),
         }
+    }
+}
+
+impl<const D: usize> Chunk<D> {
+    /// Nothing, in the same memory.
+    pub(crate) fn clear(&mut self) {
+        self.runs.clear();
+        self.nodes.clear();
+        self.strong.clear();
+        self.bounds = ([u32::MAX; D], [0; D]);
+        self.faint.clear();
+        let Influences { value, gradient, mass } = &mut self.influences;
+        value.clear();
+        gradient.clear();
+        mass.clear();
     }
 
     /// Nodes of the present run begin here.

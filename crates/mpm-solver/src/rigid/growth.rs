@@ -5,8 +5,8 @@ use mpm_grid::Vector;
 /// No set, and no part.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// As [`grown`], quicker for sets that stand beside each other in the list: of most bodies a set and one before it share enough
-/// nodes, and these are all one.
+/// Groups of sets that turn together, as [`grown`] finds them when it is asked again for groups of groups. It is quicker: of most
+/// bodies a set and one before it in the list share enough nodes, and these are all one.
 pub(super) fn grown_of_sets<'a, const D: usize>(
     n_sets: usize,
     nodes_of: impl Fn(usize) -> &'a [u32],
@@ -192,5 +192,87 @@ impl Shared {
         let (along, aside) = (b - a, positions[node as usize] - a);
         let off = aside - along * (aside.dot(&along) / along.norm_squared());
         off.norm_squared() > 1e-12 * aside.norm_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sets of a few nodes that are near each other by number, as cells in a row have them, and some that are not.
+    fn random_sets(seed: u64, n_nodes: u32) -> Vec<Vec<u32>> {
+        let mut state = seed;
+        let mut random = |below: u32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as u32 % below
+        };
+        let set = |_| {
+            let (first, width) = (random(n_nodes), 2 + random(8));
+            let mut nodes: Vec<u32> =
+                (0..random(6)).map(|_| (first + random(width)).min(n_nodes - 1)).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            nodes
+        };
+        let mut sets: Vec<Vec<u32>> = (0..24).map(set).collect();
+        sets.sort_by_key(|set| set.first().copied().unwrap_or(0));
+        sets
+    }
+
+    /// Joins groups that turn together until there are none.
+    fn joined<const D: usize>(
+        sets: &[Vec<u32>],
+        mut groups: Vec<Vec<usize>>,
+        positions: &[Vector<D>],
+        coordinates: usize,
+    ) -> Vec<Vec<usize>> {
+        loop {
+            let mut seen = vec![NONE; positions.len()];
+            let nodes: Vec<Vec<u32>> =
+                groups.iter().map(|group| united(group, |set| &sets[set][..], &mut seen)).collect();
+            let larger = grown(groups.len(), |group| &nodes[group][..], positions, coordinates);
+            let is_last = larger.len() == groups.len();
+            let of = |group: &Vec<usize>| group.iter().flat_map(|&part| groups[part].clone()).collect();
+            groups = larger.iter().map(of).collect();
+            groups.iter_mut().for_each(|group: &mut Vec<usize>| group.sort_unstable());
+            groups.sort();
+            if is_last {
+                return groups;
+            }
+        }
+    }
+
+    /// Parts of sets by way of clusters and without, joined; without clusters it can take a turn more.
+    fn of_sets<const D: usize>(
+        sets: &[Vec<u32>],
+        positions: &[Vector<D>],
+        coordinates: usize,
+    ) -> [Vec<Vec<usize>>; 2] {
+        let nodes_of = |set: usize| &sets[set][..];
+        let plain = grown(sets.len(), nodes_of, positions, coordinates);
+        let by_clusters = grown_of_sets(sets.len(), nodes_of, positions, coordinates);
+        assert!(by_clusters.len() <= plain.len());
+        [plain, by_clusters].map(|groups| joined(sets, groups, positions, coordinates))
+    }
+
+    #[test]
+    fn parts_are_the_same_by_way_of_clusters() {
+        let mut several = 0;
+        for seed in 0..400 {
+            let sets = random_sets(seed, 40);
+            let plane: Vec<Vector<2>> =
+                (0..40).map(|k| Vector::<2>::new(f64::from(k % 7), f64::from(k / 7))).collect();
+            let [expected, found] = of_sets(&sets, &plane, 2);
+            assert_eq!(found, expected, "{sets:?}");
+            several += usize::from(expected.len() > 1 && expected.iter().any(|group| group.len() > 2));
+            // In space half of the nodes stand on one line, about which parts can turn.
+            let at =
+                |k: i32| Vector::<3>::new(f64::from(k), f64::from((k % 2) * k * k), f64::from((k % 4) * 3));
+            let space: Vec<Vector<3>> = (0..40).map(at).collect();
+            let [expected, found] = of_sets(&sets, &space, 3);
+            assert_eq!(found, expected, "{sets:?}");
+            several += usize::from(expected.len() > 1 && expected.iter().any(|group| group.len() > 2));
+        }
+        assert!(several > 100, "many have several parts, some of several sets: {several}");
     }
 }
