@@ -25,7 +25,7 @@ impl<const D: usize> Stencils<D> {
         x: &[Vector<D>],
         domain: &[B::Domain],
     ) -> Result<Self, UnconnectedPoint<D>> {
-        Self::gather(basis.node_kind(mesh), mesh, (x, domain), |x, domain, stencil, made| {
+        Self::gather(basis.node_kind(mesh), mesh, (x, domain), Chunk::clone, |x, domain, stencil, made| {
             basis.influences(mesh, x, domain, stencil)?;
             stencil.finish();
             made.push(stencil.entries());
@@ -47,7 +47,7 @@ impl<const D: usize> Stencils<D> {
         (x, domain): (&[Vector<D>], &[B::Domain]),
         with_masses: bool,
     ) -> Result<Self, UnconnectedPoint<D>> {
-        Self::gather(basis.node_kind(mesh), mesh, (x, domain), |x, domain, stencil, made| {
+        Self::gather(basis.node_kind(mesh), mesh, (x, domain), Chunk::clone, |x, domain, stencil, made| {
             basis.ring_influences(mesh, x, domain, stencil)?;
             stencil.finish();
             made.push(stencil.entries());
@@ -61,11 +61,38 @@ impl<const D: usize> Stencils<D> {
         })
     }
 
-    /// Asks for the influences of every point, a chunk at a time.
+    /// The nodes of [`Self::of`], or of [`Self::of_rings`], without the influences: they tell which nodes are
+    /// [active](crate::ActiveNodes), and no more.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn of_nodes<B: Basis<D>>(
+        basis: &B,
+        mesh: &Mesh<D>,
+        (x, domain): (&[Vector<D>], &[B::Domain]),
+        are_rings: bool,
+    ) -> Result<Self, UnconnectedPoint<D>> {
+        let keep = Chunk::without_influences;
+        Self::gather(basis.node_kind(mesh), mesh, (x, domain), keep, |x, domain, stencil, made| {
+            match are_rings {
+                true => basis.ring_influences(mesh, x, domain, stencil)?,
+                false => basis.influences(mesh, x, domain, stencil)?,
+            }
+            stencil.finish();
+            made.push(stencil.entries());
+            Ok(())
+        })
+    }
+
+    /// Asks for the influences of every point, a chunk at a time, and keeps of a chunk what is to be kept.
     fn gather<Domain: Sync>(
         kind: NodeKind,
         mesh: &Mesh<D>,
         (x, domain): (&[Vector<D>], &[Domain]),
+        keep: impl Fn(&Chunk<D>) -> Chunk<D> + Sync,
         add: impl Fn(&Vector<D>, &Domain, &mut Stencil<D>, &mut Chunk<D>) -> Result<(), OutsideMesh<D>> + Sync,
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(x.len(), domain.len(), "one domain per point");
@@ -86,7 +113,7 @@ impl<const D: usize> Stencils<D> {
                         .map_err(|reason| UnconnectedPoint { point, position: x[point], reason })?;
                 }
                 made.finish(nodes.lattice());
-                let kept = made.clone();
+                let kept = keep(&made);
                 spare().push(made);
                 Ok(kept)
             });

@@ -103,6 +103,19 @@ impl<const D: usize> Chunk<D> {
         mass.clear();
     }
 
+    /// Its nodes alone.
+    pub(crate) fn without_influences(&self) -> Self {
+        let Self { runs, nodes, strong, bounds, faint, .. } = self;
+        Self {
+            runs: runs.clone(),
+            nodes: nodes.clone(),
+            strong: strong.clone(),
+            bounds: *bounds,
+            faint: faint.clone(),
+            influences: Influences::default(),
+        }
+    }
+
     /// Nodes of the present run begin here.
     fn run_start(&self) -> usize {
         match self.runs[..] {

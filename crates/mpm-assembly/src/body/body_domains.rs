@@ -36,6 +36,14 @@ pub(crate) trait BodyDomains<const D: usize>: Send + Sync {
         of: (Space, bool),
     ) -> Result<Stencils<D>, UnconnectedPoint<D>>;
 
+    /// Their nodes alone.
+    fn nodes(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        space: Space,
+    ) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
     /// Works out positions and domains after a load step, see [`PreparedDomains::advance`].
     fn advance(
         &mut self,
@@ -146,6 +154,15 @@ impl<const D: usize, B: Basis<D>> BodyDomains<D> for DomainsOf<D, B> {
             return Stencils::of_rings(&self.basis, mesh, (position, &self.domains), with_masses);
         }
         Stencils::of(&self.basis, mesh, position, &self.domains)
+    }
+
+    fn nodes(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        space: Space,
+    ) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        Stencils::of_nodes(&self.basis, mesh, (position, &self.domains), space.is_axisymmetric())
     }
 
     fn advance(

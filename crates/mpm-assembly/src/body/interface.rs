@@ -106,6 +106,12 @@ pub trait Body<const D: usize>: Send + Sync {
     /// The first point that the mesh does not cover.
     fn stencils(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
 
+    /// The nodes of [`Self::stencils`] without the influences, see [`Stencils::of_nodes`].
+    ///
+    /// # Errors
+    /// As [`Self::stencils`].
+    fn nodes(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>>;
+
     /// Cells over which volume changes are averaged, where they are; `connectivity` are the body's in this step.
     ///
     /// # Errors

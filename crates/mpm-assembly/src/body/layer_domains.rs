@@ -52,6 +52,16 @@ impl BodyDomains<3> for LayerDomains {
         stencils.map(Stencils::in_layer).map_err(|it| it.in_layer())
     }
 
+    fn nodes(
+        &self,
+        mesh: &Mesh<3>,
+        position: &[Vector<3>],
+        space: Space,
+    ) -> Result<Stencils<3>, UnconnectedPoint<3>> {
+        let nodes = self.0.nodes(&mesh.section(), &section(position), space);
+        nodes.map(Stencils::in_layer).map_err(|it| it.in_layer())
+    }
+
     fn advance(
         &mut self,
         (position, space): (&[Vector<3>], Space),

@@ -235,6 +235,10 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
         self.domains.stencils(mesh, &self.points.position, (self.points.space, self.has_masses()))
     }
 
+    fn nodes(&self, mesh: &Mesh<D>) -> Result<Stencils<D>, UnconnectedPoint<D>> {
+        self.domains.nodes(mesh, &self.points.position, self.points.space)
+    }
+
     fn dilatation(
         &self,
         connectivity: &Connectivity<D>,

@@ -296,7 +296,7 @@ fn check_start<const D: usize>(
     memory: MemoryLimit,
 ) -> Result<(), SceneError> {
     let stencils: Vec<Stencils<D>> =
-        model.bodies.iter().map(|body| stencils(body, mesh)).collect::<Result<_, _>>()?;
+        model.bodies.iter().map(|body| nodes(body, mesh)).collect::<Result<_, _>>()?;
     let around = ActiveNodes::nodes_around(&model.nodes, &stencils);
     let room_for = memory.check("the part of the mesh around the bodies", around as f64, size_of::<u32>());
     room_for.map_err(|it| SceneError::new("bodies", it))?;
@@ -327,8 +327,8 @@ fn check_start<const D: usize>(
     Ok(())
 }
 
-fn stencils<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Result<Stencils<D>, SceneError> {
-    named.body.stencils(mesh).map_err(|it| {
+fn nodes<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Result<Stencils<D>, SceneError> {
+    named.body.nodes(mesh).map_err(|it| {
         let (body, basis, reason) = (named.name.clone(), named.body.basis(), it.to_string());
         SceneError::new("bodies", StepFailure::Outside { body, basis, reason })
     })

@@ -44,11 +44,11 @@ pub(super) fn check_planes<const D: usize>(
         if sides.iter().flatten().all(|&cut| !cut) {
             continue;
         }
-        let stencils = named.body.stencils(mesh).map_err(|it| {
+        let nodes = named.body.nodes(mesh).map_err(|it| {
             let (body, basis, reason) = (named.name.clone(), named.body.basis(), it.to_string());
             SceneError::new("bodies", StepFailure::Outside { body, basis, reason })
         })?;
-        let active = ActiveNodes::of(&model.nodes, &[stencils]);
+        let active = ActiveNodes::of(&model.nodes, &[nodes]);
         let last = model.nodes.lattice().nodes().map(|n| n - 1);
         for &node in active.nodes() {
             let index = model.nodes.lattice().node_index(node);
