@@ -120,20 +120,15 @@ impl CamClay {
         Self { skeleton, parameters, elasticity }
     }
 
+    /// Answers four points with other values each; those that Newton's method does not return are asked one by one.
     #[inline(always)]
-    fn constants<T: Number>(&self) -> Constants<T> {
-        let values = self.values();
-        Constants::of(each(|k| T::of(values[k])), self.skeleton.reference_pressure)
-    }
-
-    /// Answers four points; those that Newton's method does not return are asked `alone`.
-    #[inline(always)]
-    fn four(
-        constants: &Constants<Lanes>,
+    pub(crate) fn update_four(
+        &self,
+        values: [Lanes; 5],
         strain: &[Lanes; 3],
         history: [&Preconsolidation; LANES],
-        alone: impl Fn(usize) -> Result<Update<Preconsolidation>, NoReturn>,
     ) -> Result<LaneUpdate<Preconsolidation>, NoReturn> {
+        let constants = &Constants::of(values, self.skeleton.reference_pressure);
         let before = Lanes(four(|k| history[k].0));
         let trial = Trial::of(constants, strain, before);
         let (elastic, plastic) = (trial.elastic(strain), trial.yields);
@@ -144,7 +139,21 @@ impl CamClay {
         let after = Lanes::pick(plastic, returned.preconsolidation, before);
         let principal = PrincipalUpdate::pick(plastic, &trial.plastic(&returned), &elastic);
         let answer = LaneUpdate { principal, plastic, history: four(|k| Preconsolidation(after.0[k])) };
-        answer.but(plastic & !arrives, alone)
+        answer.but(plastic & !arrives, |k| {
+            self.alone(&each(|a| values[a].0[k]), &strain_of(strain, k), history[k])
+        })
+    }
+
+    /// Answers a point that few of four need.
+    #[cold]
+    #[inline(never)]
+    fn alone(
+        &self,
+        values: &[f64; 5],
+        strain: &Vector3<f64>,
+        history: &Preconsolidation,
+    ) -> Result<Update<Preconsolidation>, NoReturn> {
+        self.with_values(values).update(strain, history)
     }
 }
 
@@ -193,7 +202,8 @@ impl Material for CamClay {
         strain: &Vector3<f64>,
         history: &Preconsolidation,
     ) -> Result<Update<Preconsolidation>, NoReturn> {
-        let (strain, constants) = ((*strain).into(), self.constants::<f64>());
+        let constants = Constants::of(self.values(), self.skeleton.reference_pressure);
+        let strain = (*strain).into();
         let trial = Trial::of(&constants, &strain, history.0);
         if !trial.yields {
             return Ok(trial.elastic(&strain).with(false, *history));
@@ -209,8 +219,8 @@ impl Material for CamClay {
         strain: &[Lanes; 3],
         history: [&Preconsolidation; LANES],
     ) -> Result<LaneUpdate<Preconsolidation>, NoReturn> {
-        let alone = |k: usize| self.update(&strain_of(strain, k), history[k]);
-        Self::four(&self.constants(), strain, history, alone)
+        let values = self.values();
+        self.update_four(each(|k| Lanes::of(values[k])), strain, history)
     }
 
     #[inline]
