@@ -135,7 +135,7 @@ impl CamClay {
         if !Lanes::any(plastic) {
             return Ok(LaneUpdate { principal: elastic, plastic, history: four(|k| *history[k]) });
         }
-        let (returned, arrives) = trial.equations(constants, before).from_trial(trial.state.p, plastic);
+        let (returned, arrives) = trial.equations(constants, before).starting_at_trial(trial.state.p, plastic);
         let after = Lanes::pick(plastic, returned.preconsolidation, before);
         let principal = PrincipalUpdate::pick(plastic, &trial.plastic(&returned), &elastic);
         let answer = LaneUpdate { principal, plastic, history: four(|k| Preconsolidation(after.0[k])) };

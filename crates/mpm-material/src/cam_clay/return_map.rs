@@ -104,7 +104,7 @@ impl Equations {
     /// Numbers overflowed.
     #[inline(never)]
     pub fn solve(&self, p: f64) -> Result<Returned, NoReturn> {
-        let (returned, arrives) = self.from_trial(p, true);
+        let (returned, arrives) = self.starting_at_trial(p, true);
         if arrives { Ok(returned) } else { self.bracketed() }
     }
 
@@ -116,7 +116,7 @@ impl Equations {
     }
 
     /// Newton's method from a point. Answers with Δγ too.
-    pub(super) fn from_point(&self, start: Point) -> Option<(Returned, f64)> {
+    pub(super) fn starting_at(&self, start: Point) -> Option<(Returned, f64)> {
         let (point, arrives) = self.newton(start, true);
         arrives.then(|| self.returned(&point))
     }
@@ -148,7 +148,7 @@ impl<T: Number> Equations<T> {
     /// Newton's method from the trial states with the pressure `p` [F/L²], of those that are `asked`. Answers which of them
     /// arrive, too.
     #[inline(always)]
-    pub fn from_trial(&self, p: T, asked: T::Mask) -> (Returned<T>, T::Mask) {
+    pub fn starting_at_trial(&self, p: T, asked: T::Mask) -> (Returned<T>, T::Mask) {
         let asked = asked & p.above(T::ZERO) & p.below(T::of(f64::INFINITY));
         let start = self.skeleton.exponent(self.trial.0, self.trial.1);
         // The trial's pressure is known: no power of e has to be taken.
