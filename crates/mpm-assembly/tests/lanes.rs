@@ -9,16 +9,23 @@ use mpm_basis::{Basis, Cpdi1, Gimp, Smpm, seed_cells};
 use mpm_grid::{Axis, Layout, Mesh, Vector};
 use mpm_material::lanes::{LANES, Lanes};
 use mpm_material::{
-    DruckerPrager, Elasticity, Hencky, LaneUpdate, Material, NeoHooke, NoReturn, PointParameters, Update,
-    VonMises,
+    CamClay, CamClayParameters, DruckerPrager, Elasticity, Hencky, LaneUpdate, Material, NeoHooke, NoReturn,
+    PointParameters, Undrained, Update, VonMises,
 };
 use nalgebra::Vector3;
 use setup::{Setup, connect, field, sum};
 use std::process::Command;
 
 /// What [`hashes`] answers; a change of the order of sums or of a function changes it, and belongs into the changelog.
-const HASHES: [&str; 5] =
-    ["1c2b7986f381d38a", "4700fe5e5dcf1175", "65a7e45b2e1f714e", "926255e2213faf82", "c4dc39bbaabc6993"];
+const HASHES: [&str; 7] = [
+    "1c2b7986f381d38a",
+    "4700fe5e5dcf1175",
+    "65a7e45b2e1f714e",
+    "926255e2213faf82",
+    "c4dc39bbaabc6993",
+    "2c7691e4d9f7c413",
+    "b29ef58918dd68cf",
+];
 
 /// A law that refuses four points at once, so that each is asked for alone.
 #[derive(Clone, Copy)]
@@ -120,6 +127,20 @@ fn elasticity() -> Elasticity {
     Elasticity::from_young_poisson(1e3, 0.3).expect("in range")
 }
 
+/// A clay without elastic strain, of which parts yield in a wave and parts do not.
+fn clay(shear: f64, shear_ratio: f64) -> CamClay {
+    CamClay::new(CamClayParameters {
+        critical_ratio: 0.9,
+        compression: 0.15,
+        swelling: 0.03,
+        shear,
+        shear_ratio,
+        reference_pressure: 20.0,
+        preconsolidation: 25.0,
+    })
+    .expect("in range")
+}
+
 /// Bits of force, tangent and lift of a body in a trial displacement.
 fn bits<const D: usize>(setup: &Setup<D>, increment: &[Vector<D>]) -> Vec<u64> {
     let mut constraints = Constraints::none(setup.active.len());
@@ -158,6 +179,8 @@ fn points_side_by_side_have_the_bits_of_each() {
     check::<3, _, _>(Smpm, von_mises, 5);
     check::<3, _, _>(Gimp::default(), unsymmetric, 5);
     check::<3, _, _>(Cpdi1, Hencky(elasticity()), 5);
+    check::<2, _, _>(Smpm, clay(1500.0, 0.0), 8);
+    check::<3, _, _>(Smpm, clay(500.0, 20.0), 5);
 }
 
 /// Of the points of a batch the first in order is named, whether it is its step or its law that is at fault.
@@ -202,7 +225,7 @@ fn hash<const D: usize, B: Basis<D> + 'static, M: Material + 'static>(basis: B, 
     numbers.iter().fold(0, |hash, bits| (hash.rotate_left(5) ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
-fn hashes() -> [u64; 5] {
+fn hashes() -> [u64; 7] {
     let von_mises = VonMises::new(elasticity(), 10.0).expect("positive");
     let unsymmetric = DruckerPrager::new(elasticity(), 0.3, 0.1, 5.0).expect("in range");
     [
@@ -211,6 +234,8 @@ fn hashes() -> [u64; 5] {
         hash::<3, _, _>(Smpm, von_mises, 5),
         hash::<3, _, _>(Cpdi1, unsymmetric, 5),
         hash::<3, _, _>(Gimp::default(), NeoHooke::new(elasticity()).expect("in range"), 5),
+        hash::<2, _, _>(Smpm, clay(1500.0, 0.0), 9),
+        hash::<3, _, _>(Smpm, Undrained::new(clay(0.0, 25.0), 1e4).expect("positive"), 5),
     ]
 }
 

@@ -25,7 +25,7 @@ pub trait Number:
     + AddAssign
 {
     /// What a comparison answers.
-    type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask>;
+    type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
 
     /// The same number in all lanes.
     fn of(value: f64) -> Self;

@@ -194,15 +194,28 @@ impl<H: Copy> LaneUpdate<H> {
         history: [&H; LANES],
         alone: impl Fn(usize) -> Result<Update<H>, NoReturn>,
     ) -> Result<Self, NoReturn> {
-        let mut answer = Self { principal: elastic, plastic: Mask::NONE, history: four(|k| *history[k]) };
-        if Lanes::any(may_yield) {
+        let answer = Self { principal: elastic, plastic: Mask::NONE, history: four(|k| *history[k]) };
+        answer.but(may_yield, alone)
+    }
+
+    /// The same but for some points, which are asked `alone`.
+    ///
+    /// # Errors
+    /// As of `alone`.
+    #[inline(always)]
+    pub(crate) fn but(
+        mut self,
+        others: Mask,
+        alone: impl Fn(usize) -> Result<Update<H>, NoReturn>,
+    ) -> Result<Self, NoReturn> {
+        if Lanes::any(others) {
             for lane in 0..LANES {
-                if may_yield.get(lane) {
-                    answer.set(lane, &alone(lane)?);
+                if others.get(lane) {
+                    self.set(lane, &alone(lane)?);
                 }
             }
         }
-        Ok(answer)
+        Ok(self)
     }
 
     /// Gives one of the points another answer.

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
+use crate::lanes::{LANES, Lanes, Work, four, vectorised};
+use crate::law::strain_of;
 use crate::parameters::{MOST_OWN, OwnParameters};
-use crate::{Apex, Elasticity, FieldInfo, History, Material, NoReturn, PointParameters, Update};
+use crate::{Apex, Elasticity, FieldInfo, History, LaneUpdate, Material, NoReturn, PointParameters, Update};
 
 /// Most numbers that a law remembers of a point: two of a law whose points open and close, and two of pore fluid.
 pub const MOST_NUMBERS: usize = 4;
@@ -12,7 +14,7 @@ pub const MOST_NUMBERS: usize = 4;
 pub type Numbers = [f64; MOST_NUMBERS];
 
 /// A law whose parameters may differ from point to point.
-pub trait Varied: Material + 'static {
+pub trait Varied: Material + Sized + 'static {
     /// How many parameters may, at most [`MOST_OWN`].
     const N_OWN: usize;
 
@@ -25,6 +27,25 @@ pub trait Varied: Material + 'static {
     /// The same law with other values, which a law of its kind has accepted.
     fn with_own(&self, own: &OwnParameters) -> Self;
 
+    /// Whether [`Self::update_own`] does more than to ask point by point.
+    const FOUR_AT_ONCE: bool = false;
+
+    /// [`Material::update_lanes`] of four points with other values each; a law that says nothing of it is asked point by
+    /// point.
+    ///
+    /// # Errors
+    /// As of [`Material::update`], of any of the points.
+    #[inline(always)]
+    fn update_own(
+        &self,
+        own: [&OwnParameters; LANES],
+        trial: &[Lanes; 3],
+        history: [&Self::History; LANES],
+    ) -> Result<LaneUpdate<Self::History>, NoReturn> {
+        let of = |k: usize| self.with_own(own[k]).update(&strain_of(trial, k), history[k]);
+        Ok(LaneUpdate::of([of(0)?, of(1)?, of(2)?, of(3)?]))
+    }
+
     /// A history as numbers.
     fn numbers(history: &Self::History) -> Numbers;
 
@@ -34,7 +55,7 @@ pub trait Varied: Material + 'static {
 
 /// A law of which every point carries parameters of its own ([`PointParameters::own`]). They are part of the history, so
 /// that they go where the point goes, into results, and into checkpoints. All laws are one type here, which costs a
-/// call per update; laws that are not wrapped know nothing of it and cost nothing.
+/// call per update or per four; laws that are not wrapped know nothing of it and cost nothing.
 pub struct PerPoint {
     law: Box<dyn ErasedLaw>,
     has_symmetric_tangent: bool,
@@ -78,6 +99,11 @@ trait ErasedLaw: Send + Sync {
     fn apex(&self, history: &PointHistory) -> Option<Apex>;
     fn undrained_strength(&self, history: &PointHistory) -> Option<f64>;
     fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn>;
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PointHistory; LANES],
+    ) -> Result<LaneUpdate<PointHistory>, NoReturn>;
     fn elastic_strain(
         &self,
         kirchhoff: &Vector3<f64>,
@@ -86,6 +112,28 @@ trait ErasedLaw: Send + Sync {
     fn stored_energy(&self, elastic_strain: &Vector3<f64>, history: &PointHistory) -> f64;
     fn fluid_stress(&self, volumetric: f64, history: &PointHistory) -> f64;
     fn elasticity(&self) -> Elasticity;
+}
+
+/// Four points of a law that may have other parameters each.
+struct Asking<'a, M> {
+    law: &'a M,
+    trial: &'a [Lanes; 3],
+    history: [&'a PointHistory; LANES],
+}
+
+impl<M: Varied> Work for Asking<'_, M> {
+    type Output = Result<LaneUpdate<PointHistory>, NoReturn>;
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) -> Self::Output {
+        let Self { law, trial, history } = self;
+        let before = four(|k| M::history(&history[k].numbers));
+        let own = four(|k| &history[k].own);
+        let LaneUpdate { principal, plastic, history: after } =
+            law.update_own(own, trial, before.each_ref())?;
+        let after = |k: usize| PointHistory { numbers: M::numbers(&after[k]), own: *own[k] };
+        Ok(LaneUpdate { principal, plastic, history: four(after) })
+    }
 }
 
 impl<M: Varied> ErasedLaw for M {
@@ -123,6 +171,18 @@ impl<M: Varied> ErasedLaw for M {
             Material::update(&law, trial, &M::history(&history.numbers))?;
         let history = PointHistory { numbers: M::numbers(&after), own: history.own };
         Ok(Update { elastic_strain, kirchhoff, tangent, secant, plastic, history })
+    }
+
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PointHistory; LANES],
+    ) -> Result<LaneUpdate<PointHistory>, NoReturn> {
+        if M::FOUR_AT_ONCE {
+            return vectorised(Asking { law: self, trial, history });
+        }
+        let of = |k: usize| ErasedLaw::update(self, &strain_of(trial, k), history[k]);
+        Ok(LaneUpdate::of([of(0)?, of(1)?, of(2)?, of(3)?]))
     }
 
     fn elastic_strain(
@@ -187,6 +247,16 @@ impl Material for PerPoint {
 
     fn update(&self, trial: &Vector3<f64>, history: &PointHistory) -> Result<Update<PointHistory>, NoReturn> {
         self.law.update(trial, history)
+    }
+
+    /// Four points at once where the law answers so whatever their parameters.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&PointHistory; LANES],
+    ) -> Result<LaneUpdate<PointHistory>, NoReturn> {
+        self.law.update_lanes(trial, history)
     }
 
     fn elastic_strain(

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::elementary::exp;
+use crate::lanes::{LANES, Lanes, Number, each, four};
 use crate::per_point::{MOST_NUMBERS, Numbers};
 use crate::{
-    Apex, Elasticity, FieldInfo, History, Material, NoReturn, OwnParameters, ParameterError, PointParameters,
-    Update, Varied,
+    Apex, Elasticity, FieldInfo, History, LaneUpdate, Material, NoReturn, OwnParameters, ParameterError,
+    PointParameters, Update, Varied,
 };
 
 /// A law of effective stress in undrained loading: the pore fluid adds −K_f ln J to the Kirchhoff pressure,
@@ -73,6 +74,55 @@ impl<M> Undrained<M> {
     }
 }
 
+/// Pore fluid after an update, of one point or of four.
+struct Fluid<T> {
+    /// K_f ln J [F/L²].
+    tension: T,
+    /// As of [`PoreFluid`].
+    inelastic_volume: T,
+    /// As of [`PoreFluid`].
+    excess_pressure: T,
+}
+
+impl<T: Number> Fluid<T> {
+    /// Of K_f = `bulk` [F/L²], where the elastic strain `left` is left of `trial`, and v was `before`.
+    #[inline(always)]
+    fn of(bulk: T, trial: &[T; 3], left: &[T; 3], before: T) -> Self {
+        let sum = |of: &[T; 3]| of[0] + of[1] + of[2];
+        let volume = sum(trial) + before;
+        let tension = bulk * volume;
+        let flow: [T; 3] = each(|a| trial[a] - left[a]);
+        Self { tension, inelastic_volume: before + sum(&flow), excess_pressure: -tension * exp(-volume) }
+    }
+}
+
+impl<H: Copy> LaneUpdate<H> {
+    /// The answers with a pore fluid of K_f = `bulk` [F/L²] that comes from `history`.
+    #[inline(always)]
+    fn with_fluid(
+        self,
+        bulk: Lanes,
+        trial: &[Lanes; 3],
+        history: [&PoreFluid<H>; LANES],
+    ) -> LaneUpdate<PoreFluid<H>> {
+        let Self { mut principal, plastic, history: skeleton } = self;
+        let before = Lanes(four(|k| history[k].inelastic_volume));
+        let fluid = Fluid::of(bulk, trial, &principal.elastic_strain, before);
+        for a in 0..3 {
+            principal.kirchhoff[a] += fluid.tension;
+            for b in 0..3 {
+                principal.tangent[a][b] += bulk;
+            }
+        }
+        let after = |k: usize| PoreFluid {
+            skeleton: skeleton[k],
+            inelastic_volume: fluid.inelastic_volume.0[k],
+            excess_pressure: fluid.excess_pressure.0[k],
+        };
+        LaneUpdate { principal, plastic, history: four(after) }
+    }
+}
+
 impl<M: Material> Material for Undrained<M> {
     type History = PoreFluid<M::History>;
     const PLASTIC: bool = M::PLASTIC;
@@ -132,21 +182,28 @@ impl<M: Material> Material for Undrained<M> {
     #[inline]
     fn update(&self, trial: &Vector3<f64>, history: &Self::History) -> Result<Update<Self::History>, NoReturn> {
         let effective = self.skeleton.update(trial, &history.skeleton)?;
-        let volume = trial.sum() + history.inelastic_volume;
-        let tension = self.fluid * volume;
-        let flow = trial - effective.elastic_strain;
+        let (strain, left) = ((*trial).into(), effective.elastic_strain.into());
+        let Fluid { tension, inelastic_volume, excess_pressure } =
+            Fluid::<f64>::of(self.fluid, &strain, &left, history.inelastic_volume);
         Ok(Update {
             elastic_strain: effective.elastic_strain,
             kirchhoff: effective.kirchhoff.add_scalar(tension),
             tangent: effective.tangent.add_scalar(self.fluid),
             secant: effective.secant,
             plastic: effective.plastic,
-            history: PoreFluid {
-                skeleton: effective.history,
-                inelastic_volume: history.inelastic_volume + flow.sum(),
-                excess_pressure: -tension * exp(-volume),
-            },
+            history: PoreFluid { skeleton: effective.history, inelastic_volume, excess_pressure },
         })
+    }
+
+    /// Four points at once where the skeleton answers so.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        trial: &[Lanes; 3],
+        history: [&Self::History; LANES],
+    ) -> Result<LaneUpdate<Self::History>, NoReturn> {
+        let effective = self.skeleton.update_lanes(trial, four(|k| &history[k].skeleton))?;
+        Ok(effective.with_fluid(Lanes::of(self.fluid), trial, history))
     }
 
     /// K and G of the skeleton, K_f added to K.
@@ -159,6 +216,7 @@ impl<M: Material> Material for Undrained<M> {
 /// Those of the skeleton, then K_f.
 impl<M: Varied> Varied for Undrained<M> {
     const N_OWN: usize = M::N_OWN + 1;
+    const FOUR_AT_ONCE: bool = M::FOUR_AT_ONCE;
 
     fn own_fields() -> Vec<FieldInfo> {
         let mut fields = M::own_fields();
@@ -174,6 +232,17 @@ impl<M: Varied> Varied for Undrained<M> {
 
     fn with_own(&self, own: &OwnParameters) -> Self {
         Self { skeleton: self.skeleton.with_own(own), fluid: own[M::N_OWN] }
+    }
+
+    #[inline(always)]
+    fn update_own(
+        &self,
+        own: [&OwnParameters; LANES],
+        trial: &[Lanes; 3],
+        history: [&Self::History; LANES],
+    ) -> Result<LaneUpdate<Self::History>, NoReturn> {
+        let effective = self.skeleton.update_own(own, trial, four(|k| &history[k].skeleton))?;
+        Ok(effective.with_fluid(Lanes(four(|k| own[k][M::N_OWN])), trial, history))
     }
 
     fn numbers(history: &Self::History) -> Numbers {

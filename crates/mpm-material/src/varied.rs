@@ -1,10 +1,11 @@
 //! Which parameters of each law may differ from point to point.
 
+use crate::lanes::{LANES, Lanes, each, four};
 use crate::parameters::OwnParameters;
 use crate::per_point::Numbers;
 use crate::{
-    CamClay, DruckerPrager, FieldInfo, Hencky, Material, MohrCoulomb, NeoHooke, PlasticShear, PlasticStrain,
-    Preconsolidation, Tresca, Varied, VonMises,
+    CamClay, DruckerPrager, FieldInfo, Hencky, LaneUpdate, Material, MohrCoulomb, NeoHooke, NoReturn,
+    PlasticShear, PlasticStrain, Preconsolidation, Tresca, Varied, VonMises,
 };
 
 fn stress(name: &'static str) -> FieldInfo {
@@ -172,6 +173,7 @@ impl Varied for DruckerPrager {
 
 impl Varied for CamClay {
     const N_OWN: usize = 5;
+    const FOUR_AT_ONCE: bool = true;
 
     fn own_fields() -> Vec<FieldInfo> {
         vec![
@@ -191,6 +193,16 @@ impl Varied for CamClay {
     #[inline]
     fn with_own(&self, &[shear, critical, compression, swelling, ratio, _]: &OwnParameters) -> Self {
         self.with_values(&[shear, critical, compression, swelling, ratio])
+    }
+
+    #[inline(always)]
+    fn update_own(
+        &self,
+        own: [&OwnParameters; LANES],
+        trial: &[Lanes; 3],
+        history: [&Preconsolidation; LANES],
+    ) -> Result<LaneUpdate<Preconsolidation>, NoReturn> {
+        self.update_four(each(|a| Lanes(four(|k| own[k][a]))), trial, history)
     }
 
     fn numbers(history: &Preconsolidation) -> Numbers {

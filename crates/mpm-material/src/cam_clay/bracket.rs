@@ -54,7 +54,7 @@ impl Equations {
             if halving % TRIES == 0 {
                 let (volumetric, shear) = at_upper.strains;
                 let logarithm = self.skeleton.exponent(volumetric, shear);
-                if let Some((returned, multiplier)) = self.newton(self.flowing(logarithm, at_upper.p, upper))
+                if let Some((returned, multiplier)) = self.starting_at(self.flowing(logarithm, at_upper.p, upper))
                     // The first zero, and no other.
                     && multiplier >= lower * (1.0 - 1e-9)
                     && multiplier <= upper * (1.0 + 1e-9)

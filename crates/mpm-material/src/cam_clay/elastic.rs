@@ -1,51 +1,33 @@
 //! The elastic skeleton: pressure and shear stress from an energy.
 
 use crate::elementary::{exp, ln};
+use crate::lanes::Number;
 
-/// Constants of the energy ψ of [`super::CamClay`].
+/// Constants of the energy ψ of [`super::CamClay`], for one point or for four.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Skeleton {
+pub(super) struct Skeleton<T = f64> {
     /// κ.
-    pub swelling: f64,
+    pub swelling: T,
     /// G₀.
-    pub shear: f64,
+    pub shear: T,
     /// g.
-    pub shear_ratio: f64,
+    pub shear_ratio: T,
     /// p_r.
-    pub reference_pressure: f64,
+    pub reference_pressure: T,
 }
 
 /// Stresses of elastic strains ε_v and ε_s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Elastic {
-    pub p: f64,
-    pub q: f64,
+pub(super) struct Elastic<T> {
+    pub p: T,
+    pub q: T,
     /// G₀ + g p.
-    pub shear_modulus: f64,
+    pub shear_modulus: T,
     /// ∂(p, q)/∂(ε_v, ε_s).
-    pub derivative: [[f64; 2]; 2],
+    pub derivative: [[T; 2]; 2],
 }
 
 impl Skeleton {
-    /// −p = ∂ψ/∂ε_v, q = ∂ψ/∂ε_s.
-    #[inline]
-    pub fn at(&self, volumetric: f64, shear: f64) -> Elastic {
-        let Self { swelling, shear_ratio, .. } = *self;
-        let p = self.reference_pressure * exp(self.exponent(volumetric, shear));
-        let shear_modulus = self.shear + shear_ratio * p;
-        // ∂p/∂ε_s = −∂q/∂ε_v.
-        let mixed = 3.0 * shear_ratio * p * shear / swelling;
-        let q_s = 3.0 * shear_modulus + 3.0 * shear_ratio * shear * mixed;
-        let derivative = [[-p / swelling, mixed], [-mixed, q_s]];
-        Elastic { p, q: 3.0 * shear_modulus * shear, shear_modulus, derivative }
-    }
-
-    /// ω = ln(p/p_r).
-    #[inline]
-    pub fn exponent(&self, volumetric: f64, shear: f64) -> f64 {
-        (1.5 * self.shear_ratio * shear * shear - volumetric) / self.swelling
-    }
-
     /// ψ [F/L²].
     pub fn energy(&self, volumetric: f64, shear: f64) -> f64 {
         let p = self.reference_pressure * exp(self.exponent(volumetric, shear));
@@ -57,5 +39,27 @@ impl Skeleton {
         let shear = q / (3.0 * (self.shear + self.shear_ratio * p));
         let logarithm = ln(p / self.reference_pressure);
         (1.5 * self.shear_ratio * shear * shear - self.swelling * logarithm, shear)
+    }
+}
+
+impl<T: Number> Skeleton<T> {
+    /// −p = ∂ψ/∂ε_v, q = ∂ψ/∂ε_s.
+    #[inline(always)]
+    pub fn at(&self, volumetric: T, shear: T) -> Elastic<T> {
+        let Self { swelling, shear_ratio, .. } = *self;
+        let three = T::of(3.0);
+        let p = self.reference_pressure * exp(self.exponent(volumetric, shear));
+        let shear_modulus = self.shear + shear_ratio * p;
+        // ∂p/∂ε_s = −∂q/∂ε_v.
+        let mixed = three * shear_ratio * p * shear / swelling;
+        let q_s = three * shear_modulus + three * shear_ratio * shear * mixed;
+        let derivative = [[-p / swelling, mixed], [-mixed, q_s]];
+        Elastic { p, q: three * shear_modulus * shear, shear_modulus, derivative }
+    }
+
+    /// ω = ln(p/p_r).
+    #[inline(always)]
+    pub fn exponent(&self, volumetric: T, shear: T) -> T {
+        (T::of(1.5) * self.shear_ratio * shear * shear - volumetric) / self.swelling
     }
 }

@@ -4,17 +4,20 @@ mod bracket;
 mod elastic;
 mod parameters;
 mod return_map;
+mod trial;
 
 use nalgebra::Vector3;
 
 use crate::deviator::Deviator;
-use crate::law::YIELD_TOLERANCE;
+use crate::lanes::{LANES, Lanes, Number, each, four};
+use crate::law::strain_of;
 use crate::{
-    Consolidation, Elasticity, FieldInfo, History, Material, NoReturn, ParameterError, PointParameters,
-    PrincipalUpdate, Update,
+    Consolidation, Elasticity, FieldInfo, History, LaneUpdate, Material, NoReturn, ParameterError,
+    PointParameters, PrincipalUpdate, Update,
 };
 use elastic::Skeleton;
-use return_map::{Equations, Returned};
+use parameters::Constants;
+use trial::Trial;
 
 pub use parameters::CamClayParameters;
 
@@ -117,18 +120,40 @@ impl CamClay {
         Self { skeleton, parameters, elasticity }
     }
 
-    #[inline]
-    fn plastic(&self, split: &Deviator, returned: &Returned) -> Update<Preconsolidation> {
-        let Returned { stress: (p, q), shear_modulus, volumetric, beta, preconsolidation, derivative } =
-            *returned;
-        let secant = 2.0 * shear_modulus * beta;
-        let principal = PrincipalUpdate {
-            elastic_strain: split.strains(volumetric, beta),
-            kirchhoff: split.stresses(p, q),
-            tangent: split.tangent(&derivative, secant),
-            secant: [secant; 3],
-        };
-        principal.with(true, Preconsolidation(preconsolidation))
+    /// Answers four points with other values each; those that Newton's method does not return are asked one by one.
+    #[inline(always)]
+    pub(crate) fn update_four(
+        &self,
+        values: [Lanes; 5],
+        strain: &[Lanes; 3],
+        history: [&Preconsolidation; LANES],
+    ) -> Result<LaneUpdate<Preconsolidation>, NoReturn> {
+        let constants = &Constants::of(values, self.skeleton.reference_pressure);
+        let before = Lanes(four(|k| history[k].0));
+        let trial = Trial::of(constants, strain, before);
+        let (elastic, plastic) = (trial.elastic(strain), trial.yields);
+        if !Lanes::any(plastic) {
+            return Ok(LaneUpdate { principal: elastic, plastic, history: four(|k| *history[k]) });
+        }
+        let (returned, arrives) = trial.equations(constants, before).starting_at_trial(trial.state.p, plastic);
+        let after = Lanes::pick(plastic, returned.preconsolidation, before);
+        let principal = PrincipalUpdate::pick(plastic, &trial.plastic(&returned), &elastic);
+        let answer = LaneUpdate { principal, plastic, history: four(|k| Preconsolidation(after.0[k])) };
+        answer.but(plastic & !arrives, |k| {
+            self.alone(&each(|a| values[a].0[k]), &strain_of(strain, k), history[k])
+        })
+    }
+
+    /// Answers a point that few of four need.
+    #[cold]
+    #[inline(never)]
+    fn alone(
+        &self,
+        values: &[f64; 5],
+        strain: &Vector3<f64>,
+        history: &Preconsolidation,
+    ) -> Result<Update<Preconsolidation>, NoReturn> {
+        self.with_values(values).update(strain, history)
     }
 }
 
@@ -174,31 +199,28 @@ impl Material for CamClay {
     #[inline]
     fn update(
         &self,
-        trial: &Vector3<f64>,
+        strain: &Vector3<f64>,
         history: &Preconsolidation,
     ) -> Result<Update<Preconsolidation>, NoReturn> {
-        let split = Deviator::<f64>::of(&(*trial).into());
-        let state = self.skeleton.at(split.volumetric, split.shear());
-        // By the largest stress, because squares of trial pressures may overflow; what then is no number
-        // has yielded, unless the strains are none.
-        let scale = 1.0 / state.p.max(state.q).max(history.0);
-        let (p, along) = (scale * state.p, scale * state.q / self.parameters.critical_ratio);
-        let overshoot = along * along + p * (p - scale * history.0);
-        let is_elastic = overshoot <= YIELD_TOLERANCE;
-        if !is_elastic && trial.sum().is_finite() {
-            let equations =
-                Equations::new(self.skeleton, &self.parameters, (split.volumetric, split.shear()), history.0);
-            let returned = equations.solve(state.p)?;
-            return Ok(self.plastic(&split, &returned));
+        let constants = Constants::of(self.values(), self.skeleton.reference_pressure);
+        let strain = (*strain).into();
+        let trial = Trial::of(&constants, &strain, history.0);
+        if !trial.yields {
+            return Ok(trial.elastic(&strain).with(false, *history));
         }
-        let secant = 2.0 * state.shear_modulus;
-        let principal = PrincipalUpdate {
-            elastic_strain: (*trial).into(),
-            kirchhoff: split.stresses(state.p, state.q),
-            tangent: split.tangent(&state.derivative, secant),
-            secant: [secant; 3],
-        };
-        Ok(principal.with(false, *history))
+        let returned = trial.equations(&constants, history.0).solve(trial.state.p)?;
+        Ok(trial.plastic(&returned).with(true, Preconsolidation(returned.preconsolidation)))
+    }
+
+    /// Four points at once, whatever their states.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        strain: &[Lanes; 3],
+        history: [&Preconsolidation; LANES],
+    ) -> Result<LaneUpdate<Preconsolidation>, NoReturn> {
+        let values = self.values();
+        self.update_four(each(|k| Lanes::of(values[k])), strain, history)
     }
 
     #[inline]

@@ -1,6 +1,8 @@
 //! Parameters of modified Cam-Clay.
 
+use super::elastic::Skeleton;
 use crate::ParameterError;
+use crate::lanes::Number;
 
 /// What [`crate::CamClay`] is made of.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -20,6 +22,17 @@ pub struct CamClayParameters {
     pub reference_pressure: f64,
     /// p_c [F/L²] where a point is not given one of its own: twice the pressure at the tip of the yield ellipse.
     pub preconsolidation: f64,
+}
+
+/// Those that a trial state meets, of one point or of four, which may have their own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Constants<T> {
+    /// κ, G₀, g, and p_r.
+    pub skeleton: Skeleton<T>,
+    /// M.
+    pub critical_ratio: T,
+    /// λ.
+    pub compression: T,
 }
 
 impl CamClayParameters {
@@ -46,5 +59,17 @@ impl CamClayParameters {
         ParameterError::unless_positive("reference_pressure", reference_pressure)?;
         ParameterError::unless_positive("preconsolidation", preconsolidation)?;
         Ok(())
+    }
+}
+
+impl<T: Number> Constants<T> {
+    /// Of G₀ [F/L²], M, λ, κ, and g; and p_r [F/L²].
+    #[inline(always)]
+    pub fn of(
+        [shear, critical_ratio, compression, swelling, shear_ratio]: [T; 5],
+        reference_pressure: f64,
+    ) -> Self {
+        let skeleton = Skeleton { swelling, shear, shear_ratio, reference_pressure: T::of(reference_pressure) };
+        Self { skeleton, critical_ratio, compression }
     }
 }

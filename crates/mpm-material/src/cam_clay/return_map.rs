@@ -1,50 +1,51 @@
-//! The return to the yield ellipse: Newton's method on two equations.
+//! The return to the yield ellipse: Newton's method on two equations, for one point or for four.
 
 use super::elastic::Skeleton;
-use super::parameters::CamClayParameters;
+use super::parameters::Constants;
 use crate::NoReturn;
 use crate::elementary::{exp, ln};
+use crate::lanes::Number;
 
 /// A return.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Returned {
+pub(super) struct Returned<T = f64> {
     /// p and q [F/L²].
-    pub stress: (f64, f64),
+    pub stress: (T, T),
     /// G₀ + g p [F/L²].
-    pub shear_modulus: f64,
+    pub shear_modulus: T,
     /// Elastic ε_v.
-    pub volumetric: f64,
+    pub volumetric: T,
     /// β: what is left of ε_s.
-    pub beta: f64,
+    pub beta: T,
     /// p_c [F/L²].
-    pub preconsolidation: f64,
+    pub preconsolidation: T,
     /// ∂(p, q)/∂(ε_v, ε_s) of the trial.
-    pub derivative: [[f64; 2]; 2],
+    pub derivative: [[T; 2]; 2],
 }
 
 /// What stays the same in a return.
-pub(super) struct Equations {
-    pub skeleton: Skeleton,
+pub(super) struct Equations<T = f64> {
+    pub skeleton: Skeleton<T>,
     /// M.
-    pub critical_ratio: f64,
+    pub critical_ratio: T,
     /// ε_v and ε_s of the trial.
-    pub trial: (f64, f64),
+    pub trial: (T, T),
     /// p_c,n [F/L²].
-    pub before: f64,
+    pub before: T,
     /// ln(p_c,n/p_r).
-    logarithm: f64,
+    logarithm: T,
     /// G₀/p_r.
-    shear: f64,
+    shear: T,
     /// M².
-    m2: f64,
+    m2: T,
     /// 1/M².
-    per_m2: f64,
+    per_m2: T,
     /// 1/κ.
-    per_swelling: f64,
+    per_swelling: T,
     /// λ − κ.
-    pub hardening: f64,
+    pub hardening: T,
     /// 1/(λ − κ).
-    per_hardening: f64,
+    per_hardening: T,
 }
 
 /// The equations in P = ln(p/p_r) and v = ε_s,tr/ε_s − 1 = 6 m p Δγ/M²:
@@ -58,57 +59,44 @@ pub(super) struct Equations {
 /// R is the flow rule ε_v − ε_v,tr = p Δγ (2 − p_c/p) on the yield surface, where p_c/p = 1 + y. On the isotropic axis
 /// F is linear, so that steps of any length need no iteration there.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
+pub(super) struct Point<T = f64> {
     /// P and v.
-    unknowns: [f64; 2],
+    unknowns: [T; 2],
     /// ε_v − ε_v,tr and ε_s.
-    strains: (f64, f64),
+    strains: (T, T),
     /// G₀/p and m.
-    moduli: (f64, f64),
+    moduli: (T, T),
     /// 1/(1 + v).
-    beta: f64,
+    beta: T,
     /// η.
-    ratio: f64,
+    ratio: T,
     /// y.
-    yielding: f64,
+    yielding: T,
     /// M²/(6m).
-    flow: f64,
+    flow: T,
 }
 
 /// Derivatives at a point.
-struct Slopes {
+struct Slopes<T> {
     /// ∂(R, F)/∂(P, v).
-    jacobian: [[f64; 2]; 2],
+    jacobian: [[T; 2]; 2],
     /// ∂η/∂(P, v).
-    ratio: [f64; 2],
+    ratio: [T; 2],
     /// ∂y/∂η.
-    yielding: f64,
+    yielding: T,
     /// 1/(1 + y).
-    per_relative: f64,
+    per_relative: T,
+}
+
+/// A point with R and F there, and their size.
+struct Tried<T> {
+    point: Point<T>,
+    residual: [T; 2],
+    /// The larger of R/κ and F.
+    error: T,
 }
 
 impl Equations {
-    /// Of a trial state with ε_v and ε_s, p_c being `before` [F/L²].
-    #[inline]
-    pub fn new(skeleton: Skeleton, parameters: &CamClayParameters, trial: (f64, f64), before: f64) -> Self {
-        let CamClayParameters { critical_ratio, compression, swelling, .. } = *parameters;
-        let hardening = compression - swelling;
-        let m2 = critical_ratio * critical_ratio;
-        Self {
-            skeleton,
-            critical_ratio,
-            trial,
-            before,
-            logarithm: ln(before / skeleton.reference_pressure),
-            shear: skeleton.shear / skeleton.reference_pressure,
-            m2,
-            per_m2: 1.0 / m2,
-            per_swelling: 1.0 / swelling,
-            hardening,
-            per_hardening: 1.0 / hardening,
-        }
-    }
-
     /// Newton's method from the trial state with the pressure `p` [F/L²]; where it does not arrive, from the first
     /// zero of f along Δγ, which always exists and is bracketed.
     ///
@@ -116,14 +104,8 @@ impl Equations {
     /// Numbers overflowed.
     #[inline(never)]
     pub fn solve(&self, p: f64) -> Result<Returned, NoReturn> {
-        if p.is_finite() && p > 0.0 {
-            let start = self.skeleton.exponent(self.trial.0, self.trial.1);
-            // The trial's pressure is known: no power of e has to be taken.
-            if let Some((returned, _)) = self.newton(self.with_modulus([start, 0.0], self.skeleton.shear / p)) {
-                return Ok(returned);
-            }
-        }
-        self.bracketed()
+        let (returned, arrives) = self.starting_at_trial(p, true);
+        if arrives { Ok(returned) } else { self.bracketed() }
     }
 
     /// The state of ln(p/p_r) = `logarithm` [-] and Δγ = `multiplier` [L²/F], p being known too [F/L²].
@@ -133,23 +115,70 @@ impl Equations {
         self.with_modulus([logarithm, 6.0 * self.per_m2 * modulus * p * multiplier], constant)
     }
 
-    #[inline]
-    fn at(&self, unknowns: [f64; 2]) -> Point {
+    /// Newton's method from a point. Answers with Δγ too.
+    pub(super) fn starting_at(&self, start: Point) -> Option<(Returned, f64)> {
+        let (point, arrives) = self.newton(start, true);
+        arrives.then(|| self.returned(&point))
+    }
+}
+
+impl<T: Number> Equations<T> {
+    /// Of a trial state with ε_v and ε_s, p_c being `before` [F/L²].
+    #[inline(always)]
+    pub fn new(constants: &Constants<T>, trial: (T, T), before: T) -> Self {
+        let Constants { skeleton, critical_ratio, compression } = *constants;
+        let one = T::of(1.0);
+        let hardening = compression - skeleton.swelling;
+        let m2 = critical_ratio * critical_ratio;
+        Self {
+            skeleton,
+            critical_ratio,
+            trial,
+            before,
+            logarithm: ln(before / skeleton.reference_pressure),
+            shear: skeleton.shear / skeleton.reference_pressure,
+            m2,
+            per_m2: one / m2,
+            per_swelling: one / skeleton.swelling,
+            hardening,
+            per_hardening: one / hardening,
+        }
+    }
+
+    /// Newton's method from the trial states with the pressure `p` [F/L²], of those that are `asked`. Answers which of them
+    /// arrive, too.
+    #[inline(always)]
+    pub fn starting_at_trial(&self, p: T, asked: T::Mask) -> (Returned<T>, T::Mask) {
+        let asked = asked & p.above(T::ZERO) & p.below(T::of(f64::INFINITY));
+        let start = self.skeleton.exponent(self.trial.0, self.trial.1);
+        // The trial's pressure is known: no power of e has to be taken.
+        let start = self.with_modulus([start, T::ZERO], self.skeleton.shear / p);
+        let (point, arrives) = self.newton(start, asked);
+        (self.returned(&point).0, arrives)
+    }
+
+    #[inline(always)]
+    fn at(&self, unknowns: [T; 2]) -> Point<T> {
+        let has_constant = self.shear.above(T::ZERO);
         // Without a constant part of the modulus no pressure is needed.
-        let constant = if self.shear > 0.0 { self.shear * exp(-unknowns[0]) } else { 0.0 };
+        let constant = if T::any(has_constant) {
+            T::pick(has_constant, self.shear * exp(-unknowns[0]), T::ZERO)
+        } else {
+            T::ZERO
+        };
         self.with_modulus(unknowns, constant)
     }
 
     /// G₀/p being `constant`.
-    #[inline]
-    fn with_modulus(&self, unknowns: [f64; 2], constant: f64) -> Point {
+    #[inline(always)]
+    fn with_modulus(&self, unknowns: [T; 2], constant: T) -> Point<T> {
         let skeleton = &self.skeleton;
         let [logarithm, excess] = unknowns;
         let modulus = constant + skeleton.shear_ratio;
-        let beta = 1.0 / (1.0 + excess);
+        let beta = T::of(1.0) / (T::of(1.0) + excess);
         let shear = beta * self.trial.1;
-        let ratio = 3.0 * modulus * shear;
-        let volumetric = 1.5 * skeleton.shear_ratio * shear * shear - skeleton.swelling * logarithm;
+        let ratio = T::of(3.0) * modulus * shear;
+        let volumetric = T::of(1.5) * skeleton.shear_ratio * shear * shear - skeleton.swelling * logarithm;
         Point {
             unknowns,
             strains: (volumetric - self.trial.0, shear),
@@ -157,33 +186,35 @@ impl Equations {
             beta,
             ratio,
             yielding: self.per_m2 * ratio * ratio,
-            flow: self.m2 / (6.0 * modulus),
+            flow: self.m2 / (T::of(6.0) * modulus),
         }
     }
 
-    /// R and F, and the larger of R/κ and F.
-    #[inline]
-    fn residual(&self, point: &Point) -> ([f64; 2], f64) {
+    #[inline(always)]
+    fn tried(&self, point: Point<T>) -> Tried<T> {
+        let one = T::of(1.0);
         let [logarithm, excess] = point.unknowns;
         let change = point.strains.0;
         let relative = self.logarithm + change * self.per_hardening - logarithm;
         // F is of the size of 1: ln(1 + y) to the last digit of a small y would be of no use.
         let residual =
-            [change - excess * point.flow * (1.0 - point.yielding), ln(1.0 + point.yielding) - relative];
-        (residual, (residual[0] * self.per_swelling).abs().max(residual[1].abs()))
+            [change - excess * point.flow * (one - point.yielding), ln(one + point.yielding) - relative];
+        let error = (residual[0] * self.per_swelling).absolute().zip(residual[1].absolute(), f64::max);
+        Tried { point, residual, error }
     }
 
-    #[inline]
-    fn slopes(&self, point: &Point) -> Slopes {
+    #[inline(always)]
+    fn slopes(&self, point: &Point<T>) -> Slopes<T> {
         let skeleton = &self.skeleton;
         let (shear, (constant, modulus)) = (point.strains.1, point.moduli);
         let excess = point.unknowns[1];
-        let ratio = [-3.0 * constant * shear, -point.ratio * point.beta];
-        let yielding = 2.0 * self.per_m2 * point.ratio;
-        let per_relative = 1.0 / (1.0 + point.yielding);
-        let volumetric_by = [-skeleton.swelling, -3.0 * skeleton.shear_ratio * shear * shear * point.beta];
+        let (one, three) = (T::of(1.0), T::of(3.0));
+        let ratio = [-three * constant * shear, -point.ratio * point.beta];
+        let yielding = T::of(2.0) * self.per_m2 * point.ratio;
+        let per_relative = one / (one + point.yielding);
+        let volumetric_by = [-skeleton.swelling, -three * skeleton.shear_ratio * shear * shear * point.beta];
         let against = excess * point.flow * yielding;
-        let below = point.flow * (1.0 - point.yielding);
+        let below = point.flow * (one - point.yielding);
         // ∂(1/m)/∂P = (G₀/p)/m².
         let jacobian = [
             [
@@ -191,63 +222,83 @@ impl Equations {
                 volumetric_by[1] + against * ratio[1] - below,
             ],
             [
-                per_relative * yielding * ratio[0] - volumetric_by[0] * self.per_hardening + 1.0,
+                per_relative * yielding * ratio[0] - volumetric_by[0] * self.per_hardening + one,
                 per_relative * yielding * ratio[1] - volumetric_by[1] * self.per_hardening,
             ],
         ];
         Slopes { jacobian, ratio, yielding, per_relative }
     }
 
-    /// Newton's method from a point; a step is halved until the error falls. Answers with Δγ too. `None` where
-    /// it gets stuck, or arrives at a negative multiplier.
-    #[inline]
-    pub(super) fn newton(&self, start: Point) -> Option<(Returned, f64)> {
+    /// Newton's method from points, of those that are `asked`; a step is halved until the error falls. Answers which of them
+    /// arrive: not those that get stuck, nor those with a negative multiplier.
+    ///
+    /// A point that has arrived stays where it is while others go on, so that it has the bits that it has alone.
+    #[inline(always)]
+    fn newton(&self, start: Point<T>, asked: T::Mask) -> (Point<T>, T::Mask) {
         const STEPS: usize = 30;
-        const HALVINGS: usize = 10;
         /// Convergence is quadratic: from here one step goes to round-off.
         const LAST: f64 = 1e-7;
 
-        let mut now = start;
-        let (mut residual, mut error) = self.residual(&now);
+        let mut now = self.tried(start);
+        let (mut arrives, mut goes_on) = (asked, asked);
         for _ in 0..STEPS {
-            let step = solve(&self.slopes(&now).jacobian, &residual);
-            let moved =
-                |part: f64| self.at([now.unknowns[0] - part * step[0], now.unknowns[1] - part * step[1]]);
-            if error < LAST {
-                let last = moved(1.0);
-                return (last.unknowns[1] > 0.0).then(|| self.returned(&last));
+            let [x, y] = solve(&self.slopes(&now.point).jacobian, &now.residual);
+            let step = [T::pick(goes_on, x, T::ZERO), T::pick(goes_on, y, T::ZERO)];
+            let goes_further = goes_on & !now.error.below(T::of(LAST));
+            if !T::any(goes_further) {
+                now.point = self.moved(&now.point, step, T::of(1.0));
+                goes_on = goes_further;
+                break;
             }
-            let mut part = 1.0;
-            let mut next = None;
-            for _ in 0..HALVINGS {
-                let tried = moved(part);
-                let (tried_residual, tried_error) = self.residual(&tried);
-                if tried_error < error {
-                    next = Some((tried, tried_residual, tried_error));
-                    break;
-                }
-                part *= 0.5;
-            }
-            (now, residual, error) = next?;
+            let is_stuck;
+            (now, is_stuck) = self.downhill(&now, step, goes_further);
+            arrives = arrives & !is_stuck;
+            goes_on = goes_further & !is_stuck;
         }
-        None
+        let point = now.point;
+        (point, arrives & !goes_on & point.unknowns[1].above(T::ZERO))
     }
 
-    /// The answer, with the tangent of these equations: ∂(R, F)/∂(P, v) d(P, v) = −∂(R, F)/∂(ε_v, ε_s)_trial.
-    #[inline]
-    fn returned(&self, point: &Point) -> (Returned, f64) {
+    /// The point after this part of a step.
+    #[inline(always)]
+    fn moved(&self, from: &Point<T>, step: [T; 2], part: T) -> Point<T> {
+        self.at([from.unknowns[0] - part * step[0], from.unknowns[1] - part * step[1]])
+    }
+
+    /// A step, halved where the error has to fall and does not. Answers where it never does, too.
+    #[inline(always)]
+    fn downhill(&self, from: &Tried<T>, step: [T; 2], has_to_fall: T::Mask) -> (Tried<T>, T::Mask) {
+        const HALVINGS: usize = 10;
+
+        let (mut part, mut halvings) = (T::of(1.0), 0);
+        loop {
+            let tried = self.tried(self.moved(&from.point, step, part));
+            let is_stuck = has_to_fall & !tried.error.below(from.error);
+            halvings += 1;
+            if halvings == HALVINGS || !T::any(is_stuck) {
+                return (tried, is_stuck);
+            }
+            part = T::pick(is_stuck, T::of(0.5) * part, part);
+        }
+    }
+
+    /// The answer, with the tangent of these equations: ∂(R, F)/∂(P, v) d(P, v) = −∂(R, F)/∂(ε_v, ε_s)_trial. And Δγ.
+    #[inline(always)]
+    fn returned(&self, point: &Point<T>) -> (Returned<T>, T) {
         let skeleton = &self.skeleton;
         let ((change, shear), (constant, modulus)) = (point.strains, point.moduli);
-        let p = if self.shear > 0.0 {
+        let has_constant = self.shear.above(T::ZERO);
+        let p = if T::all(has_constant) {
             skeleton.shear / constant
         } else {
-            skeleton.reference_pressure * exp(point.unknowns[0])
+            let other = skeleton.reference_pressure * exp(point.unknowns[0]);
+            T::pick(has_constant, skeleton.shear / constant, other)
         };
         let Slopes { jacobian, ratio, yielding, per_relative } = self.slopes(point);
 
-        let by_volume = solve(&jacobian, &[1.0, -self.per_hardening]);
-        let volumetric_by = 3.0 * skeleton.shear_ratio * shear * point.beta;
-        let ratio_by = 3.0 * modulus * point.beta;
+        let by_volume = solve(&jacobian, &[T::of(1.0), -self.per_hardening]);
+        let volumetric_by = T::of(3.0) * skeleton.shear_ratio * shear * point.beta;
+        let ratio_by = T::of(3.0) * modulus * point.beta;
         let excess = point.unknowns[1];
         let by_shear = solve(
             &jacobian,
@@ -256,25 +307,25 @@ impl Equations {
                 volumetric_by * self.per_hardening - per_relative * yielding * ratio_by,
             ],
         );
-        let q_by =
-            |d: [f64; 2], direct: f64| p * (direct + ratio[0] * d[0] + ratio[1] * d[1] + point.ratio * d[0]);
-        let derivative =
-            [[p * by_volume[0], p * by_shear[0]], [q_by(by_volume, 0.0), q_by(by_shear, ratio_by)]];
+        let [c, d] = by_volume;
+        let q_by_volume = p * (ratio[0] * c + ratio[1] * d + point.ratio * c);
+        let [c, d] = by_shear;
+        let q_by_shear = p * (ratio_by + ratio[0] * c + ratio[1] * d + point.ratio * c);
         let returned = Returned {
             stress: (p, p * point.ratio),
             shear_modulus: p * modulus,
             volumetric: self.trial.0 + change,
             beta: point.beta,
-            preconsolidation: p * (1.0 + point.yielding),
-            derivative,
+            preconsolidation: p * (T::of(1.0) + point.yielding),
+            derivative: [[p * by_volume[0], p * by_shear[0]], [q_by_volume, q_by_shear]],
         };
         (returned, excess * point.flow / p)
     }
 }
 
 /// Two linear equations.
-#[inline]
-fn solve([[a, b], [c, d]]: &[[f64; 2]; 2], [x, y]: &[f64; 2]) -> [f64; 2] {
-    let inverse = 1.0 / (a * d - b * c);
-    [inverse * (d * x - b * y), inverse * (a * y - c * x)]
+#[inline(always)]
+fn solve<T: Number>([[a, b], [c, d]]: &[[T; 2]; 2], [x, y]: &[T; 2]) -> [T; 2] {
+    let inverse = T::of(1.0) / (*a * *d - *b * *c);
+    [inverse * (*d * *x - *b * *y), inverse * (*a * *y - *c * *x)]
 }

@@ -1,7 +1,8 @@
 //! Modified Cam-Clay: states that are hard to return from, closed forms, energy in cycles.
 
 use crate::random::Numbers;
-use mpm_material::{CamClay, CamClayParameters, Material, Preconsolidation};
+use mpm_material::lanes::{LANES, Lanes, Work, four, vectorised};
+use mpm_material::{CamClay, CamClayParameters, LaneUpdate, Material, NoReturn, Preconsolidation};
 use nalgebra::Vector3;
 
 const PARAMETERS: CamClayParameters = CamClayParameters {
@@ -30,35 +31,39 @@ fn overshoot(law: &CamClay, tau: &Vector3<f64>, p_c: f64) -> f64 {
     (along * along + p * (p - p_c)) / (p_c * p_c)
 }
 
-/// Strains up to 3, pressures down to 1e-4 p_c, soft and stiff, wet and dry.
+/// A clay that is soft or stiff, an elastic strain down to pressures of 1e-4 of p_c = 100, and a size of strains up to 3.
+fn hostile(numbers: &mut Numbers) -> (CamClay, Vector3<f64>, f64) {
+    let swelling = numbers.of_any_size(0.005, 0.1);
+    let [shear, ratio] = match numbers.between(0.0, 3.0) as u32 {
+        0 => [numbers.of_any_size(10.0, 1e5), 0.0],
+        1 => [0.0, numbers.of_any_size(1.0, 200.0)],
+        _ => [numbers.of_any_size(10.0, 1e5), numbers.of_any_size(1.0, 200.0)],
+    };
+    let parameters = CamClayParameters {
+        critical_ratio: numbers.between(0.5, 1.6),
+        swelling,
+        compression: swelling * numbers.of_any_size(1.2, 20.0),
+        shear,
+        shear_ratio: ratio,
+        ..PARAMETERS
+    };
+    let law = CamClay::new(parameters).expect("in range");
+    let p = 100.0 * numbers.of_any_size(1e-4, 1.0);
+    let rest = law.elastic_strain(&Vector3::repeat(-p), &Preconsolidation(1.0)).expect("compression");
+    (law, rest, numbers.of_any_size(1e-3, 3.0))
+}
+
+/// Wet and dry.
 #[test]
 fn every_hostile_state_returns() {
     let mut numbers = Numbers(6);
     let mut plastic = 0;
     for _ in 0..3000 {
-        let swelling = numbers.of_any_size(0.005, 0.1);
-        let [shear, ratio] = match numbers.between(0.0, 3.0) as u32 {
-            0 => [numbers.of_any_size(10.0, 1e5), 0.0],
-            1 => [0.0, numbers.of_any_size(1.0, 200.0)],
-            _ => [numbers.of_any_size(10.0, 1e5), numbers.of_any_size(1.0, 200.0)],
-        };
-        let parameters = CamClayParameters {
-            critical_ratio: numbers.between(0.5, 1.6),
-            swelling,
-            compression: swelling * numbers.of_any_size(1.2, 20.0),
-            shear,
-            shear_ratio: ratio,
-            ..PARAMETERS
-        };
-        let law = CamClay::new(parameters).expect("in range");
-        let p_c = 100.0;
-        let p = p_c * numbers.of_any_size(1e-4, 1.0);
-        let rest = law.elastic_strain(&Vector3::repeat(-p), &Preconsolidation(1.0)).expect("compression");
-        let size = numbers.of_any_size(1e-3, 3.0);
-        let trial = rest + numbers.strain(size);
+        let (law, rest, size) = hostile(&mut numbers);
+        let (p_c, parameters, trial) = (100.0, *law.parameters(), rest + numbers.strain(size));
         let Ok(update) = law.update(&trial, &Preconsolidation(p_c)) else {
             // Swollen so far that the pressure is below all measure.
-            assert!(trial.sum() > 100.0 * swelling, "{parameters:?}, {trial:?}");
+            assert!(trial.sum() > 100.0 * parameters.swelling, "{parameters:?}, {trial:?}");
             continue;
         };
         let (p, q) = p_and_q(&update.kirchhoff);
@@ -84,6 +89,50 @@ fn every_hostile_state_returns() {
         }
     }
     assert!(plastic > 700, "{plastic}");
+}
+
+struct Four<'a>(&'a CamClay, &'a [Vector3<f64>; LANES], &'a Preconsolidation);
+
+impl Work for Four<'_> {
+    type Output = Result<LaneUpdate<Preconsolidation>, NoReturn>;
+
+    #[inline(always)]
+    fn run<const VECTORS: bool>(self) -> Self::Output {
+        let Self(law, points, history) = self;
+        law.update_lanes(&[0, 1, 2].map(|a| Lanes(four(|k| points[k][a]))), [history; LANES])
+    }
+}
+
+/// Some are elastic, some take more steps than others, some get stuck and are bracketed, some do not return.
+#[test]
+fn hostile_states_side_by_side_have_the_bits_of_each() {
+    let (mut numbers, history) = (Numbers(8), Preconsolidation(100.0));
+    let (mut plastic, mut mixed, mut refused) = (0, 0, 0);
+    for turn in 0..1500 {
+        let (law, rest, size) = hostile(&mut numbers);
+        let mut points = std::array::from_fn(|_| rest + numbers.strain(size));
+        if turn % 50 == 0 {
+            // Swollen so far that the pressure is below all measure.
+            points[turn / 50 % LANES] += Vector3::repeat(20.0);
+        }
+        let each = points.each_ref().map(|strain| law.update(strain, &history));
+        let n_plastic = each.iter().flatten().filter(|one| one.plastic).count();
+        for all in [vectorised(Four(&law, &points, &history)), Four(&law, &points, &history).run::<false>()] {
+            match all {
+                Ok(all) => {
+                    let expected = LaneUpdate::of(each.map(|one| one.expect("it answers them together")));
+                    assert!(all == expected, "{:?}, {points:?}: {all:?}, alone {expected:?}", law.parameters());
+                }
+                Err(reason) => {
+                    assert!(each.contains(&Err(reason)));
+                    refused += 1;
+                }
+            }
+        }
+        plastic += n_plastic;
+        mixed += usize::from(n_plastic > 0 && n_plastic < LANES);
+    }
+    assert!(plastic > 1500 && mixed > 500 && refused > 10, "{plastic}, {mixed}, {refused}");
 }
 
 /// A closed path of elastic strain returns the work that was put in, and leaves p_c as it was.

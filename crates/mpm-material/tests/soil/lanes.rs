@@ -2,8 +2,11 @@
 
 use crate::random::Numbers;
 use crate::reference::{Table, Visit, tables};
-use mpm_material::lanes::{LANES, Lanes, Number};
-use mpm_material::{History, LaneUpdate, Material, PrincipalTangent, PrincipalTrial, SymmetricTensor, respond};
+use mpm_material::lanes::{LANES, Lanes, Number, four};
+use mpm_material::{
+    CamClay, CamClayParameters, DruckerPrager, Elasticity, History, LaneUpdate, Material, PerPoint,
+    PointParameters, PrincipalTangent, PrincipalTrial, SymmetricTensor, Undrained, Varied, respond,
+};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Excess of principal strains in axes that are aligned with nothing, or with z.
@@ -50,6 +53,62 @@ struct Compared {
     plastic: usize,
 }
 
+impl Compared {
+    /// Compares the answers of a law to points that remember these.
+    fn compare<M: Material>(&mut self, name: &str, law: &M, history: &[M::History; LANES]) {
+        let mut random = Numbers(7);
+        for step in 0..60 {
+            let points: [SymmetricTensor; LANES] = std::array::from_fn(|_| excess(&mut random, step % 2 == 0));
+            let each = four(|k| respond(law, &points[k], &history[k]));
+            let together = side_by_side(&points);
+            let trial = match PrincipalTrial::is_plane(&together).expect("of one kind") {
+                true => PrincipalTrial::in_plane(&together),
+                // Beside others, by turns.
+                false => {
+                    let others = side_by_side(&std::array::from_fn(|_| excess(&mut random, false)));
+                    PrincipalTrial::in_space([&others, &together])[1]
+                }
+            };
+            let Ok(all) = law.update_lanes(&trial.strain, history.each_ref()) else {
+                assert!(each.iter().any(Result::is_err), "{name}: it answers all of them");
+                continue;
+            };
+            let LaneUpdate { principal, plastic, history: after } = &all;
+            let (tangent, excess) = (trial.tangent(principal), trial.elastic_excess(&principal.elastic_strain));
+            let found = numbers(&[trial.stress(&principal.kirchhoff), excess], &tangent);
+            for (lane, one) in each.into_iter().enumerate() {
+                let one = one.expect("it answers them together");
+                assert_eq!(plastic.get(lane), one.plastic, "{name}");
+                assert_eq!(tangent.is_symmetric().get(lane), one.tangent.is_symmetric(), "{name}");
+                let mut expected = numbers(&[one.kirchhoff, one.elastic_excess], &one.tangent);
+                one.history.store(&mut expected);
+                let mut found: Vec<f64> = found.iter().map(|lanes| lanes.0[lane]).collect();
+                after[lane].store(&mut found);
+                assert_eq!(found.len(), expected.len());
+                for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                    // An elastic point keeps its excess.
+                    let same = found.to_bits() == expected.to_bits() || (6..12).contains(&k) && !one.plastic;
+                    assert!(same, "{name} {step} {lane}, number {k}: {found:e}, alone {expected:e}");
+                }
+                self.points += 1;
+                self.plastic += usize::from(one.plastic);
+            }
+        }
+    }
+
+    /// The same of points that have the parameters of these laws.
+    fn compare_points<M: Varied>(&mut self, name: &str, laws: [M; LANES]) {
+        let points = four(|k| {
+            let mut point = PointParameters::at(Vector3::zeros());
+            point.own = Some(laws[k].own());
+            point
+        });
+        let [law, ..] = laws;
+        let law = PerPoint::new(law);
+        self.compare(name, &law, &points.each_ref().map(|point| law.initial(point)));
+    }
+}
+
 impl Visit for Compared {
     fn law<M: Material>(
         &mut self,
@@ -60,44 +119,7 @@ impl Visit for Compared {
         _strain: impl Fn(&Vector3<f64>) -> Vector3<f64>,
     ) {
         let history = start(table.number(&table.rows[0], "history_in").unwrap_or(0.0));
-        let mut random = Numbers(7);
-        for step in 0..60 {
-            let points: [SymmetricTensor; LANES] = std::array::from_fn(|_| excess(&mut random, step % 2 == 0));
-            let each = points.each_ref().map(|excess| respond(law, excess, &history));
-            let four = side_by_side(&points);
-            let trial = match PrincipalTrial::is_plane(&four).expect("of one kind") {
-                true => PrincipalTrial::in_plane(&four),
-                // Beside others, by turns.
-                false => {
-                    let others = side_by_side(&std::array::from_fn(|_| excess(&mut random, false)));
-                    PrincipalTrial::in_space([&others, &four])[1]
-                }
-            };
-            let Ok(all) = law.update_lanes(&trial.strain, [&history; LANES]) else {
-                assert!(each.iter().any(Result::is_err), "{}: it answers all of them", table.name);
-                continue;
-            };
-            let LaneUpdate { principal, plastic, history: after } = &all;
-            let (tangent, excess) = (trial.tangent(principal), trial.elastic_excess(&principal.elastic_strain));
-            let found = numbers(&[trial.stress(&principal.kirchhoff), excess], &tangent);
-            for (lane, one) in each.into_iter().enumerate() {
-                let one = one.expect("it answers them together");
-                assert_eq!(plastic.get(lane), one.plastic, "{}", table.name);
-                assert_eq!(tangent.is_symmetric().get(lane), one.tangent.is_symmetric(), "{}", table.name);
-                let mut expected = numbers(&[one.kirchhoff, one.elastic_excess], &one.tangent);
-                one.history.store(&mut expected);
-                let mut found: Vec<f64> = found.iter().map(|lanes| lanes.0[lane]).collect();
-                after[lane].store(&mut found);
-                assert_eq!(found.len(), expected.len());
-                for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                    // An elastic point keeps its excess.
-                    let same = found.to_bits() == expected.to_bits() || (6..12).contains(&k) && !one.plastic;
-                    assert!(same, "{} {step} {lane}, number {k}: {found:e}, alone {expected:e}", table.name);
-                }
-                self.points += 1;
-                self.plastic += usize::from(one.plastic);
-            }
-        }
+        self.compare(&table.name, law, &[history; LANES]);
     }
 }
 
@@ -109,6 +131,40 @@ fn four_points_at_once_have_the_bits_of_each() {
     }
     let Compared { points, plastic } = compared;
     assert!(points > 2000 && plastic > points / 5 && plastic < points, "{plastic} of {points} yield");
+}
+
+/// Pore fluid, and parameters of points.
+#[test]
+fn wrapped_laws_have_the_bits_of_each() {
+    let elasticity = Elasticity::from_young_poisson(2e4, 0.3).expect("in range");
+    let cones = [0.7, 1.0, 1.2, 0.9]
+        .map(|slope| DruckerPrager::new(elasticity, slope, 0.2, 8.0 * slope).expect("in range"));
+    // Without a constant part of the shear modulus, with nothing else, and with both.
+    let clays = [(0.0, 25.0), (1500.0, 0.0), (900.0, 10.0), (1500.0, 0.0)].map(|(shear, shear_ratio)| {
+        CamClay::new(CamClayParameters {
+            critical_ratio: 0.9,
+            compression: 0.15,
+            swelling: 0.03 + 1e-5 * shear_ratio,
+            shear,
+            shear_ratio,
+            reference_pressure: 20.0,
+            preconsolidation: 25.0,
+        })
+        .expect("in range")
+    });
+    let mut compared = Compared::default();
+    let start = PointParameters::at(Vector3::zeros());
+    let wet = |law| Undrained::new(law, 1e5).expect("positive");
+    compared.compare("a wet cone", &wet(cones[0]), &[wet(cones[0]).initial(&start); LANES]);
+    let wet = |law| Undrained::new(law, 1e5).expect("positive");
+    compared.compare("a wet clay", &wet(clays[2]), &[wet(clays[2]).initial(&start); LANES]);
+    compared.compare_points("cones", cones);
+    compared.compare_points("clays", clays);
+    let bulks = [1e5, 2e5, 3e5, 4e5];
+    compared.compare_points("wet cones", four(|k| Undrained::new(cones[k], bulks[k]).expect("positive")));
+    compared.compare_points("wet clays", four(|k| Undrained::new(clays[k], bulks[k]).expect("positive")));
+    let Compared { points, plastic } = compared;
+    assert!(points > 1000 && plastic > points / 5 && plastic < points, "{plastic} of {points} yield");
 }
 
 #[test]
