@@ -153,3 +153,57 @@ fn each<R: Send>(n_tasks: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
         _ => (0..n_tasks).into_par_iter().map(&work).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::Symmetry;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    /// More nodes than two tasks have; each couples with its neighbours by number, and some with nodes far away.
+    const N: usize = 2600;
+
+    fn couplings() -> BTreeSet<(usize, usize)> {
+        let far = (0..N).step_by(97).map(|node| (node, (node * 31 + 1200) % N));
+        let near = (0..N).flat_map(|node| [0, 1, 40].map(|apart| (node, (node + apart).min(N - 1))));
+        near.chain(far).flat_map(|(a, b)| [(a, b), (b, a)]).collect()
+    }
+
+    #[test]
+    fn rows_hold_what_columns_store_in_any_order() {
+        let couplings = couplings();
+        // Every third node first, then the others backwards.
+        let order: Vec<usize> = (0..N).step_by(3).chain((0..N).rev().filter(|node| node % 3 != 0)).collect();
+        let mut number = vec![0; N];
+        order.iter().enumerate().for_each(|(new, &old)| number[old] = new as u32);
+        for symmetry in [Symmetry::Symmetric, Symmetry::Unsymmetric] {
+            let is_stored = |row: usize, column: usize| symmetry == Symmetry::Unsymmetric || row >= column;
+            let (mut column_start, mut row) = (vec![0], Vec::new());
+            for column in 0..N {
+                let rows = couplings.range((column, 0)..(column + 1, 0)).map(|it| it.1);
+                row.extend(rows.filter(|&row| is_stored(row, column)));
+                column_start.push(row.len());
+            }
+            let pattern = Pattern { column_start: &column_start, row: &row, symmetry, block: 1, blocks: N };
+            let values: Vec<f64> = (0..row.len()).map(|k| k as f64).collect();
+            let place: BTreeMap<(usize, usize), f64> = (0..N)
+                .flat_map(|column| (column_start[column]..column_start[column + 1]).map(move |k| (column, k)))
+                .map(|(column, k)| ((row[k], column), values[k]))
+                .collect();
+
+            let (stored, seen) = StoredRows::of::<1, _>(pattern, N, || 0, |count, _, _| *count += 1);
+            assert_eq!(seen.iter().sum::<usize>(), row.len(), "each stored block is seen once");
+            let (start, column, source) = stored.in_order::<1>(pattern, (&order, &number));
+            assert_eq!(column.len(), couplings.len());
+            for r in 0..N {
+                let entries = start[r]..start[r + 1];
+                assert!(column[entries.clone()].is_sorted_by(|a, b| a < b));
+                for entry in entries {
+                    let (i, j) = (order[r], order[column[entry] as usize]);
+                    let expected = place.get(&(i, j)).or(place.get(&(j, i))).expect("they couple");
+                    assert_eq!(source[entry].read::<1>(pattern, &values)[(0, 0)], *expected);
+                }
+            }
+        }
+    }
+}
