@@ -23,6 +23,7 @@ impl Writer {
     /// Adds a list of numbers, with its length.
     pub fn numbers(&mut self, values: &[f64]) {
         self.count(values.len() as u64);
+        self.bytes.reserve(size_of_val(values));
         values.iter().for_each(|value| self.number(*value));
     }
 
@@ -96,8 +97,9 @@ impl<'a> Reader<'a> {
 
     /// A list of numbers.
     pub fn numbers(&mut self) -> Vec<f64> {
-        let items: Range<usize> = 0..self.index();
-        items.map(|_| self.number()).collect()
+        let length = self.index();
+        let (numbers, _) = self.take(length * size_of::<f64>()).as_chunks();
+        numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
     }
 
     /// Bytes.

@@ -110,7 +110,8 @@ fn order(wire: &impl Wire, keys: &[Vec<Key>]) -> Vec<(usize, usize)> {
             }
         }
     }
-    all.sort_unstable();
+    // Each rank has the points of a body in order: this sort merges what is sorted.
+    all.sort();
     all.into_iter().map(|(_, _, rank, place)| (rank, place)).collect()
 }
 
@@ -135,8 +136,11 @@ impl<W: Wire> AllFields<'_, W> {
     fn in_order(&self, request: u64, width: usize) -> Vec<f64> {
         let answers: Vec<Vec<f64>> =
             self.asked(request).iter().map(|bytes| Reader::new(bytes).numbers()).collect();
-        let of_point = |&(rank, place): &(usize, usize)| &answers[rank][place * width..(place + 1) * width];
-        self.order.iter().flat_map(of_point).copied().collect()
+        let mut all = Vec::with_capacity(width * self.order.len());
+        for &(rank, place) in &self.order {
+            all.extend_from_slice(&answers[rank][place * width..(place + 1) * width]);
+        }
+        all
     }
 }
 
