@@ -20,11 +20,11 @@ use std::process::Command;
 const HASHES: [&str; 7] = [
     "1c2b7986f381d38a",
     "4700fe5e5dcf1175",
-    "65a7e45b2e1f714e",
-    "926255e2213faf82",
-    "c4dc39bbaabc6993",
+    "14df729a7535990c",
+    "fe0bfaf401f5a5c9",
+    "2908d7f86088f4ac",
     "2c7691e4d9f7c413",
-    "b29ef58918dd68cf",
+    "ab75c2b8f5db27ff",
 ];
 
 /// A law that refuses four points at once, so that each is asked for alone.
