@@ -101,7 +101,7 @@ impl<const D: usize> LinearCell<D> {
         // Eight times a_S; bit d of `set` says whether d is in S.
         let a = |set: usize| {
             (0..8).fold(Vector::<D>::zeros(), |sum, c| {
-                if (set & !c).count_ones() % 2 == 0 { sum + x[c] } else { sum - x[c] }
+                if (set & !c).count_ones().is_multiple_of(2) { sum + x[c] } else { sum - x[c] }
             })
         };
         let [a1, a2, a3, a12, a13, a23] = [1, 2, 4, 3, 5, 6].map(a);
