@@ -174,7 +174,7 @@ pub fn one(name: &str) -> Result<(), Failure> {
     let kernels = kernels::all();
     let kernel = kernels.iter().find(|kernel| kernel.name == name);
     let mut work = kernel.ok_or_else(|| format!("there is no kernel `{name}`"))?.work()?;
-    let pool = crate::pool(1)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     pool.install(|| {
         work();
         kernels::counted_region(&mut work);

@@ -132,7 +132,7 @@ pub struct Row {
 /// A scene cannot be made, or its points are not strained.
 pub fn run(settings: &Settings) -> Result<Report<Vec<Row>>, Failure> {
     let (cells, pairs) = (settings.pick(6, 48), settings.pick(1, 41));
-    let pool = crate::pool(1)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let rows = pool.install(|| -> Result<Vec<Row>, Failure> {
         let mut rows = Vec::new();
         for law in &LAWS {

@@ -24,14 +24,3 @@ pub mod time_against_error;
 
 /// Why a set could not be carried out.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
-
-/// So many threads to compute on, in a process that holds memory as `mpm` does on that many.
-///
-/// # Errors
-/// The threads cannot be started.
-pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
-    if threads == 1 {
-        mpm_heap::keep_freed_memory();
-    }
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build()
-}

@@ -112,7 +112,7 @@ pub fn one(scene: &Path, threads: usize) -> Result<Run, Failure> {
 /// # Errors
 /// The scene does not compile or run to its end.
 pub fn one_scene(scene: &Scene, name: &str, threads: usize) -> Result<Run, Failure> {
-    let pool = crate::pool(threads)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let work = machine::timed(|| {
         pool.install(|| {
             let mut compiled = compile(scene)?;

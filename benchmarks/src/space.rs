@@ -88,7 +88,7 @@ pub fn cube(cells: u32, steps: u32, threads: usize) -> Result<Run, Failure> {
     }
     // The estimate compiles its own model, so that its memory is not counted as the run's.
     let estimate = compile(&scene)?.estimate()?;
-    let pool = crate::pool(threads)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut counted = Counted::default();
     let work = machine::timed(|| {
         pool.install(|| {

@@ -153,7 +153,7 @@ impl Work {
 /// A scene cannot be made or does not run to its end.
 pub fn run(settings: &Settings) -> Result<Report<Throughput>, Failure> {
     let limits = Limits::measure();
-    let pool = crate::pool(1)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let repetitions = settings.pick(2, 9);
     let mut rows = Vec::new();
     for method in &ALL {

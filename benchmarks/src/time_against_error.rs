@@ -218,7 +218,7 @@ const LONG: f64 = 20.0;
 /// # Errors
 /// A scene cannot be made, or a file not be written. A run that ends early is a result.
 pub fn run(settings: &Settings) -> Result<Report<Vec<Row>>, Failure> {
-    let pool = crate::pool(1)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let elements = first_to::elements(&settings.output.join(ELEMENTS_FILE))?;
     let mut rows: Vec<Row> = Vec::new();
     for (k, problem) in PROBLEMS.iter().enumerate() {

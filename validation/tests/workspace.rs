@@ -132,9 +132,8 @@ fn workspace_crates_depend_downwards_only() {
         "mpm-scene",
     ];
     const IO: &[&str] = &["mpm-geometry", "mpm-linear", "mpm-solver", "mpm-scene"];
-    let below: [(&str, &[&str]); 15] = [
+    let below: [(&str, &[&str]); 14] = [
         ("mpm-plot", &[]),
-        ("mpm-heap", &[]),
         ("mpm-grid", &[]),
         ("mpm-material", &[]),
         ("mpm-linear", &[]),
@@ -176,9 +175,6 @@ fn foreign_crates_enter_at_one_place() {
     only("numpy", &["mpm-python"]);
     only("mpi", &["mpm-petsc"]);
     only("bindgen", &["mpm-petsc"]);
-    only("libc", &["mpm-heap"]);
-    // A setting of the whole process, which only programs make.
-    only("mpm-heap", &["mpm-cli", "mpm-benchmarks"]);
     only("plotters", &["mpm-plot"]);
     only("serde", &["mpm-solver", "mpm-scene", "mpm-benchmarks"]);
     // Scenes, and how far a run has come: the one text of checkpoints, in which every number keeps its bits.

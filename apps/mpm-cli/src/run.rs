@@ -362,9 +362,6 @@ pub fn files_of(scene: &Path, folder: Option<&Path>) -> FolderFiles {
 /// Lets the program compute on so many threads; on all that there are if none are named.
 pub fn start_threads(threads: Option<u16>) -> Result<(), Complaint> {
     let Some(threads) = threads else { return Ok(()) };
-    if threads == 1 {
-        mpm_heap::keep_freed_memory();
-    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.into())
         .build_global()
