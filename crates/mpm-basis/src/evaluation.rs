@@ -97,7 +97,7 @@ impl<const D: usize> Stencils<D> {
     ) -> Result<Self, UnconnectedPoint<D>> {
         assert_eq!(x.len(), domain.len(), "one domain per point");
         let nodes = NodeSpace::of(kind, mesh).expect("the mesh has nodes of the basis' kind");
-        // Lists grow in memory that tasks hand on, and are kept in as much as they need.
+        // A list grows in memory that tasks hand on. What is kept is a copy of its exact length.
         let spare: Mutex<Vec<Chunk<D>>> = Mutex::default();
         let spare = || spare.lock().unwrap_or_else(PoisonError::into_inner);
         let chunks: Vec<Result<_, UnconnectedPoint<D>>> =

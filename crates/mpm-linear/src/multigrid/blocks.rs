@@ -28,7 +28,7 @@ impl<const D: usize> BlockMatrix<D> {
             let columns = &column[start[row]..start[row + 1]];
             start[row] + columns.binary_search(&(row as u32)).expect("every row has its diagonal")
         };
-        // Memory that is new costs most where it is first written to.
+        // The first write to new memory is what takes time, so threads share it.
         let (diagonal, block) = if n > LARGE_LEVEL {
             let zeros =
                 |n: usize| (0..n).into_par_iter().with_min_len(1 << 14).map(|_| Block::zeros()).collect();
