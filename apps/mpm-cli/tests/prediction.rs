@@ -45,7 +45,8 @@ fn predicted_and_taken(folder: &Path) -> (f64, f64) {
     let told: serde_json::Value = serde_json::from_str(&said).expect("JSON");
     let predicted = told["memory"]["total"].as_f64().expect("a number");
     let seconds = told["seconds"]["most"].as_f64().expect("a number");
-    assert!(seconds > 0.0 && seconds < 1e3, "{seconds}");
+    // How good it is, is tested below: on a busy machine it is whatever the machine needs.
+    assert!(seconds > 0.0 && seconds.is_finite(), "{seconds}");
 
     let mut run =
         mpm(folder, &["run", "a.ron", "-q"]).stdout(Stdio::null()).spawn().expect("the program starts");

@@ -3,6 +3,7 @@
 //! Rows belong to the owners of their nodes. What a rank has of other rows it sends to their owners, who add it in the order of the
 //! ranks. A block is told by one number, the place of its first entry.
 
+use crate::blocks::Blocks;
 use crate::error::PetscError;
 use crate::ffi::PetscInt;
 use crate::handles::{Arrays, Mat};
@@ -21,7 +22,7 @@ enum Goes {
     /// Into an own row, at this place.
     Here { row: u32, place: u32 },
     /// To a rank.
-    To(usize),
+    To(u32),
 }
 
 /// Where the blocks of a pattern go, in its order; of a symmetric one each is followed by its transpose, but for the diagonal.
@@ -36,46 +37,6 @@ pub(crate) struct Assembly {
     stride: [Vec<u32>; 2],
 }
 
-/// The blocks of rows: where the columns of each begin, and the columns.
-struct Blocks {
-    start: Vec<usize>,
-    column: Vec<u32>,
-}
-
-impl Blocks {
-    /// From pairs of row and column in any order, which may come several times.
-    fn of(n: usize, pairs: &dyn Fn(&mut dyn FnMut(u32, u32))) -> Self {
-        let mut start = vec![0; n + 1];
-        pairs(&mut |row, _| start[row as usize + 1] += 1);
-        (0..n).for_each(|row| start[row + 1] += start[row]);
-        let mut next = start.clone();
-        let mut column = vec![0; start[n]];
-        pairs(&mut |row, it| {
-            column[next[row as usize]] = it;
-            next[row as usize] += 1;
-        });
-        let mut end = 0;
-        for row in 0..n {
-            let (begin, first) = (start[row], end);
-            column[begin..start[row + 1]].sort_unstable();
-            start[row] = end;
-            for k in begin..start[row + 1] {
-                if end == first || column[end - 1] != column[k] {
-                    column[end] = column[k];
-                    end += 1;
-                }
-            }
-        }
-        start[n] = end;
-        column.truncate(end);
-        Self { start, column }
-    }
-
-    fn row(&self, row: usize) -> &[u32] {
-        &self.column[self.start[row]..self.start[row + 1]]
-    }
-}
-
 /// Row and column of every block of a pattern, by nodes, in its order.
 fn for_each_block(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
     let block = pattern.block;
@@ -86,7 +47,7 @@ fn for_each_block(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
 }
 
 /// The same with the transposes that a symmetric pattern does not store.
-fn for_each_pair(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
+pub(crate) fn for_each_pair(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
     for_each_block(pattern, |row, column| {
         see(row, column);
         if pattern.is_symmetric() && row != column {
@@ -96,19 +57,19 @@ fn for_each_pair(pattern: Pattern<'_>, mut see: impl FnMut(usize, usize)) {
 }
 
 impl Assembly {
-    /// Of a pattern of whole blocks, with a matrix of zeros; `owner` of a node of the pattern.
+    /// Of blocks of so many equations, with a matrix of zeros: rows and columns by the list that is numbered, whose nodes have these
+    /// owners, each pair once.
     pub(crate) fn of(
-        session: &Rc<Session>,
-        wire: &dyn Wire,
-        pattern: Pattern<'_>,
-        (numbering, owner): (&Numbering, &dyn Fn(usize) -> usize),
+        (session, wire): (&Rc<Session>, &dyn Wire),
+        block: usize,
+        (numbering, owners): (&Numbering, &[u32]),
+        for_each_pair: impl Fn(&mut dyn FnMut(usize, usize)),
     ) -> Result<(Self, Mat), PetscError> {
-        let (n, block, me) = (numbering.own.len(), pattern.block, wire.rank());
+        let (n, me) = (numbering.own.len(), wire.rank());
         let first = numbering.first as u64;
         let number = |node: usize| numbering.number[node];
-        let owners: Vec<u32> = (0..pattern.blocks).map(|node| owner(node) as u32).collect();
         let mut out: Vec<(usize, Vec<u8>)> = (0..wire.size()).map(|rank| (rank, Vec::new())).collect();
-        for_each_pair(pattern, |row, column| {
+        for_each_pair(&mut |row, column| {
             let to = owners[row] as usize;
             if to != me {
                 [row, column].into_iter().for_each(|it| out[to].1.extend((number(it) as u32).to_le_bytes()));
@@ -121,11 +82,13 @@ impl Assembly {
         drop(out);
         let own_row = |number: u32| (u64::from(number) - first) as u32;
         let blocks = Blocks::of(n, &|see| {
-            for_each_pair(pattern, |row, column| {
+            for_each_pair(&mut |row, column| {
                 if owners[row] as usize == me {
                     see(own_row(number(row) as u32), number(column) as u32);
                 }
             });
+            // Whoever reads the matrix finds a diagonal in every row.
+            (0..n as u32).for_each(|row| see(row, row + first as u32));
             come.iter().flat_map(|it| &it.1).for_each(|&(row, column)| see(own_row(row), column));
         });
         // All ranks are told, so that none goes on alone.
@@ -153,9 +116,9 @@ impl Assembly {
             }
         };
         let mut goes = Vec::new();
-        for_each_pair(pattern, |row, column| {
+        for_each_pair(&mut |row, column| {
             goes.push(match owners[row] as usize {
-                to if to != me => Goes::To(to),
+                to if to != me => Goes::To(to as u32),
                 _ => {
                     let row = own_row(number(row) as u32);
                     Goes::Here { row, place: place(row, number(column) as u32) }
@@ -171,20 +134,20 @@ impl Assembly {
     /// Writes the sum of what all ranks have into the matrix.
     pub(crate) fn take(&self, wire: &dyn Wire, from: Matrix<'_>, to: &Mat) -> Result<(), PetscError> {
         match self.block {
-            1 => self.take_blocks::<1>(wire, from, to),
-            2 => self.take_blocks::<2>(wire, from, to),
-            3 => self.take_blocks::<3>(wire, from, to),
-            _ => self.take_blocks::<4>(wire, from, to),
+            1 => self.take_blocks(wire, to, |put| for_each_value::<1>(from, put)),
+            2 => self.take_blocks(wire, to, |put| for_each_value::<2>(from, put)),
+            3 => self.take_blocks(wire, to, |put| for_each_value::<3>(from, put)),
+            _ => self.take_blocks(wire, to, |put| for_each_value::<4>(from, put)),
         }
     }
 
-    fn take_blocks<const D: usize>(
+    /// The same from the blocks of this rank in the order of the pairs, by equation and component.
+    pub(crate) fn take_blocks<const D: usize>(
         &self,
         wire: &dyn Wire,
-        from: Matrix<'_>,
         to: &Mat,
+        for_each: impl FnOnce(&mut dyn FnMut(&[[f64; D]; D])),
     ) -> Result<(), PetscError> {
-        let Matrix { pattern, values } = from;
         let of_block = 8 * D * D;
         let mut out: Vec<(usize, Vec<u8>)> =
             self.sends.iter().map(|&(rank, n)| (rank, Vec::with_capacity(n * of_block))).collect();
@@ -194,19 +157,13 @@ impl Assembly {
             own.fill(0.0);
             others.fill(0.0);
             let mut goes = self.goes.iter();
-            let mut put = |values: &[[f64; D]; D]| match goes.next().expect("the pattern is the one analysed") {
+            for_each(&mut |values| match goes.next().expect("the blocks are those analysed") {
                 Goes::To(rank) => {
                     let numbers = values.as_flattened().iter().flat_map(|it| it.to_le_bytes());
-                    out[index[*rank]].1.extend(numbers);
+                    out[index[*rank as usize]].1.extend(numbers);
                 }
                 &Goes::Here { row, place } => {
                     self.put([&mut *own, &mut *others], (row, place), |to, p, q| *to = values[p][q]);
-                }
-            };
-            for_each_value::<D>(pattern, values, |values, is_diagonal| {
-                put(values);
-                if pattern.is_symmetric() && !is_diagonal {
-                    put(&std::array::from_fn(|p| std::array::from_fn(|q| values[q][p])));
                 }
             });
             let come = wire.exchange(&out);
@@ -238,13 +195,9 @@ impl Assembly {
     }
 }
 
-/// The values of every block in the order of the pattern, by equation and component, and whether it is on the diagonal of a symmetric
-/// matrix.
-fn for_each_value<const D: usize>(
-    pattern: Pattern<'_>,
-    values: &[f64],
-    mut see: impl FnMut(&[[f64; D]; D], bool),
-) {
+/// The values of every block in the order of [`for_each_pair`], by equation and component.
+fn for_each_value<const D: usize>(from: Matrix<'_>, see: &mut dyn FnMut(&[[f64; D]; D])) {
+    let Matrix { pattern, values } = from;
     let is_symmetric = pattern.is_symmetric();
     for column in 0..pattern.blocks {
         let begin: [usize; D] = std::array::from_fn(|q| {
@@ -257,7 +210,10 @@ fn for_each_value<const D: usize>(
             let is_diagonal = is_symmetric && k == 0;
             let value = |p: usize, q: usize| values[begin[q].wrapping_add(k * D + p)];
             let of = |p: usize, q: usize| if is_diagonal && p < q { value(q, p) } else { value(p, q) };
-            see(&std::array::from_fn(|p| std::array::from_fn(|q| of(p, q))), is_diagonal);
+            see(&std::array::from_fn(|p| std::array::from_fn(|q| of(p, q))));
+            if is_symmetric && !is_diagonal {
+                see(&std::array::from_fn(|p| std::array::from_fn(|q| of(q, p))));
+            }
         }
     }
 }
@@ -297,10 +253,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_sorted_and_hold_each_column_once() {
+    fn own_columns_stand_apart() {
         let pairs = [(1, 5), (0, 2), (1, 3), (1, 5), (0, 1)];
         let blocks = Blocks::of(3, &|see| pairs.iter().for_each(|&(row, column)| see(row, column)));
-        assert_eq!((blocks.row(0), blocks.row(1), blocks.row(2)), (&[1, 2][..], &[3, 5][..], &[][..]));
         let (arrays, stride) = arrays(&blocks, &(1..4), 2);
         assert_eq!(arrays[0].start, [0, 4, 8, 10, 12, 12, 12]);
         assert_eq!(arrays[0].column, [0, 1, 2, 3, 0, 1, 2, 3, 4, 5, 4, 5]);
@@ -318,11 +273,12 @@ mod tests {
         let pattern = Pattern::symmetric(&start, &row, 2);
         let values = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
         let mut found = Vec::new();
-        for_each_value::<2>(pattern, &values, |block, is_diagonal| found.push((*block, is_diagonal)));
+        for_each_value::<2>(Matrix { pattern, values: &values }, &mut |block| found.push(*block));
         let expected = [
-            ([[1.0, 2.0], [2.0, 5.0]], true),
-            ([[3.0, 6.0], [4.0, 7.0]], false),
-            ([[8.0, 9.0], [9.0, 10.0]], true),
+            [[1.0, 2.0], [2.0, 5.0]],
+            [[3.0, 6.0], [4.0, 7.0]],
+            [[3.0, 4.0], [6.0, 7.0]],
+            [[8.0, 9.0], [9.0, 10.0]],
         ];
         assert_eq!(found, expected);
     }

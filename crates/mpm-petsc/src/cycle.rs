@@ -3,14 +3,22 @@
 use crate::error::PetscError;
 use crate::handles::{Field, Mat, Others};
 use crate::ksp::{Ksp, Precondition};
+use crate::lattices::Coarser;
+use crate::product::Product;
 use crate::sweeps::{Sweeps, power_of_two_near};
+use mpm_cluster::Wire;
+use std::rc::Rc;
 
-/// A cycle for matrices of blocks that have this size, with these interpolations, the finest first.
-pub(crate) fn cycle(interpolations: Vec<Mat>, block: usize) -> Result<Box<dyn Precondition>, PetscError> {
+/// A cycle for matrices of blocks that have this size, with these coarser lattices, the finest first.
+pub(crate) fn cycle(
+    wire: &Rc<dyn Wire>,
+    lattices: Vec<Coarser>,
+    block: usize,
+) -> Result<Box<dyn Precondition>, PetscError> {
     Ok(match block {
-        1 => Box::new(Cycle::<1, 1>::of(interpolations)?),
-        2 => Box::new(Cycle::<2, 2>::of(interpolations)?),
-        _ => Box::new(Cycle::<3, 4>::of(interpolations)?),
+        1 => Box::new(Cycle::<1, 1>::of(wire, lattices)?),
+        2 => Box::new(Cycle::<2, 2>::of(wire, lattices)?),
+        _ => Box::new(Cycle::<3, 4>::of(wire, lattices)?),
     })
 }
 
@@ -20,11 +28,12 @@ pub(crate) const LARGEST_BLOCK: usize = 3;
 /// One level but the coarsest.
 struct Level<const D: usize, const L: usize> {
     interpolation: Mat,
-    /// Made with the first values, as all that follows.
+    /// Made with the first values.
     sweeps: Option<Sweeps<D, L>>,
     others: Option<Others>,
+    product: Product,
     /// The matrix of the next coarser level.
-    coarser: Option<Mat>,
+    coarser: Mat,
     /// Right-hand side and solution of the next coarser level.
     below: [Field; 2],
     /// For residuals and corrections of this level.
@@ -33,20 +42,22 @@ struct Level<const D: usize, const L: usize> {
 
 /// Levels from the finest on, and who solves the coarsest.
 struct Cycle<const D: usize, const L: usize> {
+    wire: Rc<dyn Wire>,
     levels: Vec<Level<D, L>>,
     coarsest: Option<Ksp>,
 }
 
 impl<const D: usize, const L: usize> Cycle<D, L> {
-    fn of(interpolations: Vec<Mat>) -> Result<Self, PetscError> {
-        let level = |interpolation: Mat| {
+    fn of(wire: &Rc<dyn Wire>, lattices: Vec<Coarser>) -> Result<Self, PetscError> {
+        let level = |Coarser { interpolation, product, others }: Coarser| {
             // What an interpolation is multiplied by, and what comes out.
             let (coarse, spare) = interpolation.vectors()?;
             let below = [coarse.alike()?, coarse];
-            Ok(Level { interpolation, sweeps: None, others: None, coarser: None, below, spare })
+            let (product, coarser) = product.expect("lattices of a cycle have products");
+            Ok(Level { interpolation, sweeps: None, others, product, coarser, below, spare })
         };
-        let levels = interpolations.into_iter().map(level).collect::<Result<_, PetscError>>()?;
-        Ok(Self { levels, coarsest: None })
+        let levels = lattices.into_iter().map(level).collect::<Result<_, PetscError>>()?;
+        Ok(Self { wire: wire.clone(), levels, coarsest: None })
     }
 }
 
@@ -55,18 +66,17 @@ impl<const D: usize, const L: usize> Precondition for Cycle<D, L> {
         let mut is_well = true;
         for k in 0..self.levels.len() {
             let (finer, rest) = self.levels.split_at_mut(k);
-            let matrix = finer.last().and_then(|it| it.coarser.as_ref()).unwrap_or(finest);
+            let matrix = finer.last().map_or(finest, |it| &it.coarser);
             let level = &mut rest[0];
+            let mut outcome = Ok(());
             matrix.with_parts(|parts| {
                 let sweeps = level.sweeps.get_or_insert_with(|| Sweeps::of(&parts));
                 is_well &= sweeps.take(&parts);
+                outcome = level.product.take::<D>(&*self.wire, &parts, &level.coarser);
             })?;
-            if level.others.is_none() {
-                level.others = matrix.others()?;
-            }
-            matrix.between(&level.interpolation, &mut level.coarser)?;
+            outcome?;
         }
-        let coarsest = self.levels.last().and_then(|it| it.coarser.as_ref()).unwrap_or(finest);
+        let coarsest = self.levels.last().map_or(finest, |it| &it.coarser);
         if self.coarsest.is_none() {
             let solver = Ksp::of(coarsest, Some(c"mg_coarse_"))?;
             solver.method(c"preonly")?;

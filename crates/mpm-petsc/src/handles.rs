@@ -2,6 +2,7 @@
 
 use crate::error::{PetscError, call};
 use crate::ffi;
+use crate::rows::{Parts, Rows};
 use crate::session::Session;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
@@ -199,19 +200,6 @@ impl Mat {
         Ok(Some(Others { theirs, scatter }))
     }
 
-    /// `Pᵀ A P`, in the matrix that earlier values have made if there is one.
-    pub(crate) fn between(&self, interpolation: &Mat, coarse: &mut Option<Mat>) -> Result<(), PetscError> {
-        // Entries of the product beside those of A, which PETSc only reckons with at first.
-        const FILL: f64 = 2.0;
-        if let Some(coarse) = coarse {
-            return call!(MatPtAP(self.raw, interpolation.raw, ffi::MAT_REUSE_MATRIX, FILL, &mut coarse.raw));
-        }
-        let mut raw = null_mut();
-        call!(MatPtAP(self.raw, interpolation.raw, ffi::MAT_INITIAL_MATRIX, FILL, &mut raw))?;
-        *coarse = Some(Mat { raw, session: self.session.clone(), _arrays: None });
-        Ok(())
-    }
-
     /// `out = A x`.
     pub(crate) fn times(&self, x: &Field, out: &mut Field) -> Result<(), PetscError> {
         call!(MatMult(self.raw, x.raw, out.raw))
@@ -241,32 +229,6 @@ impl Drop for Mat {
     fn drop(&mut self) {
         let _ = call!(MatDestroy(&mut self.raw));
     }
-}
-
-/// Rows of a matrix: where the entries of each begin, their columns and values.
-pub(crate) struct Rows<'a> {
-    pub(crate) start: &'a [ffi::PetscInt],
-    pub(crate) column: &'a [ffi::PetscInt],
-    pub(crate) value: &'a [f64],
-}
-
-impl Rows<'_> {
-    /// How many there are.
-    pub(crate) fn rows(&self) -> usize {
-        self.start.len() - 1
-    }
-
-    /// Columns, in order, and values of one.
-    pub(crate) fn row(&self, row: usize) -> (&[ffi::PetscInt], &[f64]) {
-        let entries = self.start[row] as usize..self.start[row + 1] as usize;
-        (&self.column[entries.clone()], &self.value[entries])
-    }
-}
-
-/// Own rows of a matrix: columns of this rank, and those of others by their place among what is heard of them.
-pub(crate) struct Parts<'a> {
-    pub(crate) own: Rows<'a>,
-    pub(crate) others: Option<Rows<'a>>,
 }
 
 /// Shows the rows of a matrix of one rank.

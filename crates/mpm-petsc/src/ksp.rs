@@ -109,12 +109,16 @@ impl Ksp {
     }
 
     /// Multigrid with these interpolations, the finest first, and coarse matrices `Pᵀ A P`.
-    pub(crate) fn multigrid(&self, interpolations: &[Mat], is_symmetric: bool) -> Result<(), PetscError> {
+    pub(crate) fn multigrid<'a>(
+        &self,
+        interpolations: impl ExactSizeIterator<Item = &'a Mat>,
+        is_symmetric: bool,
+    ) -> Result<(), PetscError> {
         let (pc, levels) = (self.pc()?, interpolations.len() + 1);
         call!(PCSetType(pc, c"mg".as_ptr()))?;
         call!(PCMGSetLevels(pc, int(levels), null_mut()))?;
         call!(PCMGSetGalerkin(pc, ffi::PC_MG_GALERKIN_BOTH))?;
-        for (k, interpolation) in interpolations.iter().enumerate() {
+        for (k, interpolation) in interpolations.enumerate() {
             let level = int(levels - 1 - k);
             call!(PCMGSetInterpolation(pc, level, interpolation.raw))?;
             if !is_symmetric {

@@ -7,6 +7,7 @@
 //! its own (`apps/mpm-mpi`), so that nothing else needs PETSc, MPI or clang.
 
 mod assembly;
+mod blocks;
 mod cycle;
 mod error;
 mod ffi;
@@ -15,6 +16,8 @@ mod ksp;
 mod lattices;
 mod numbering;
 mod owners;
+mod product;
+mod rows;
 mod session;
 mod solver;
 mod sweeps;

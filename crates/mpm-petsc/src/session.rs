@@ -21,8 +21,8 @@ const DEFAULTS: [(&CStr, &CStr); 5] = [
     (c"-direct_mat_mumps_cntl_3", c"1e-30"),
 ];
 
-/// The same on three ranks and more: Galerkin products add what comes from other ranks in a fixed order only in this variant, which
-/// matrices of one rank do not have.
+/// The same on three ranks and more, for PETSc's own multigrid: its Galerkin products add what comes from other ranks in a fixed order
+/// only in this variant, which matrices of one rank do not have.
 const OF_SEVERAL: [(&CStr, &CStr); 2] =
     [(c"-matptap_via", c"allatonce"), (c"-mat_product_algorithm", c"allatonce")];
 

@@ -7,7 +7,7 @@
 //! a sweep forwards and its transpose backwards make a symmetric, positive definite preconditioner.
 
 use crate::ffi::PetscInt;
-use crate::handles::{Parts, Rows};
+use crate::rows::{Parts, Rows};
 
 /// Components of a node, and zeros that fill a register.
 pub(crate) type Short<const L: usize> = [f32; L];
@@ -70,12 +70,12 @@ impl<const D: usize, const L: usize> Sweeps<D, L> {
         let n = parts.own.rows() / D;
         let (mut start, mut column, mut diagonal) = (vec![0], Vec::new(), Vec::with_capacity(n));
         for row in 0..n {
-            for_each_block::<D>(&parts.own, row, |found, _| {
+            for found in parts.own.nodes(row, D) {
                 if found == row {
                     diagonal.push(column.len());
                 }
                 column.push(found as u32);
-            });
+            }
             start.push(column.len());
         }
         let nothing = vec![[0.0; L]; n];
@@ -109,17 +109,16 @@ impl<const D: usize, const L: usize> Sweeps<D, L> {
         let mut raised = self.raised.iter().peekable();
         let mut is_well = true;
         for row in 0..self.diagonal.len() {
-            let (mut entry, mut of_diagonal) = (self.start[row], [[0.0; D]; D]);
-            for_each_block::<D>(&parts.own, row, |found, values| {
+            let mut of_diagonal = [[0.0; D]; D];
+            for (block, (found, values)) in self.block[self.start[row]..].iter_mut().zip(parts.own.blocks(row))
+            {
                 if found == row {
-                    of_diagonal = *values;
+                    of_diagonal = values.map(|it| *it);
                 }
-                let block = &mut self.block[entry];
                 for (i, values) in values.iter().enumerate() {
                     values.iter().enumerate().for_each(|(j, value)| block[j][i] = (value * self.scale) as f32);
                 }
-                entry += 1;
-            });
+            }
             if let Some((_, more)) = raised.next_if(|it| it.0 as usize == row) {
                 (0..D).for_each(|i| of_diagonal[i][i] += f64::from(more[i]) / self.scale);
             }
@@ -272,31 +271,6 @@ fn by_rows<const D: usize, const L: usize>(of_equations: &[(u32, f32)]) -> Vec<(
     rows
 }
 
-/// The blocks of a row of blocks in the order of their columns, zeros where there is no entry; that of the diagonal is always among
-/// them.
-fn for_each_block<const D: usize>(rows: &Rows<'_>, row: usize, mut see: impl FnMut(usize, &[[f64; D]; D])) {
-    let equations: [_; D] = std::array::from_fn(|i| rows.row(row * D + i));
-    let (mut place, mut is_diagonal_left) = ([0; D], true);
-    loop {
-        let next = equations.iter().zip(&place).filter_map(|(it, &at)| it.0.get(at));
-        let next = next.map(|&column| column as usize / D).min();
-        let found = match next {
-            Some(next) if !is_diagonal_left || next <= row => next,
-            _ if is_diagonal_left => row,
-            _ => return,
-        };
-        is_diagonal_left &= found != row;
-        let mut values = [[0.0; D]; D];
-        for ((values, (column, value)), at) in values.iter_mut().zip(&equations).zip(&mut place) {
-            while let Some(&j) = column.get(*at).filter(|&&it| it as usize / D == found) {
-                values[j as usize % D] = value[*at];
-                *at += 1;
-            }
-        }
-        see(found, &values);
-    }
-}
-
 /// The inverse of a small matrix by elimination with pivots; infinite where there is none.
 fn inverted<const D: usize>(mut a: [[f64; D]; D]) -> [[f64; D]; D] {
     let mut inverse: [[f64; D]; D] =
@@ -332,11 +306,11 @@ mod tests {
         assert!(!inverted([[1.0, 1.0], [1.0, 1.0]])[0][0].is_finite());
     }
 
-    /// Two nodes of two equations each, one entry missing.
+    /// Two nodes of two equations each.
     #[test]
     fn blocks_are_read_and_swept() {
-        let (start, column) = ([0, 3, 5, 7, 10], [0, 1, 2, 0, 1, 0, 2, 1, 2, 3]);
-        let value = [4.0, 1.0, -1.0, 1.0, 4.0, -1.0, 4.0, 0.0, 0.0, 2.0];
+        let (start, column) = ([0, 4, 8, 12, 16], [0, 1, 2, 3].repeat(4));
+        let value = [4.0, 1.0, -1.0, 0.0, 1.0, 4.0, 0.0, 0.0, -1.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 2.0];
         let parts = Parts { own: Rows { start: &start, column: &column, value: &value }, others: None };
         let mut sweeps = Sweeps::<2, 2>::of(&parts);
         assert!(sweeps.take(&parts));

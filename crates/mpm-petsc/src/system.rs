@@ -1,12 +1,12 @@
 //! One system of equations: its parts of all ranks, and what solves it.
 
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, for_each_pair};
 use crate::cycle::{LARGEST_BLOCK, cycle};
 use crate::error::PetscError;
 use crate::ffi::PetscInt;
 use crate::handles::{Field, Mat};
 use crate::ksp::Ksp;
-use crate::lattices::interpolations;
+use crate::lattices::{Coarser, coarser_lattices};
 use crate::numbering::Numbering;
 use crate::owners::Owners;
 use crate::session::Session;
@@ -103,8 +103,10 @@ impl System {
         }
         let place = numbering.places_of_own(places.index.len());
         assert!(!place.contains(&usize::MAX), "an owner has all of its nodes");
-        let owner = |node: usize| owners.owner(places.index[node]);
-        let (assembly, matrix) = Assembly::of(session, &**wire, pattern, (&numbering, &owner))?;
+        let owner_of: Vec<u32> = places.index.iter().map(|&it| owners.owner(it) as u32).collect();
+        let (assembly, matrix) = Assembly::of((session, &**wire), block, (&numbering, &owner_of), |see| {
+            for_each_pair(pattern, see)
+        })?;
         let is_symmetric = pattern.is_symmetric();
         matrix.say(is_symmetric, is_symmetric)?;
         let (x, mut b) = matrix.vectors()?;
@@ -123,12 +125,22 @@ impl System {
             .map(|place| (0..block).fold(0, |mask, i| mask | u8::from(held[place * block + i]) << i))
             .collect();
         let mut iteration = Ksp::of(&matrix, None)?;
-        let coarser = match session.option(c"-pc_type").as_deref() {
-            None | Some("mg") => interpolations(session, (&**wire, owners), places, &numbering, &masks, block)?,
+        // Whoever asks for PETSc's multigrid has its smoothers and products.
+        let asked = session.option(c"-pc_type");
+        let is_ours = asked.is_none() && block <= LARGEST_BLOCK;
+        let coarser = match asked.as_deref() {
+            None | Some("mg") => coarser_lattices(
+                (session, &**wire, owners),
+                places,
+                (&numbering, &matrix),
+                (&masks, block, is_symmetric),
+                is_ours,
+            )?,
             Some(_) => Vec::new(),
         };
         let is_small = coarser.is_empty() && numbering.total <= crate::lattices::COARSEST;
-        configure(session, &mut iteration, (is_symmetric, block), (coarser, is_small))?;
+        let ours = is_ours.then_some(wire).filter(|_| !coarser.is_empty());
+        configure(session, &mut iteration, (is_symmetric, block), (coarser, is_small), ours)?;
         let size = SystemSize::of(pattern, places).summed(|numbers| {
             let mut all = vec![0.0; numbers.len() * wire.size()];
             wire.gather(numbers, &mut all);
@@ -258,16 +270,15 @@ impl System {
     }
 }
 
-/// Chooses what the user's options do not, then reads them.
+/// Chooses what the user's options do not, then reads them; with `ours` the cycle of this crate.
 fn configure(
     session: &Session,
     iteration: &mut Ksp,
     (is_symmetric, block): (bool, usize),
-    (coarser, is_small): (Vec<Mat>, bool),
+    (coarser, is_small): (Vec<Coarser>, bool),
+    ours: Option<&Rc<dyn Wire>>,
 ) -> Result<(), PetscError> {
-    // Whoever asks for PETSc's multigrid has its smoothers.
-    let is_ours = session.option(c"-pc_type").is_none() && block <= LARGEST_BLOCK && !coarser.is_empty();
-    iteration.method(match (is_symmetric, is_ours) {
+    iteration.method(match (is_symmetric, ours.is_some()) {
         (true, _) => c"cg",
         // A cycle in single precision is no linear map: its results are kept, not found again from their sum.
         (false, true) => c"fgmres",
@@ -276,11 +287,11 @@ fn configure(
     if session.option(c"-ksp_type").is_none_or(|it| it != "preonly") {
         iteration.look_at_residual((!is_symmetric).then_some(RESTART))?;
     }
-    match (coarser.is_empty(), is_small) {
-        (false, _) if is_ours => iteration.precondition_by(cycle(coarser, block)?)?,
-        (false, _) => iteration.multigrid(&coarser, is_symmetric)?,
-        (true, true) => iteration.precondition(c"redundant")?,
-        (true, false) => iteration.precondition(c"gamg")?,
+    match (ours, coarser.is_empty(), is_small) {
+        (Some(wire), ..) => iteration.precondition_by(cycle(wire, coarser, block)?)?,
+        (None, false, _) => iteration.multigrid(coarser.iter().map(|it| &it.interpolation), is_symmetric)?,
+        (None, true, true) => iteration.precondition(c"redundant")?,
+        (None, true, false) => iteration.precondition(c"gamg")?,
     }
     iteration.read_options()
 }

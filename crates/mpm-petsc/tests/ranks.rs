@@ -128,7 +128,9 @@ fn agrees<const D: usize>(session: &Rc<Session>, lattice: &Lattice<D>, choice: C
         assert!(solved.residual.is_some_and(|it| it < 1e-9), "{solved:?}");
         if choice == Choice::Auto && wire.rank() == 0 && round == 0 {
             println!("{D}-D on {n} ranks: {solved:?}");
-            assert!(solved.iterations < 60 || lattice.is_skewed(), "{solved:?}");
+            // Our own cycle; a coarse matrix that is not the product takes more.
+            let most = if session.option(c"-pc_type").is_none() { 20 } else { 60 };
+            assert!(solved.iterations < most || lattice.is_skewed(), "{solved:?}");
         }
         let largest = expected.values().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
         for (v, index) in part.index.iter().enumerate() {

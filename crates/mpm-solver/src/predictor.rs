@@ -52,8 +52,8 @@ impl<const D: usize> Predictor<D> {
         Some(unknowns)
     }
 
-    /// Its displacement on the nodes of this step; a node that was not active then takes the mean of
-    /// those with which it shares points.
+    /// Its displacement on the nodes of this step; a node that was not active then takes the mean of those with which it shares
+    /// points, by the number of these, so that it depends on no grouping of points.
     pub(crate) fn carried(&self, connected: &Connected<D>) -> Vec<Vector<D>> {
         let known = connected.active.nodes().iter().map(|node| {
             let place = self.increment.binary_search_by_key(node, |entry| entry.0).ok()?;
@@ -68,12 +68,13 @@ impl<const D: usize> Predictor<D> {
                 if nodes.iter().all(|&node| known[node as usize].is_some()) {
                     continue;
                 }
+                let points = connectivity.group_points(group).len() as f64;
+                let known_here = nodes.iter().filter_map(|&node| known[node as usize]);
+                let (of_group, n) = known_here.fold((Vector::zeros(), 0.0), |(sum, n), u| (sum + u, n + 1.0));
                 for &node in nodes {
-                    for increment in nodes.iter().filter_map(|&other| known[other as usize]) {
-                        let (sum, count) = &mut sums[node as usize];
-                        *sum += increment;
-                        *count += 1.0;
-                    }
+                    let (sum, count) = &mut sums[node as usize];
+                    *sum += of_group * points;
+                    *count += n * points;
                 }
             }
         }
