@@ -59,6 +59,11 @@ impl<const D: usize> Boundary<D> {
         }
     }
 
+    /// Adds those of pieces that come next.
+    pub(crate) fn append(&mut self, next: Self) {
+        self.facets.extend(next.facets);
+    }
+
     /// The side at one end of a direction; none if no piece has one there.
     pub(crate) fn side(
         &self,

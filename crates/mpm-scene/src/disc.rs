@@ -31,14 +31,20 @@ impl Disc {
         (n * n + 4.0 * n * m) * layers
     }
 
-    /// Calls `each` with the pieces and which of their sides, low and high in every direction, are outer ones: of a piece of a fan the second direction goes outwards.
+    /// Layers of pieces.
+    pub(crate) fn layers<const D: usize>(&self, per_tile: u32) -> usize {
+        self.lines::<D>(per_tile)[2] as usize
+    }
+
+    /// Calls `each` with the pieces of some layers and which of their sides, low and high in every direction, are outer ones: of a piece of a fan the second direction goes outwards.
     pub(crate) fn for_each_piece<const D: usize>(
         &self,
         per_tile: u32,
+        within: Range<usize>,
         mut each: impl FnMut(&LinearCell<D>, &[[bool; 2]; D]),
     ) {
         let [n, m, layers] = self.lines::<D>(per_tile);
-        for layer in 0..layers {
+        for layer in within.start as u32..within.end as u32 {
             let mut piece = |at: &dyn Fn(u32, u32) -> [f64; 2], [i, j]: [u32; 2], is_outer: bool| {
                 let corner = |c: usize| {
                     let [x, y] = at(i + (c & 1) as u32, j + (c >> 1 & 1) as u32);
@@ -103,7 +109,7 @@ mod tests {
         let sides = f64::from(4 * 4 * 2);
         let polygon = 0.5 * sides * (2.0 * PI / sides).sin() * 4.0;
         let (mut area, mut outer, mut count) = (0.0, 0, 0.0);
-        disc.for_each_piece::<2>(2, |piece, sides| {
+        disc.for_each_piece::<2>(2, 0..1, |piece, sides| {
             assert!(piece.determinant(&Vector::zeros()) > 0.0);
             area += piece.volume();
             outer += usize::from(sides[1][1]);
@@ -111,7 +117,7 @@ mod tests {
         });
         assert!((area / polygon - 1.0).abs() < 1e-14 && outer == 32 && count == disc.count::<2>(2));
         let mut volume = 0.0;
-        disc.for_each_piece::<3>(2, |piece, _| volume += piece.volume());
+        disc.for_each_piece::<3>(2, 0..disc.layers::<3>(2), |piece, _| volume += piece.volume());
         assert!((volume / (3.0 * polygon) - 1.0).abs() < 1e-14);
     }
 }

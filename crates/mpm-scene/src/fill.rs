@@ -1,8 +1,9 @@
 //! Filling a shape with material points.
 
 use crate::boundary::Boundary;
-use crate::pieces::{MOST_POINTS, Outer, Shape, box_piece, count_pieces, for_each_piece};
+use crate::pieces::{MOST_POINTS, Pieces, Shape, box_piece, count_pieces};
 use crate::places::{FaceShare, Place, Points, at, face_share};
+use crate::seeding::{SeededPieces, Seeding};
 use crate::share::ShareOfPoints;
 use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
@@ -147,7 +148,6 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
 ) -> Result<Seeded<SeedOf<D, B>, D>, String> {
     let bytes_per_point = bytes_of_point::<D, B>(history);
     basis.suits(plan.start)?;
-    let (mut faces, mut boundary) = (vec![Vec::new(); plan.faces.len()], Boundary::default());
     let made = made_parts(basis, plan)?;
     let pieces = match &made {
         Some(parts) => parts.parts.len() as f64,
@@ -165,41 +165,26 @@ pub(crate) fn seeds<const D: usize, B: Basis<D>>(
         ));
     }
     check_room::<D>(plan, count, bytes_per_point)?;
-    let mut flat = made.as_ref().and_then(flat_part);
-    let mut points = Points::of(plan.share, count);
-    if let Some(parts) = made.as_ref().filter(|_| flat.is_none()) {
-        seed_parts(basis, parts, &mut points, &mut faces);
-    } else if made.is_none() {
-        let cut = (basis.pieces_per_cell(plan.points_per_cell)?, plan.space.axes());
-        let mut seeds = Vec::new();
-        for_each_piece(plan.shape_mesh, &plan.shape, cut, |piece, outer| {
-            // Ends can be so close together, or so far apart, that their numbers do not tell how far.
-            let volume = piece.volume();
-            if !(volume > 0.0 && volume.is_finite()) {
-                flat = Some(piece.corners()[0]);
-            }
-            if flat.is_some() {
-                return;
-            }
-            let piece = &plan.pose.as_ref().map_or(*piece, |pose| placed(piece, pose));
-            basis.seed(piece, &mut |seed| seeds.push(seed));
-            let of_piece = points.take(&mut seeds);
-            if plan.needs_sides {
-                boundary.add(piece, outer);
-            }
-            for (face, shares) in plan.faces.iter().zip(&mut faces) {
-                if let Some((area, centre)) = area_on(face, piece, outer) {
-                    shares.extend(face_share(&points.places, of_piece.clone(), area, &centre));
-                }
-            }
-        })?;
-    }
-    if let Some(corner) = flat {
+    let flat = made.as_ref().and_then(flat_part);
+    let seeded = match (&made, flat) {
+        (_, Some(corner)) => Err(corner),
+        (Some(parts), None) => {
+            let mut faces = vec![Vec::new(); plan.faces.len()];
+            let mut points = Points::of(plan.share, count, 0);
+            seed_parts(basis, parts, &mut points, &mut faces);
+            Ok(SeededPieces { points, faces, boundary: Boundary::default() })
+        }
+        (None, None) => {
+            let cut = (basis.pieces_per_cell(plan.points_per_cell)?, plan.space.axes());
+            let pieces = Pieces::of(plan.shape_mesh, &plan.shape, cut)?;
+            let (pose, faces, needs_sides) = (plan.pose.as_ref(), &plan.faces[..], plan.needs_sides);
+            Seeding { pieces, pose, faces, needs_sides, share: plan.share }.seed(basis, count)
+        }
+    };
+    let SeededPieces { mut points, mut faces, boundary } = seeded.map_err(|corner| {
         let at = corner.as_slice();
-        return Err(format!(
-            "the part of a cell at {at:?} that a point stands for has no volume that can be computed"
-        ));
-    }
+        format!("the part of a cell at {at:?} that a point stands for has no volume that can be computed")
+    })?;
     for shares in &mut faces {
         shares.sort_by_key(|share| share.point);
     }
@@ -238,11 +223,6 @@ fn check_room<const D: usize>(plan: &Plan<'_, D>, count: f64, bytes_per_point: u
     let places = (count / own.max(1.0) * place as f64) as usize;
     let what = format_args!("{own:e} of {count:e} material points on one of {ranks} ranks");
     plan.memory.check(what, own.max(1.0), bytes_per_point.saturating_add(places))
-}
-
-/// A piece in another place.
-fn placed<const D: usize>(piece: &LinearCell<D>, pose: &Pose<D>) -> LinearCell<D> {
-    LinearCell::new(piece.corners().map(|corner| pose.place(&corner)))
 }
 
 /// The parts of shapes that are not filled piece by piece.
@@ -307,65 +287,4 @@ fn bytes_of_point<const D: usize, B: Basis<D>>(history: usize) -> usize {
         + size_of::<SymmetricTensor>()
         + history;
     2 * state + (size_of::<Vector<D>>() + size_of::<f64>()) * (1 << D)
-}
-
-/// Area and centre of the side of a piece that lies on a face, if one does; only sides of the body count.
-fn area_on<const D: usize>(
-    face: &Face<D>,
-    piece: &LinearCell<D>,
-    outer: &Outer<D>,
-) -> Option<(f64, Vector<D>)> {
-    let corners = &piece.corners()[..1 << D];
-    let size = (corners[0] - corners[corners.len() - 1]).norm();
-    let sides = (0..D).flat_map(|d| [(d, 0), (d, 1)]).filter(|&(d, bit)| outer[d][bit]);
-    for (direction, bit) in sides {
-        let mut side = corners.iter().enumerate().filter(|(c, _)| c >> direction & 1 == bit).map(|(_, x)| x);
-        if !side.clone().all(|x| (x[face.axis] - face.at).abs() <= 1e-9 * size) {
-            continue;
-        }
-        let count = side.clone().count() as f64;
-        let centre = side.clone().sum::<Vector<D>>() / count;
-        if let Some(within) = &face.within {
-            let low = side.clone().fold(centre, |low, x| low.inf(x));
-            let high = side.clone().fold(centre, |high, x| high.sup(x));
-            if side.clone().all(|x| (0..D).all(|d| x[d] == low[d] || x[d] == high[d])) {
-                return part_within(face.axis, (low, high), within);
-            }
-            if (0..D).any(|d| d != face.axis && !(within.0[d]..=within.1[d]).contains(&centre[d])) {
-                return None;
-            }
-        }
-        let mut next = || *side.next().expect("a side has 2^(D-1) corners");
-        let area = match D {
-            2 => (next() - next()).norm(),
-            _ => {
-                let (a, b, c, d) = (next(), next(), next(), next());
-                triangle_area(&(b - a), &(c - a)) + triangle_area(&(b - d), &(c - d))
-            }
-        };
-        return Some((area, centre));
-    }
-    None
-}
-
-/// Size and centre of what of a side along the axes lies between two corners, if anything does.
-fn part_within<const D: usize>(
-    axis: usize,
-    (mut low, mut high): (Vector<D>, Vector<D>),
-    (from, to): &([f64; D], [f64; D]),
-) -> Option<(f64, Vector<D>)> {
-    let mut area = 1.0;
-    for d in (0..D).filter(|&d| d != axis) {
-        let size = high[d] - low[d];
-        (low[d], high[d]) = (low[d].max(from[d]), high[d].min(to[d]));
-        if high[d] - low[d] <= 1e-9 * size {
-            return None;
-        }
-        area *= high[d] - low[d];
-    }
-    Some((area, (low + high) * 0.5))
-}
-
-fn triangle_area<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
-    0.5 * (a.norm_squared() * b.norm_squared() - a.dot(b).powi(2)).max(0.0).sqrt()
 }

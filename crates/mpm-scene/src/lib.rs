@@ -20,6 +20,7 @@ mod limits;
 mod pieces;
 mod places;
 mod plausibility;
+mod seeding;
 mod share;
 mod vortex;
 

@@ -3,6 +3,7 @@
 use crate::disc::Disc;
 use mpm_geometry::{Parts, Solid};
 use mpm_grid::{Axis, LinearCell, Mesh, Vector};
+use std::ops::Range;
 
 /// Points of one body at most; their numbers have 32 bits.
 pub(crate) const MOST_POINTS: f64 = 4e9;
@@ -30,7 +31,7 @@ pub(crate) enum Shape<'a, const D: usize> {
     Parts(Parts<D>),
 }
 
-/// Number of pieces that [`for_each_piece`] makes of a shape; `names` are those of the directions.
+/// Number of [pieces](Pieces) of a shape; `names` are those of the directions.
 pub(crate) fn count_pieces<const D: usize>(
     mesh: &Mesh<D>,
     shape: &Shape<'_, D>,
@@ -77,61 +78,125 @@ impl<const D: usize> Shape<'_, D> {
 /// Which sides of a piece, low and high in every direction, are sides of the body.
 pub(crate) type Outer<const D: usize> = [[bool; 2]; D];
 
-/// Cuts a shape into pieces, cell by cell and piece by piece inside a cell: points that share nodes
-/// stay together.
-pub(crate) fn for_each_piece<const D: usize>(
-    mesh: &Mesh<D>,
-    shape: &Shape<'_, D>,
-    (pieces_per_cell, names): (u32, [&str; 3]),
-    mut each: impl FnMut(&LinearCell<D>, &Outer<D>),
-) -> Result<(), String> {
-    match shape {
-        Shape::Box { from, to } => {
-            let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
-            let mut rows: Vec<Vec<CellRow>> = Vec::with_capacity(D);
-            for d in 0..D {
-                let cut = Cut::of(&axes[d], names[d], (from[d], to[d]), pieces_per_cell)?;
-                rows.push(by_cell(&axes[d], &cut.lines(&axes[d])));
+/// How shapes are cut into pieces, cell by cell and piece by piece inside a cell, so that points that share nodes stay together; layer
+/// by layer of cells along the last direction.
+pub(crate) enum Pieces<'a, const D: usize> {
+    /// Pieces of every cell along each direction.
+    Box([Vec<CellRow>; D]),
+    Cells {
+        mesh: &'a Mesh<D>,
+        low: [u32; D],
+        extent: [usize; D],
+        per_cell: u32,
+    },
+    Disc(&'a Disc, u32),
+    /// Of shapes that are made of parts.
+    None,
+}
+
+impl<'a, const D: usize> Pieces<'a, D> {
+    /// Of a shape; `names` are those of the directions.
+    pub(crate) fn of(
+        mesh: &'a Mesh<D>,
+        shape: &'a Shape<'_, D>,
+        (per_cell, names): (u32, [&str; 3]),
+    ) -> Result<Self, String> {
+        Ok(match shape {
+            Shape::Box { from, to } => {
+                let axes = mesh.rectilinear().ok_or("a box can only be filled in a box mesh")?;
+                let mut rows = std::array::from_fn(|_| Vec::new());
+                for (d, rows) in rows.iter_mut().enumerate() {
+                    let cut = Cut::of(&axes[d], names[d], (from[d], to[d]), per_cell)?;
+                    *rows = by_cell(&axes[d], &cut.lines(&axes[d]));
+                }
+                Self::Box(rows)
             }
-            for_each(std::array::from_fn(|d| rows[d].len()), |cell: [usize; D]| {
-                let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
-                for_each(row.map(|row| row.len() - 1), |piece: [usize; D]| {
-                    let low = Vector::from_fn(|d, _| row[d][piece[d]]);
-                    let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
-                    let outer = std::array::from_fn(|d| {
-                        let (first_row, last_row) = (cell[d] == 0, cell[d] + 1 == rows[d].len());
-                        [first_row && piece[d] == 0, last_row && piece[d] + 2 == row[d].len()]
-                    });
-                    each(&box_piece(&low, &high), &outer);
-                });
-            });
-        }
-        Shape::Cells { low, high, .. } => {
-            let closed = mesh.lattice().periodic();
-            let extent: [usize; D] = std::array::from_fn(|d| (high[d] - low[d]) as usize);
-            let local = |k: usize| 2.0 * k as f64 / f64::from(pieces_per_cell) - 1.0;
-            for_each(extent, |offset: [usize; D]| {
-                let cell = std::array::from_fn(|d| low[d] + offset[d] as u32);
-                for_each([pieces_per_cell as usize; D], |piece: [usize; D]| {
-                    let from = Vector::from_fn(|d, _| local(piece[d]));
-                    let to = Vector::from_fn(|d, _| local(piece[d] + 1));
-                    let outer = std::array::from_fn(|d| {
-                        let (first, last) = (offset[d] == 0, offset[d] + 1 == extent[d]);
-                        let ends = [piece[d] == 0, piece[d] + 1 == pieces_per_cell as usize];
-                        [!closed[d] && first && ends[0], !closed[d] && last && ends[1]]
-                    });
-                    each(&mesh.piece(cell, &from, &to), &outer);
-                });
-            });
-        }
-        Shape::Disc(disc) => disc.for_each_piece(pieces_per_cell, each),
-        Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => {}
+            Shape::Cells { low, high, .. } => {
+                let extent = std::array::from_fn(|d| (high[d] - low[d]) as usize);
+                Self::Cells { mesh, low: *low, extent, per_cell }
+            }
+            Shape::Disc(disc) => Self::Disc(disc, per_cell),
+            Shape::Solid { .. } | Shape::Rest { .. } | Shape::Parts(_) => Self::None,
+        })
     }
-    Ok(())
+
+    /// How many layers there are.
+    pub(crate) fn layers(&self) -> usize {
+        match self {
+            Self::Box(rows) => rows[D - 1].len(),
+            Self::Cells { extent, .. } => extent[D - 1],
+            Self::Disc(disc, per_tile) => disc.layers::<D>(*per_tile),
+            Self::None => 0,
+        }
+    }
+
+    /// Number of pieces below a layer.
+    pub(crate) fn below(&self, layer: usize) -> usize {
+        match self {
+            Self::Box(rows) => {
+                let pieces = |rows: &[CellRow]| rows.iter().map(|row| row.len() - 1).sum::<usize>();
+                rows[..D - 1].iter().map(|rows| pieces(rows)).product::<usize>() * pieces(&rows[D - 1][..layer])
+            }
+            Self::Cells { extent, per_cell, .. } => {
+                extent[..D - 1].iter().product::<usize>() * layer * (*per_cell as usize).pow(D as u32)
+            }
+            Self::Disc(disc, per_tile) => {
+                let all = disc.count::<D>(*per_tile) as usize;
+                all / disc.layers::<D>(*per_tile) * layer
+            }
+            Self::None => 0,
+        }
+    }
+
+    /// Calls `each` with the pieces of some layers.
+    pub(crate) fn for_each(&self, layers: Range<usize>, mut each: impl FnMut(&LinearCell<D>, &Outer<D>)) {
+        match self {
+            Self::Box(rows) => {
+                for_each(within(rows.each_ref().map(Vec::len), layers), |cell: [usize; D]| {
+                    let row: [&CellRow; D] = std::array::from_fn(|d| &rows[d][cell[d]]);
+                    for_each(row.map(|row| 0..row.len() - 1), |piece: [usize; D]| {
+                        let low = Vector::from_fn(|d, _| row[d][piece[d]]);
+                        let high = Vector::from_fn(|d, _| row[d][piece[d] + 1]);
+                        let outer = std::array::from_fn(|d| {
+                            let (first_row, last_row) = (cell[d] == 0, cell[d] + 1 == rows[d].len());
+                            [first_row && piece[d] == 0, last_row && piece[d] + 2 == row[d].len()]
+                        });
+                        each(&box_piece(&low, &high), &outer);
+                    });
+                });
+            }
+            Self::Cells { mesh, low, extent, per_cell } => {
+                let closed = mesh.lattice().periodic();
+                let local = |k: usize| 2.0 * k as f64 / f64::from(*per_cell) - 1.0;
+                for_each(within(*extent, layers), |offset: [usize; D]| {
+                    let cell = std::array::from_fn(|d| low[d] + offset[d] as u32);
+                    for_each([(); D].map(|()| 0..*per_cell as usize), |piece: [usize; D]| {
+                        let from = Vector::from_fn(|d, _| local(piece[d]));
+                        let to = Vector::from_fn(|d, _| local(piece[d] + 1));
+                        let outer = std::array::from_fn(|d| {
+                            let (first, last) = (offset[d] == 0, offset[d] + 1 == extent[d]);
+                            let ends = [piece[d] == 0, piece[d] + 1 == *per_cell as usize];
+                            [!closed[d] && first && ends[0], !closed[d] && last && ends[1]]
+                        });
+                        each(&mesh.piece(cell, &from, &to), &outer);
+                    });
+                });
+            }
+            Self::Disc(disc, per_tile) => disc.for_each_piece(*per_tile, layers, each),
+            Self::None => {}
+        }
+    }
+}
+
+/// All of an extent but along the last direction.
+fn within<const D: usize>(extent: [usize; D], layers: Range<usize>) -> [Range<usize>; D] {
+    let mut within = extent.map(|n| 0..n);
+    within[D - 1] = layers;
+    within
 }
 
 /// Coordinates of the pieces of one cell along one direction, ends included.
-type CellRow = Vec<f64>;
+pub(crate) type CellRow = Vec<f64>;
 
 /// How a length is cut into pieces.
 ///
@@ -266,17 +331,18 @@ fn by_cell(axis: &Axis, lines: &[f64]) -> Vec<CellRow> {
     rows
 }
 
-/// Calls `each` for every multi-index below `extent`, the first direction fastest.
-fn for_each<const D: usize>(extent: [usize; D], mut each: impl FnMut([usize; D])) {
-    if extent.contains(&0) {
+/// Calls `each` for every multi-index within, the first direction fastest.
+fn for_each<const D: usize>(within: [Range<usize>; D], mut each: impl FnMut([usize; D])) {
+    if within.iter().any(Range::is_empty) {
         return;
     }
-    let mut index = [0; D];
+    let first = within.each_ref().map(|it| it.start);
+    let mut index = first;
     loop {
         each(index);
-        let Some(d) = (0..D).find(|&d| index[d] + 1 < extent[d]) else { return };
+        let Some(d) = (0..D).find(|&d| index[d] + 1 < within[d].end) else { return };
         index[d] += 1;
-        index[..d].fill(0);
+        index[..d].copy_from_slice(&first[..d]);
     }
 }
 

@@ -46,6 +46,8 @@ pub(crate) fn at<T: Clone>(values: &[T], numbers: &[u64]) -> Vec<T> {
 pub(crate) struct Points<S, const D: usize> {
     /// Numbers of those that are made here.
     own: Range<usize>,
+    /// Number of the first place.
+    first: usize,
     pub seeds: Vec<S>,
     /// Numbers of the seeds, where they are not all.
     pub numbers: Vec<u64>,
@@ -54,22 +56,40 @@ pub(crate) struct Points<S, const D: usize> {
 }
 
 impl<const D: usize, Domain> Points<Seed<D, Domain>, D> {
-    /// None yet, of so many.
-    pub fn of(share: ShareOfPoints, count: f64) -> Self {
+    /// None yet, of so many, from this number on.
+    pub fn of(share: ShareOfPoints, count: f64, first: usize) -> Self {
         let (seeds, numbers, places) = (Vec::new(), Vec::new(), Vec::new());
         let mut own = share.range(count);
         if share.rank + 1 == share.ranks {
             // A point more than was counted is lost on no rank.
             own.end = usize::MAX;
         }
-        Self { own, seeds, numbers, is_share: !share.is_all(), places }
+        Self { own, first, seeds, numbers, is_share: !share.is_all(), places }
     }
 
-    /// Takes the next ones, and keeps those that are made here; which numbers they have.
+    /// Adds those that come next.
+    pub fn append(&mut self, next: Self) {
+        self.seeds.extend(next.seeds);
+        self.numbers.extend(next.numbers);
+        self.places.extend(next.places);
+    }
+
+    /// Makes room for so many in all.
+    pub fn reserve(&mut self, count: f64) {
+        let count = count as usize;
+        let own = self.own.end.min(count).saturating_sub(self.own.start);
+        self.seeds.reserve_exact(own);
+        self.places.reserve_exact(count);
+        if self.is_share {
+            self.numbers.reserve_exact(own);
+        }
+    }
+
+    /// Takes the next ones, and keeps those that are made here; their places among those taken.
     pub fn take(&mut self, next: &mut Vec<Seed<D, Domain>>) -> Range<usize> {
         let first = self.places.len();
         for seed in next.drain(..) {
-            let number = self.places.len();
+            let number = self.first + self.places.len();
             self.places.push(Place { position: seed.position, size: seed.volume });
             if !self.is_share {
                 self.seeds.push(seed);
