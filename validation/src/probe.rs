@@ -10,6 +10,7 @@ use mpm_assembly::{
 use mpm_basis::{ActiveNodes, Connectivity};
 use mpm_grid::{LoadFraction, Mesh, NodeSpace, Vector};
 use mpm_linear::Matrix;
+use mpm_material::SymmetricTensor;
 use mpm_scene::Compiled;
 use mpm_scene::Scene;
 use mpm_solver::{Model, NamedBody, NamedContribution};
@@ -72,6 +73,12 @@ impl<const D: usize> Probe<D> {
     /// Every material point.
     pub fn points(&self) -> Vec<PointView<D>> {
         mpm_assembly::views(&*self.named.body).collect()
+    }
+
+    /// Kirchhoff stress of every material point `[F/L²]`.
+    pub fn stresses(&self) -> Vec<SymmetricTensor> {
+        let body = &*self.named.body;
+        mpm_assembly::of_points(body, |point| body.kirchhoff(point)).collect()
     }
 
     /// `f_int` under an increment of displacement `[F]`.

@@ -33,7 +33,7 @@ pub use body::{
     InadmissibleState, LawOfBody, MaterialBody, MeanDilatation, OccupiedCell, PassInput, PointExtent,
     PointForce, PointStart, PointView, RefusedStart, SharedField, ShippedBasis, ShippedLaw, SideForce,
     SideForces, Space, StoredColumn, StoredPoints, Sums, TangentSums, TooManyPoints, crowding_over_shear,
-    determinant, finish_tangent, follow, leave_to_owners, pressure_over_shear, reached, views,
+    determinant, finish_tangent, follow, leave_to_owners, of_points, pressure_over_shear, reached, views,
 };
 pub use contact::{RigidTool, ToolContact, ToolLoad};
 pub use contribution::{

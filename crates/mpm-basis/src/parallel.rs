@@ -8,6 +8,9 @@ use rayon::prelude::*;
 /// Points whose work takes about as long as waking a thread, some 50 µs.
 const FEW_POINTS: usize = 512;
 
+/// Numbers that are worth a task.
+const FEW_NUMBERS: usize = 1 << 16;
+
 /// Does both, at the same time if a thread is free.
 pub fn both<A: Send, B: Send>(low: impl FnOnce() -> A + Send, high: impl FnOnce() -> B + Send) -> (A, B) {
     let (mut low, mut high) = (Some(low), Some(high));
@@ -54,6 +57,39 @@ pub fn each_point<R: Send>(n: usize, work: &(dyn Fn(usize) -> R + Sync)) -> Vec<
         return (0..n).map(work).collect();
     }
     (0..n).into_par_iter().map(work).collect()
+}
+
+/// Sets all numbers.
+pub fn set(numbers: &mut [f64], to: f64) {
+    if numbers.len() <= FEW_NUMBERS {
+        return numbers.fill(to);
+    }
+    numbers.par_chunks_mut(FEW_NUMBERS).for_each(|numbers| numbers.fill(to));
+}
+
+/// Multiplies all numbers.
+pub fn multiply(numbers: &mut [f64], by: f64) {
+    numbers.par_chunks_mut(FEW_NUMBERS).for_each(|numbers| numbers.iter_mut().for_each(|it| *it *= by));
+}
+
+/// The largest size; what is not a number does not count.
+pub fn largest_size(numbers: &[f64]) -> f64 {
+    let of_some = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, it| most.max(it.abs()));
+    if numbers.len() <= FEW_NUMBERS {
+        return of_some(numbers);
+    }
+    numbers.par_chunks(FEW_NUMBERS).map(of_some).reduce(|| 0.0, f64::max)
+}
+
+/// Makes a list so long; where it has no room for that its items are new, zeros or such, and their memory is touched first by whoever
+/// writes them, which may be several tasks.
+pub fn resize<T: Clone + Default>(list: &mut Vec<T>, n: usize) {
+    if list.capacity() < n {
+        *list = Vec::new();
+        *list = vec![T::default(); n];
+    } else {
+        list.resize(n, T::default());
+    }
 }
 
 /// What `work` gives for those points for which it gives something, in order, with their numbers.

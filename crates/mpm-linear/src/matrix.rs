@@ -1,5 +1,10 @@
 //! Sparse matrices as the solvers take them: a pattern, and values that are borrowed.
 
+use rayon::prelude::*;
+
+/// Nodes that are worth a task.
+const FEW_NODES: usize = 4096;
+
 /// Whether a matrix equals its transpose, and with that which of its entries are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {
@@ -84,15 +89,20 @@ impl<'a> Pattern<'a> {
         let is_whole = |rows: &[usize]| {
             rows[0].is_multiple_of(block) && rows.windows(2).all(|pair| pair[1] == pair[0] + 1)
         };
+        let has_whole = |node: usize| {
+            let first = self.rows_of(node * block);
+            // Columns of a symmetric matrix begin at the diagonal.
+            let lacking = |j: usize| if self.is_symmetric() { j } else { 0 };
+            first.len().is_multiple_of(block)
+                && first.chunks_exact(block).all(is_whole)
+                && (1..block).all(|j| self.rows_of(node * block + j) == &first[lacking(j)..])
+        };
         self.has_blocks_only()
-            && (0..self.blocks).all(|node| {
-                let first = self.rows_of(node * block);
-                // Columns of a symmetric matrix begin at the diagonal.
-                let lacking = |j: usize| if self.is_symmetric() { j } else { 0 };
-                first.len().is_multiple_of(block)
-                    && first.chunks_exact(block).all(is_whole)
-                    && (1..block).all(|j| self.rows_of(node * block + j) == &first[lacking(j)..])
-            })
+            && if self.blocks < FEW_NODES {
+                (0..self.blocks).all(has_whole)
+            } else {
+                (0..self.blocks).into_par_iter().with_min_len(FEW_NODES).all(has_whole)
+            }
     }
 
     /// Refuses what the fields cannot mean.

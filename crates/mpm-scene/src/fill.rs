@@ -8,6 +8,7 @@ use crate::share::ShareOfPoints;
 use mpm_assembly::{
     Body, LawOfBody, MaterialBody, MeanDilatation, PointStart, RefusedStart, ShippedBasis, Space,
 };
+use mpm_basis::parallel::each_point;
 use mpm_basis::{Basis, Seed};
 use mpm_contact::{Pose, Tool};
 use mpm_geometry::{Face, MemoryLimit, Part, Parts, parts, rest};
@@ -96,8 +97,9 @@ pub(crate) fn body<const D: usize, B: ShippedBasis<D>>(
             mass / volume
         }
     });
-    let (own, domains): (Vec<_>, Vec<_>) =
-        seeds.into_iter().map(|seed| ((seed.position, seed.volume), seed.domain)).unzip();
+    let own: Vec<_> = each_point(seeds.len(), &|k| (seeds[k].position, seeds[k].volume));
+    let domains: Vec<_> = each_point(seeds.len(), &|k| seeds[k].domain.clone());
+    drop(seeds);
     let body = MaterialBody::of(law, basis.domains_of_body(domains), own);
     let mut body = body.with_mean_dilatation(plan.mean_dilatation);
     if !starts.is_empty() {

@@ -78,17 +78,20 @@ impl<const D: usize> Seeding<'_, D> {
         let (mut faces, mut boundary) = (vec![Vec::new(); self.faces.len()], Boundary::default());
         let (mut seeds, mut flat) = (Vec::new(), None);
         self.pieces.for_each(layers, |piece, outer| {
-            // Ends can be so close together, or so far apart, that their numbers do not tell how far.
-            let volume = piece.volume();
-            if !(volume > 0.0 && volume.is_finite()) && flat.is_none() {
-                flat = Some(piece.corners()[0]);
-            }
             if flat.is_some() {
                 return;
             }
-            let moved = self.pose.map(|pose| LinearCell::new(piece.corners().map(|corner| pose.place(&corner))));
+            let corner = piece.corners()[0];
+            let moved =
+                self.pose.map(|pose| LinearCell::new(piece.corners().map(|corner| pose.place(&corner))));
             let piece = moved.as_ref().unwrap_or(piece);
             basis.seed(piece, &mut |seed| seeds.push(seed));
+            // Ends can be so close together, or so far apart, that their numbers do not tell how far.
+            let volume: f64 = seeds.iter().map(|seed| seed.volume).sum();
+            if !(volume > 0.0 && volume.is_finite()) {
+                flat = Some(corner);
+                return;
+            }
             let of_piece = points.take(&mut seeds);
             if self.needs_sides {
                 boundary.add(piece, outer);

@@ -83,7 +83,7 @@ fn pull() -> Result<f64, Box<dyn Error>> {
     let mut square = model((Averaged, law), motion, supports, 5)?;
     run(&mut square, &mut Residuals::default())?;
     let body = &square.bodies[0].body;
-    let errors = (0..body.n_points()).map(|p| (body.point(p).kirchhoff.xx - 1000.0 * 1.5_f64.ln()).abs());
+    let errors = (0..body.n_points()).map(|p| (body.kirchhoff(p).xx - 1000.0 * 1.5_f64.ln()).abs());
     Ok(errors.fold(0.0, f64::max))
 }
 

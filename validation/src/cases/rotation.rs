@@ -6,7 +6,7 @@ use crate::scenes::load_own;
 use crate::{Broken, Case, Check, Extent, Findings};
 use mpm_assembly::PointView;
 use mpm_grid::{Block, Vector};
-use mpm_material::log_strain;
+use mpm_material::{SymmetricTensor, log_strain};
 use mpm_solver::Model;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
@@ -33,7 +33,9 @@ fn turn<const D: usize>(space: &str, model: Model<D>, increments: u32) -> Result
         .advance(&probe.field(|x| Vector::from_fn(|i, _| 0.15 * (1.3 * x[(i + 1) % D] + 0.7 * x[i]).sin())))?;
     let before = probe.points();
     let plastic = before.iter().filter(|point| point.plastic).count();
-    let size = largest(before.iter().map(|point| point.kirchhoff.norm()));
+    let stress_before = probe.stresses();
+    let energy_before = energy(&before, &stress_before);
+    let size = largest(stress_before.iter().map(|tau| tau.norm()));
 
     let (mut stress, mut energy_drift, mut yielding) = (0.0, 0.0, 0);
     let increment = rotation::<D>(std::f64::consts::TAU / f64::from(increments));
@@ -41,17 +43,18 @@ fn turn<const D: usize>(space: &str, model: Model<D>, increments: u32) -> Result
         let step = Block::from_fn(|i, j| increment[(i, j)]) - Block::<D>::identity();
         probe.advance(&probe.field(|x| step * x))?;
         let turned = rotation::<D>(std::f64::consts::TAU * f64::from(k) / f64::from(increments));
-        let now = probe.points();
+        let (now, stress_now) = (probe.points(), probe.stresses());
         stress = largest(
-            now.iter()
-                .zip(&before)
+            stress_now
+                .iter()
+                .zip(&stress_before)
                 .map(|(now, before)| {
-                    let expected = turned * before.kirchhoff.to_matrix() * turned.transpose();
-                    (now.kirchhoff.to_matrix() - expected).norm() / size
+                    let expected = turned * before.to_matrix() * turned.transpose();
+                    (now.to_matrix() - expected).norm() / size
                 })
                 .chain([stress]),
         );
-        energy_drift = largest([energy_drift, (energy(&now) / energy(&before) - 1.0).abs()]);
+        energy_drift = largest([energy_drift, (energy(&now, &stress_now) / energy_before - 1.0).abs()]);
         yielding += now.iter().filter(|point| point.plastic).count();
     }
     let degrees = 360 / increments;
@@ -70,9 +73,9 @@ fn rotation<const D: usize>(angle: f64) -> Matrix3<f64> {
 }
 
 /// `Σ_p V⁰_p ½ τ_p : ε_e,p`.
-fn energy<const D: usize>(points: &[PointView<D>]) -> f64 {
-    let density = |point: &PointView<D>| {
-        point.kirchhoff.to_matrix().dot(&log_strain(&point.elastic_excess).to_matrix()) / 2.0
+fn energy<const D: usize>(points: &[PointView<D>], stresses: &[SymmetricTensor]) -> f64 {
+    let density = |point: &PointView<D>, tau: &SymmetricTensor| {
+        tau.to_matrix().dot(&log_strain(&point.elastic_excess).to_matrix()) / 2.0
     };
-    points.iter().map(|point| point.reference_volume * density(point)).sum()
+    points.iter().zip(stresses).map(|(point, tau)| point.reference_volume * density(point, tau)).sum()
 }

@@ -13,6 +13,7 @@ use crate::scenes::{compiled, load_own, run};
 use crate::variants::{CPDI1, CPDI2Q, Method, plane, refined};
 use crate::{Broken, Case, Check, Extent, Findings, Table};
 use mpm_grid::{Block, LoadFraction, Vector};
+use mpm_material::SymmetricTensor;
 use mpm_scene::Compiled;
 use mpm_scene::language::{
     Count, Finite, FunctionsInput, MaterialInput, MeshInput, Positive, RegionInput, Scene, SceneIn, ShapeInput,
@@ -296,8 +297,8 @@ fn rings(extent: Extent) -> Result<Findings, Broken> {
 fn turned() -> Result<Check, Broken> {
     let mut probe = Probe::of(model_of(&load_own("ring_splines")?)?)?;
     probe.advance(&probe.field(|x| Vector::<2>::new((0.3 * x.y).sin(), (0.2 * x.x).cos()) * 0.3))?;
-    let before = probe.points();
-    let size = largest(before.iter().map(|point| point.kirchhoff.norm()));
+    let before = probe.stresses();
+    let size = largest(before.iter().map(|tau| tau.norm()));
     let rotation = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         Block::<2>::new(cos, -sin, sin, cos)
@@ -307,11 +308,8 @@ fn turned() -> Result<Check, Broken> {
         let step = rotation(30.0) - Block::identity();
         probe.advance(&probe.field(|x| step * x))?;
         let turn = rotation(30.0 * f64::from(k));
-        let apart = probe.points().into_iter().zip(&before).map(|(now, before)| {
-            let plane = |point: &mpm_assembly::PointView<2>| {
-                let tau = point.kirchhoff;
-                Block::<2>::new(tau.xx, tau.xy, tau.xy, tau.yy)
-            };
+        let apart = probe.stresses().into_iter().zip(&before).map(|(now, before)| {
+            let plane = |tau: &SymmetricTensor| Block::<2>::new(tau.xx, tau.xy, tau.xy, tau.yy);
             (plane(&now) - turn * plane(before) * turn.transpose()).norm() / size
         });
         worst = largest(apart.chain([worst]));

@@ -6,11 +6,12 @@
 //! body against the shear stress of the flowing points.
 
 use super::dilatation::MeanDilatation;
-use super::interface::{Body, views};
+use super::interface::{Body, of_points};
 use super::point_view::PointView;
 use super::pressed::{mean_pressure, shear_stress};
 use super::space::Space;
 use mpm_grid::{Mesh, Vector};
+use mpm_material::SymmetricTensor;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -30,22 +31,23 @@ struct Content {
 /// they hold more than their volume.
 pub fn crowding_over_shear<const D: usize>(body: &dyn Body<D>, mesh: &Mesh<D>) -> Option<f64> {
     let is_judged = body.mean_dilatation() == Some(MeanDilatation::Cell) && body.can_yield();
-    is_judged.then(|| largest(views(body), mesh, body.space())).flatten()
+    let points = || of_points(body, |point| (body.point(point), body.kirchhoff(point)));
+    is_judged.then(|| largest(points(), mesh, body.space())).flatten()
 }
 
 fn largest<const D: usize>(
-    points: impl Iterator<Item = PointView<D>>,
+    points: impl Iterator<Item = (PointView<D>, SymmetricTensor)>,
     mesh: &Mesh<D>,
     space: Space,
 ) -> Option<f64> {
     let mut cells: BTreeMap<[u32; D], Content> = BTreeMap::new();
-    for view in points {
+    for (view, kirchhoff) in points {
         let Ok(place) = mesh.locate(&view.position, 0.0) else { continue };
         let content = cells.entry(place.cell).or_default();
         content.volume += view.reference_volume * view.volume_ratio;
-        content.work += view.reference_volume * mean_pressure(&view.kirchhoff);
+        content.work += view.reference_volume * mean_pressure(&kirchhoff);
         if view.plastic {
-            content.shear = content.shear.max(shear_stress(&view.kirchhoff));
+            content.shear = content.shear.max(shear_stress(&kirchhoff));
         }
     }
     let is_amid = |cell: [u32; D]| {
@@ -79,20 +81,27 @@ fn cell_volume<const D: usize>(mesh: &Mesh<D>, cell: [u32; D], space: Space) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::pressed::tests::view;
-    use mpm_grid::{Axis, Layout};
+    use mpm_grid::{Axis, Block, Layout};
 
     /// Three cells of width 1 from `from` on, with points at these places, of these volumes, that flow or do not: pressure
     /// 50, √J₂ = 2.
     fn crowding(from: f64, space: Space, points: &[(f64, f64, bool)]) -> Option<f64> {
         let axis = |from: f64, cells: u32| Axis::uniform(from, from + f64::from(cells), cells).unwrap();
         let mesh = Mesh::at_rest(&Layout::on_axes([axis(from, 3), axis(0.0, 1)]).unwrap());
-        let views = points.iter().map(|&(x, volume, plastic)| PointView {
+        let kirchhoff = SymmetricTensor { xx: 2.0 - 50.0, yy: -2.0 - 50.0, zz: -50.0, ..SymmetricTensor::ZERO };
+        let view = |&(x, volume, plastic): &(f64, f64, bool)| PointView {
             position: Vector::<2>::new(x, 0.5),
+            reference_position: None,
             reference_volume: volume,
-            ..view([2.0 - 50.0, -2.0 - 50.0, -50.0], plastic)
-        });
-        largest(views, &mesh, space)
+            reference_size: 1.0,
+            deformation_gradient: Block::identity(),
+            hoop_stretch: None,
+            angle: None,
+            volume_ratio: 1.0,
+            elastic_excess: SymmetricTensor::ZERO,
+            plastic,
+        };
+        largest(points.iter().map(|point| (view(point), kirchhoff)), &mesh, space)
     }
 
     const FULL: [(f64, f64, bool); 3] = [(0.5, 1.0, true), (1.5, 1.0, true), (2.5, 1.0, true)];

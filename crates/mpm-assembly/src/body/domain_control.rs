@@ -164,14 +164,16 @@ mod tests {
     fn sheared() -> (Points<2>, Domains, Mesh<2>) {
         let axis = || Axis::uniform(0.0, 10.0, 10).unwrap();
         let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
-        let (mut points, mut domains) = (Points::<2>::default(), Domains::new());
+        let (mut places, mut domains) = (Vec::new(), Domains::new());
         for x in [4.5, 5.0, 5.5] {
             let corner = |c: usize| Vector::<2>::new(x + 0.5 * (c & 1) as f64, 5.0 + 0.25 * (c & 2) as f64);
             Cpdi1.seed(&LinearCell::new(std::array::from_fn(corner)), &mut |seed| {
-                points.push(seed.position, seed.volume, true);
+                places.push((seed.position, seed.volume));
                 domains.push(seed.domain);
             });
         }
+        let mut points = Points::<2>::at_rest(Space::Cartesian, &places, true);
+        points.elastic_excess = vec![SymmetricTensor::ZERO; places.len()];
         points.reference_position = points.position.clone();
         points.mass = points.reference_volume.iter().map(|volume| 3.0 * volume).collect();
         let f = Block::<2>::new(1.0, 6.0, 0.0, 1.0);

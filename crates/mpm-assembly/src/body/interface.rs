@@ -17,7 +17,7 @@ use mpm_basis::parallel::each_point;
 use mpm_basis::{ActiveNodes, Connectivity, Corner, DomainControl, DomainReport, Stencils, UnconnectedPoint};
 use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::{FieldInfo, Regularisation};
+use mpm_material::{FieldInfo, Regularisation, SymmetricTensor};
 
 /// A set of material points under one basis and one law.
 pub trait Body<const D: usize>: Send + Sync {
@@ -205,6 +205,12 @@ pub trait Body<const D: usize>: Send + Sync {
     /// One point as the outside may see it.
     fn point(&self, point: usize) -> PointView<D>;
 
+    /// Kirchhoff stress τ of a point `[F/L²]`; not a number where the law finds none for the committed state.
+    fn kirchhoff(&self, point: usize) -> SymmetricTensor;
+
+    /// Elastic energy of a point per reference volume `[F/L²]`.
+    fn stored_energy(&self, point: usize) -> f64;
+
     /// The health of every point's domain in `mesh`; a domain too far outside the mesh is reported with
     /// all its corners outside.
     fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport>;
@@ -290,13 +296,21 @@ pub struct PointForce<const D: usize> {
     pub arm: Vector<D>,
 }
 
-/// All points of a body in order, viewed in parallel, a block at a time: all views together would need as much
-/// memory as the points themselves.
+/// All points of a body in order, see [`of_points`].
 pub fn views<const D: usize>(body: &dyn Body<D>) -> impl Iterator<Item = PointView<D>> {
+    of_points(body, |point| body.point(point))
+}
+
+/// Something of every point of a body in order, worked out in parallel, a block at a time: that of all points together would
+/// need as much memory as the points themselves.
+pub fn of_points<const D: usize, T: Send>(
+    body: &dyn Body<D>,
+    of: impl Fn(usize) -> T + Sync,
+) -> impl Iterator<Item = T> {
     const BLOCK: usize = 8192;
     let n = body.n_points();
     (0..n).step_by(BLOCK).flat_map(move |first| {
         let block = first..n.min(first + BLOCK);
-        each_point(block.len(), &|k| body.point(block.start + k))
+        each_point(block.len(), &|k| of(block.start + k))
     })
 }

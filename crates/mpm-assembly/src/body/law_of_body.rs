@@ -13,6 +13,7 @@ use crate::body::start::{PointStart, RefusedStart};
 use crate::body::stored::ForeignPoints;
 use crate::body::trial::{Committed, InadmissiblePoint};
 use crate::body::turning_law::Turning;
+use mpm_basis::parallel::each_point;
 use mpm_grid::Vector;
 use mpm_linear::Symmetry;
 use mpm_material::{
@@ -114,19 +115,27 @@ impl<const D: usize, M: Material + 'static, const HOOP: bool> BodyLaw<D> for Law
 
     fn begin(&mut self, points: &mut Points<D>, starts: &[PointStart]) -> Result<(), RefusedStart> {
         let default = PointStart::default();
-        self.history.clear();
-        for (point, position) in points.position.iter().enumerate() {
+        let begun = |point: usize| {
             let start = starts.get(point).unwrap_or(&default);
-            let mut parameters = PointParameters::at(at_rest(position));
+            let mut parameters = PointParameters::at(at_rest(&points.position[point]));
             (parameters.own, parameters.consolidation) = (start.own, start.consolidation);
-            let (excess, history) = match &start.stress {
-                None => (SymmetricTensor::ZERO, self.law.initial(&parameters)),
-                Some(stress) => start_under(&self.law, &parameters, stress)
-                    .map_err(|reason| RefusedStart { point, reason })?,
-            };
-            points.elastic_excess[point] = excess;
-            self.history.push(history);
+            match &start.stress {
+                None => Ok((SymmetricTensor::ZERO, self.law.initial(&parameters))),
+                Some(stress) => {
+                    start_under(&self.law, &parameters, stress).map_err(|reason| RefusedStart { point, reason })
+                }
+            }
+        };
+        let n = points.len();
+        if starts.is_empty() {
+            // Points that begin free of stress are refused by no law.
+            let history = |point| begun(point).map_or_else(|_| unreachable!("no stress"), |it| it.1);
+            self.history = each_point(n, &history);
+            points.elastic_excess = each_point(n, &|_| SymmetricTensor::ZERO);
+            return Ok(());
         }
+        let begun: Vec<_> = each_point(n, &begun).into_iter().collect::<Result<_, _>>()?;
+        (points.elastic_excess, self.history) = begun.into_iter().unzip();
         Ok(())
     }
 

@@ -23,7 +23,7 @@ use mpm_basis::{
 };
 use mpm_grid::{Mesh, NodeKind, OutsideMesh, Vector};
 use mpm_linear::Symmetry;
-use mpm_material::{FieldInfo, Material, Regularisation};
+use mpm_material::{FieldInfo, Material, Regularisation, SymmetricTensor};
 use std::any::Any;
 
 /// The one kind of [`Body`] there is.
@@ -61,10 +61,9 @@ impl<const D: usize> MaterialBody<D> {
         DomainsOfBody(domains): DomainsOfBody<D>,
         places: impl IntoIterator<Item = (Vector<D>, f64)>,
     ) -> Self {
-        let mut points = Points { space: law.space(), ..Points::default() };
-        for (position, volume) in places {
-            points.push(position, volume, law.0.can_yield());
-        }
+        let places: Vec<(Vector<D>, f64)> = places.into_iter().collect();
+        let mut points = Points::at_rest(law.space(), &places, law.0.can_yield());
+        drop(places);
         let mut law = law.0;
         law.begin(&mut points, &[]).expect("a point that begins free of stress is refused by no law");
         Self::of_columns(points, law, domains)
@@ -400,10 +399,16 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
             angle: points.angle.get(point).copied(),
             volume_ratio: points.volume_ratio(point),
             elastic_excess: points.elastic_excess[point],
-            stored_energy: self.law.stored_energy(points, point),
-            kirchhoff: self.law.kirchhoff(points, point),
             plastic: points.plastic.get(point).copied().unwrap_or(false),
         }
+    }
+
+    fn kirchhoff(&self, point: usize) -> SymmetricTensor {
+        self.law.kirchhoff(&self.points, point)
+    }
+
+    fn stored_energy(&self, point: usize) -> f64 {
+        self.law.stored_energy(&self.points, point)
     }
 
     fn diagnose(&self, mesh: &Mesh<D>) -> Vec<DomainReport> {

@@ -51,7 +51,7 @@ pub use body_domains::DomainsOfBody;
 pub use crowded::crowding_over_shear;
 pub use dilatation::{Dilatation, MeanDilatation};
 pub use domain_control::{Controlled, TooManyPoints};
-pub use interface::{Body, BodyLoads, PointExtent, PointForce, SideForce, SideForces, views};
+pub use interface::{Body, BodyLoads, PointExtent, PointForce, SideForce, SideForces, of_points, views};
 pub use kinematics::determinant;
 pub use law_of_body::LawOfBody;
 pub use material_body::MaterialBody;

@@ -24,10 +24,6 @@ pub struct PointView<const D: usize> {
     pub volume_ratio: f64,
     /// `b_e - I` `[-]`; the hoop of a body of revolution is the component zz, of all tensors.
     pub elastic_excess: SymmetricTensor,
-    /// Elastic energy per reference volume `[F/L²]`.
-    pub stored_energy: f64,
-    /// Kirchhoff stress τ `[F/L²]`; not a number where the law finds none for the committed state.
-    pub kirchhoff: SymmetricTensor,
     /// Whether the last load step was plastic.
     pub plastic: bool,
 }

@@ -2,6 +2,7 @@
 
 use crate::body::kinematics::determinant;
 use crate::body::space::Space;
+use mpm_basis::parallel::each_point;
 use mpm_grid::{Block, Vector, raised};
 use mpm_material::SymmetricTensor;
 use std::f64::consts::TAU;
@@ -49,21 +50,25 @@ pub(crate) fn at_rest<const D: usize>(position: &Vector<D>) -> Vector<3> {
 }
 
 impl<const D: usize> Points<D> {
-    /// Adds a point of volume `volume` `[L^D]` (of a body of revolution: of area `volume` `[L²]`) that rests at `position` `[L]`, free of stress; its law can yield or not.
-    pub fn push(&mut self, position: Vector<D>, volume: f64, can_yield: bool) {
-        self.position.push(position);
-        self.reference_volume.push(match self.space {
-            Space::Cartesian => volume,
-            Space::Axisymmetric => TAU * position[0] * volume,
-        });
-        if self.space.is_axisymmetric() {
-            assert!(position[0] > 0.0, "a point of a body of revolution stands beside the axis, r > 0");
-            self.hoop_stretch.push(1.0);
-        }
-        self.deformation_gradient.push(Block::identity());
-        self.elastic_excess.push(SymmetricTensor::ZERO);
-        if can_yield {
-            self.plastic.push(false);
+    /// Points that rest at these positions `[L]` with these volumes `[L^D]` (of bodies of revolution: areas `[L²]`); their law can
+    /// yield or not, and [begins](crate::body::body_law::BodyLaw::begin) their elastic strains.
+    pub fn at_rest(space: Space, places: &[(Vector<D>, f64)], can_yield: bool) -> Self {
+        let n = places.len();
+        let volume = |p: usize| match (space, places[p]) {
+            (Space::Cartesian, (_, volume)) => volume,
+            (Space::Axisymmetric, (position, area)) => {
+                assert!(position[0] > 0.0, "a point of a body of revolution stands beside the axis, r > 0");
+                TAU * position[0] * area
+            }
+        };
+        Self {
+            space,
+            position: each_point(n, &|p| places[p].0),
+            reference_volume: each_point(n, &volume),
+            hoop_stretch: if space.is_axisymmetric() { vec![1.0; n] } else { Vec::new() },
+            deformation_gradient: each_point(n, &|_| Block::identity()),
+            plastic: if can_yield { vec![false; n] } else { Vec::new() },
+            ..Self::default()
         }
     }
 

@@ -7,8 +7,7 @@
 //! ([`MeanDilatation::Cell`](super::MeanDilatation)) leave no such work.
 
 use super::dilatation::MeanDilatation;
-use super::interface::{Body, views};
-use super::point_view::PointView;
+use super::interface::{Body, of_points};
 use mpm_material::SymmetricTensor;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -20,14 +19,13 @@ const BORNE: f64 = 1e-3;
 /// yields under pressure.
 pub fn pressure_over_shear<const D: usize>(body: &dyn Body<D>) -> Option<f64> {
     let is_judged = body.mean_dilatation() == Some(MeanDilatation::Points) && body.can_yield();
-    is_judged.then(|| largest(views(body))).flatten()
+    let flowing = || of_points(body, |point| body.point(point).plastic.then(|| body.kirchhoff(point)));
+    is_judged.then(|| largest(flowing().flatten())).flatten()
 }
 
-fn largest<const D: usize>(points: impl Iterator<Item = PointView<D>>) -> Option<f64> {
-    let flowing = points
-        .filter(|view| view.plastic)
-        .map(|view| (mean_pressure(&view.kirchhoff), shear_stress(&view.kirchhoff)));
-    let flowing: Vec<(f64, f64)> = flowing.collect();
+/// Of points that flow, by their stresses.
+fn largest(flowing: impl Iterator<Item = SymmetricTensor>) -> Option<f64> {
+    let flowing: Vec<(f64, f64)> = flowing.map(|tau| (mean_pressure(&tau), shear_stress(&tau))).collect();
     let most = flowing.iter().fold(0.0, |most: f64, (pressure, _)| most.max(*pressure));
     let borne = flowing.iter().filter(|(pressure, _)| *pressure > BORNE * most);
     borne.map(|(pressure, shear)| pressure / shear).reduce(f64::max)
@@ -47,44 +45,19 @@ pub(super) fn shear_stress(tau: &SymmetricTensor) -> f64 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-    use mpm_grid::{Block, Vector};
-
-    /// A point under this stress.
-    pub(in super::super) fn view(stress: [f64; 3], plastic: bool) -> PointView<2> {
-        PointView {
-            position: Vector::zeros(),
-            reference_position: None,
-            reference_volume: 1.0,
-            deformation_gradient: Block::identity(),
-            hoop_stretch: None,
-            angle: None,
-            reference_size: 1.0,
-            volume_ratio: 1.0,
-            elastic_excess: SymmetricTensor::default(),
-            stored_energy: 0.0,
-            kirchhoff: SymmetricTensor {
-                xx: stress[0],
-                yy: stress[1],
-                zz: stress[2],
-                ..SymmetricTensor::default()
-            },
-            plastic,
-        }
-    }
 
     #[test]
     fn flowing_points_under_pressure_count() {
-        // Pure shear of 2 under pressures of 60 and 20; elastic points, tension, and an apex.
-        let sheared = |pressure: f64, plastic| view([2.0 - pressure, -2.0 - pressure, -pressure], plastic);
-        let points = [
-            sheared(60.0, true),
-            sheared(20.0, true),
-            sheared(900.0, false),
-            sheared(-50.0, true),
-            view([0.0; 3], true),
-        ];
+        // Pure shear of 2 under pressures of 60 and 20; tension, and an apex.
+        let sheared = |pressure: f64| SymmetricTensor {
+            xx: 2.0 - pressure,
+            yy: -2.0 - pressure,
+            zz: -pressure,
+            ..SymmetricTensor::ZERO
+        };
+        let points = [sheared(60.0), sheared(20.0), sheared(-50.0), SymmetricTensor::ZERO];
         let found = largest(points.into_iter()).expect("some flow under pressure");
         assert!((found - 30.0).abs() < 1e-12, "{found}");
         assert_eq!(largest(points[2..].iter().copied()), None);

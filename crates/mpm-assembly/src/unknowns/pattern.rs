@@ -7,7 +7,7 @@
 use super::incidence::Incidence;
 use super::numbering::node_equation;
 use super::{Constraints, Couplings, UnknownId, Unknowns};
-use mpm_basis::parallel::{each, fill, parts};
+use mpm_basis::parallel::{each, fill, parts, resize};
 use mpm_grid::{Block, Vector};
 use mpm_linear::Symmetry;
 use std::ops::Range;
@@ -426,7 +426,7 @@ fn scalar_columns<const D: usize>(
         }
         lengths.push(entries - before);
     }
-    row.resize(entries, 0);
+    resize(row, entries);
     fill(parts(row, lengths).collect(), &|chunk, row: &mut [usize]| {
         let mut row = row.iter_mut();
         let mut push = |equations: Range<usize>| equations.zip(&mut row).for_each(|(of, row)| *row = of);

@@ -2,6 +2,7 @@
 
 use crate::matrix::Pattern;
 use crate::solver::{NotSavedHere, Saved};
+use rayon::prelude::*;
 
 /// An order of elimination and a fingerprint of the pattern that it was found for.
 ///
@@ -50,8 +51,19 @@ impl StoredOrder {
 /// FNV-1a, a number at a time, of a pattern and where its nodes stand. Two patterns with one fingerprint
 /// would share an order that suits both, only one of them well.
 pub(crate) fn fingerprint(pattern: Pattern<'_>, index: &[[u32; 3]]) -> u64 {
+    /// Numbers that are worth a task.
+    const CHUNK: usize = 1 << 15;
+    const START: u64 = 0xcbf2_9ce4_8422_2325;
     let join = |hash: u64, number: u64| (hash ^ number).wrapping_mul(0x0100_0000_01b3);
-    let numbers = pattern.column_start.iter().chain(pattern.row);
-    let of_pattern = numbers.fold(0xcbf2_9ce4_8422_2325, |hash, &number| join(hash, number as u64));
+    let of_chunk = |numbers: &[usize]| numbers.iter().fold(START, |hash, &number| join(hash, number as u64));
+    let of_list = |hash: u64, numbers: &[usize]| -> u64 {
+        let of_chunks: Vec<u64> = if numbers.len() <= CHUNK {
+            numbers.chunks(CHUNK).map(of_chunk).collect()
+        } else {
+            numbers.par_chunks(CHUNK).map(of_chunk).collect()
+        };
+        of_chunks.into_iter().fold(hash, join)
+    };
+    let of_pattern = of_list(of_list(START, pattern.column_start), pattern.row);
     index.iter().flatten().fold(of_pattern, |hash, &number| join(hash, number.into()))
 }

@@ -10,6 +10,7 @@ use mpm_assembly::{
     Constraints, Contribution, Inadmissible, InadmissiblePoint, InadmissibleState, SystemSums, SystemTangent,
     Trial, UnknownVector, Unknowns, finish_tangent,
 };
+use mpm_basis::parallel;
 use mpm_grid::{LoadFraction, Mesh, NodeId, Vector};
 use mpm_linear::Method;
 
@@ -208,7 +209,7 @@ impl<const D: usize> Problem<'_, D> {
         timings.time(phase, || {
             iterate.reaction.clear();
             if wanted == Wanted::ForceAndTangent {
-                values.fill(0.0);
+                parallel::set(values, 0.0);
             }
             let is_first = std::mem::take(&mut iterate.is_first);
             let mut lift = lift;

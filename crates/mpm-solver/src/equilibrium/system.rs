@@ -17,6 +17,7 @@ use crate::failure::StepFailure;
 use crate::ranks::{Shared, agreed, any, largest, least};
 use crate::timing::{Phase, Timings};
 use mpm_assembly::{Space, SparsityPattern, UnknownVector};
+use mpm_basis::parallel;
 use mpm_grid::{NodeId, Vector};
 use mpm_linear::{Analysis, Cause, Hints, LinearSolver, Matrix, NotSavedHere, Pivot, Saved, Singular};
 
@@ -120,7 +121,7 @@ impl<const D: usize> Solver<D> {
         wanted: Wanted,
         lift: Option<&mut UnknownVector<D>>,
     ) -> Result<(), StepFailure> {
-        self.values.resize(problem.connected.pattern.n_entries(), 0.0);
+        parallel::resize(&mut self.values, problem.connected.pattern.n_entries());
         let target = TangentTarget { values: &mut self.values, lift };
         problem.evaluate(iterate, wanted, target, &mut self.timings)
     }
@@ -136,9 +137,9 @@ impl<const D: usize> Solver<D> {
     ) -> Result<(), StepFailure> {
         self.check_cancellation(problem)?;
         let ranks = &*problem.connected.shared.ranks;
-        self.scale = scale(largest(ranks, largest_size(&self.values)));
+        self.scale = scale(largest(ranks, parallel::largest_size(&self.values)));
         if self.scale != 1.0 {
-            self.values.iter_mut().for_each(|value| *value *= self.scale);
+            parallel::multiply(&mut self.values, self.scale);
         }
         let matrix = Matrix { pattern: problem.connected.pattern.for_solver(), values: &self.values };
         let factored = self.timings.time(Phase::Factorise, || self.linear.factorise(matrix));
@@ -272,10 +273,6 @@ impl<const D: usize> BorderedSolution<D> {
 }
 
 /// Size of the largest entry.
-fn largest_size(values: &[f64]) -> f64 {
-    values.iter().fold(0.0_f64, |most, value| most.max(value.abs()))
-}
-
 /// Power of two that brings the largest entry near 1, if squares of entries could overflow or vanish; else 1.
 ///
 /// Solutions of a system and its bits stay what they are under a power of two.

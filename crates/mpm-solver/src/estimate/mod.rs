@@ -15,7 +15,7 @@ use crate::ranks::{Ranks, count};
 use crate::remedy::advice;
 use crate::rigid::unheld_at_start;
 use crate::steps::stations;
-use mpm_assembly::{Constraints, OccupiedCell, views};
+use mpm_assembly::{Constraints, OccupiedCell, of_points, views};
 use mpm_grid::{LoadFraction, Mesh};
 use mpm_linear::{Prediction, predict};
 pub use rehearsal::Seconds;
@@ -282,12 +282,12 @@ fn cells_with_material<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> usiz
 
 /// The cells in which points lie, each once.
 fn cells_of_points<const D: usize>(model: &Model<D>, mesh: &Mesh<D>) -> Vec<[u32; D]> {
-    let positions = model
-        .bodies
-        .iter()
-        .flat_map(|named| (0..named.body.n_points()).map(move |point| named.body.point(point).position));
-    let mut cells: Vec<[u32; D]> =
-        positions.filter_map(|x| mesh.locate(&x, 0.0).ok()).map(|place| place.cell).collect();
+    let of_body = |named: &'_ NamedBody<D>| {
+        let body = &*named.body;
+        let cell = |point| mesh.locate(&body.point(point).position, 0.0).ok().map(|place| place.cell);
+        of_points(body, cell).flatten().collect::<Vec<_>>()
+    };
+    let mut cells: Vec<[u32; D]> = model.bodies.iter().flat_map(of_body).collect();
     // Points mostly stand in the order of their cells.
     cells.dedup();
     cells.sort_unstable();

@@ -5,7 +5,7 @@ use crate::connection::stencils;
 use crate::model::{Model, NamedBody, Support};
 use crate::ranks::Alone;
 use crate::steps::stations;
-use mpm_assembly::{Space, views};
+use mpm_assembly::{Space, of_points, views};
 use mpm_basis::ActiveNodes;
 use mpm_grid::{LoadFraction, Mesh, Vector, six_digits};
 use std::array::from_fn;
@@ -144,8 +144,8 @@ fn longer_than_body<const D: usize>(named: &NamedBody<D>) -> Option<String> {
 fn one_a_cell<const D: usize>(named: &NamedBody<D>, mesh: &Mesh<D>) -> Option<String> {
     let mut cells: BTreeMap<[u32; D], usize> = BTreeMap::new();
     let mut is_stressed = false;
-    for view in views(&*named.body) {
-        is_stressed |= view.kirchhoff.norm() > 0.0;
+    for (view, kirchhoff) in of_points(&*named.body, |p| (named.body.point(p), named.body.kirchhoff(p))) {
+        is_stressed |= kirchhoff.norm() > 0.0;
         if let Ok(place) = mesh.locate(&view.position, 0.5) {
             *cells.entry(place.cell).or_insert(0) += 1;
         }

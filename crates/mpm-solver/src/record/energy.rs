@@ -5,7 +5,7 @@ use crate::failure::StepFailure;
 use crate::loading::StepLoading;
 use crate::model::NamedBody;
 use crate::ranks::agreed;
-use mpm_assembly::{Constraints, Contribution, SystemSums, Trial, views};
+use mpm_assembly::{Constraints, Contribution, SystemSums, Trial, of_points};
 use mpm_grid::{LoadFraction, Vector};
 
 /// What a load step dissipates and what is done on it from outside `[F L]` (in the plane: per unit thickness).
@@ -82,8 +82,9 @@ impl StepEnergy {
 pub(crate) fn elastic<const D: usize>(bodies: &[NamedBody<D>]) -> f64 {
     let mut energy = 0.0;
     for named in bodies {
-        for view in views(&*named.body) {
-            energy += view.reference_volume * view.stored_energy;
+        let body = &*named.body;
+        for of_point in of_points(body, |p| body.point(p).reference_volume * body.stored_energy(p)) {
+            energy += of_point;
         }
     }
     energy

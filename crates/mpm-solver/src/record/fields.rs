@@ -2,7 +2,7 @@
 
 use crate::model::{Model, NamedBody, NamedContribution};
 use crate::observe::{Field, Fields};
-use mpm_assembly::{Body, Joined, PointView, views};
+use mpm_assembly::{Body, Joined, views};
 use mpm_basis::DomainReport;
 use mpm_basis::parallel::{fill, parts};
 use mpm_grid::{LoadFraction, Mesh, Vector};
@@ -36,8 +36,12 @@ pub(crate) fn mesh_after<const D: usize>(model: &Model<D>, at: LoadFraction, pre
 }
 
 impl<const D: usize> BodyFields<'_, D> {
-    /// Numbers of every point, which `each` writes by the number of its body and its view.
-    fn collect(&self, components: usize, each: impl Fn(usize, &PointView<D>, &mut [f64]) + Sync) -> Vec<f64> {
+    /// Numbers of every point, which `each` writes by its body and the numbers of both.
+    fn collect(
+        &self,
+        components: usize,
+        each: impl Fn(&dyn Body<D>, [usize; 2], &mut [f64]) + Sync,
+    ) -> Vec<f64> {
         let mut values = vec![0.0; self.n_points() * components];
         let mut rest = &mut values[..];
         for (index, named) in self.bodies.iter().enumerate() {
@@ -47,7 +51,7 @@ impl<const D: usize> BodyFields<'_, D> {
             let lengths = (0..n).step_by(BLOCK).map(|first| (n - first).min(BLOCK) * components);
             fill(parts(own, lengths).collect(), &|block, values| {
                 for (k, of_point) in values.chunks_exact_mut(components).enumerate() {
-                    each(index, &named.body.point(block * BLOCK + k), of_point);
+                    each(&*named.body, [index, block * BLOCK + k], of_point);
                 }
             });
         }
@@ -120,7 +124,7 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
     }
 
     fn positions(&self) -> Vec<f64> {
-        self.collect(3, |_, view, out| out.copy_from_slice(&spatial(&view.position)))
+        self.collect(3, |body, [_, point], out| out.copy_from_slice(&spatial(&body.point(point).position)))
     }
 
     fn field(&self, field: Field) -> Vec<f64> {
@@ -132,7 +136,7 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
             Field::FALLEN_BACK => self.diagnose(|it| f64::from(u8::from(it.fallen_back))),
             Field::OUTLINE => self.plane_outlines(),
             _ if Field::OF_POINTS.contains(&field) => {
-                self.collect(field.components(), |body, view, out| point_field(field, body, view, out))
+                self.collect(field.components(), |body, numbers, out| point_field(field, body, numbers, out))
             }
             _ => self.of_contributions(field).unwrap_or_else(|| self.remembered(field)),
         }
@@ -148,7 +152,8 @@ impl<const D: usize> Fields for BodyFields<'_, D> {
 }
 
 /// Writes a field of the point's state.
-fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, out: &mut [f64]) {
+fn point_field<const D: usize>(field: Field, body: &dyn Body<D>, [number, point]: [usize; 2], out: &mut [f64]) {
+    let view = body.point(point);
     match field {
         Field::DISPLACEMENT => {
             let rest = view.reference_position.unwrap_or(view.position);
@@ -164,13 +169,13 @@ fn point_field<const D: usize>(field: Field, body: usize, view: &PointView<D>, o
             f[(2, 2)] = view.hoop_stretch.unwrap_or(f[(2, 2)]);
             out.copy_from_slice(f.transpose().as_slice());
         }
-        Field::CAUCHY_STRESS => write(out, &view.kirchhoff, 1.0 / view.volume_ratio),
+        Field::CAUCHY_STRESS => write(out, &body.kirchhoff(point), 1.0 / view.volume_ratio),
         Field::ELASTIC_STRAIN => write(out, &log_strain(&view.elastic_excess), 1.0),
         Field::VOLUME => out[0] = view.volume_ratio * view.reference_volume,
         Field::VOLUME_RATIO => out[0] = view.volume_ratio,
-        Field::RHO => out[0] = rho(&view.kirchhoff),
+        Field::RHO => out[0] = rho(&body.kirchhoff(point)),
         Field::PLASTIC => out[0] = f64::from(u8::from(view.plastic)),
-        Field::BODY => out[0] = body as f64,
+        Field::BODY => out[0] = number as f64,
         Field::ANGLE => out[0] = view.angle.unwrap_or(0.0),
         _ => unreachable!("worked out from the domains, or remembered by laws"),
     }

@@ -36,9 +36,9 @@ impl<const D: usize> Probe<D> {
         let position = self.mean_position(bodies, ranks);
         let (mut stress, mut volume) = ([0.0; 9], 0.0);
         let width = bodies[self.body].body.space().coordinates::<D>();
-        for view in self.views(bodies) {
+        for (view, &point) in self.views(bodies).zip(&self.points) {
             volume += view.reference_volume * view.volume_ratio;
-            for (sum, tau) in stress.iter_mut().zip(rows(&view.kirchhoff)) {
+            for (sum, tau) in stress.iter_mut().zip(rows(&bodies[self.body].body.kirchhoff(point))) {
                 *sum += view.reference_volume * tau;
             }
         }
