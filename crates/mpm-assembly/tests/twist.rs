@@ -205,8 +205,8 @@ fn agrees_without_twist<B: Basis<2> + Clone + 'static>(basis: B, law: impl Mater
         for (point, (a, b)) in views(&*plane.body).zip(views(&*turning.body)).enumerate() {
             assert!((raised(&a.position) - b.position).norm() < 1e-14);
             assert!((b.angle.unwrap() - 2.1).abs() < 1e-12 && a.plastic == b.plastic);
-            let [of_plane, of_turning] = [plane.body.kirchhoff(point), turning.body.kirchhoff(point)];
-            assert!((of_plane.to_matrix() - of_turning.to_matrix()).norm() < 1e-10 * of_plane.norm());
+            let [tau, of_ring] = [plane.body.kirchhoff(point), turning.body.kirchhoff(point)];
+            assert!((tau.to_matrix() - of_ring.to_matrix()).norm() < 1e-10 * tau.norm());
             let numbers = [(a.volume_ratio, b.volume_ratio), (a.reference_size, b.reference_size)];
             assert!(numbers.iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-13));
             assert!((a.hoop_stretch.unwrap() - b.deformation_gradient[(2, 2)]).abs() < 1e-13);
