@@ -4,10 +4,12 @@
 mod setup;
 
 use mpm_assembly::{
-    AdvanceError, Constraints, Converged, InadmissibleState, PassInput, Sums, body_stiffness_error,
+    AdvanceError, Body, BodyLoads, Constraints, Converged, InadmissibleState, MaterialBody, PassInput, Sums,
+    body_stiffness_error,
 };
-use mpm_basis::{Basis, Cpdi1, Gimp, Smpm};
-use mpm_grid::Vector;
+use mpm_basis::{ActiveNodes, Basis, Connectivity, Cpdi1, Gimp, Smpm, seed_cells};
+use mpm_grid::{Axis, Layout, Mesh, NodeSpace, Vector};
+use mpm_material::{Elasticity, Hencky};
 use setup::{Setup, apart, field, flat, law, sum, times, wave};
 
 fn setup<const D: usize, B: Basis<D> + 'static>(basis: B, cells: u32, stride: usize) -> Setup<D> {
@@ -127,4 +129,32 @@ fn a_displacement_longer_than_the_mesh_is_not_carried_out() {
             Err(other) => panic!("{other}"),
         }
     }
+}
+
+/// A body large enough to be summed in parts: its weight on every node is that of its points one after the other, up to rounding.
+#[test]
+fn parts_of_a_body_add_up_to_its_weight() {
+    let axis = || Axis::uniform(0.0, 72.0, 72).unwrap();
+    let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
+    let points = seed_cells(&Smpm, &mesh, mesh.cells(), 2);
+    let law = Hencky(Elasticity::from_young_poisson(1000.0, 0.3).unwrap());
+    let body = MaterialBody::new(Smpm, law, points).with_density(3.0);
+    let stencils = body.stencils(&mesh).unwrap();
+    let active = ActiveNodes::of(&NodeSpace::vertices(mesh.lattice().clone()), std::slice::from_ref(&stencils));
+    let connectivity = Connectivity::of(stencils, &active);
+    let acceleration = Vector::<2>::new(0.3, -9.81);
+    let loads = BodyLoads { acceleration: Some(acceleration), ..BodyLoads::default() };
+    // What other bodies have added stays.
+    let mut found = vec![Vector::<2>::new(1.0, 2.0); active.len()];
+    body.external_force(&connectivity, &loads, &mut found);
+    let mut expected = vec![Vector::<2>::new(1.0, 2.0); active.len()];
+    for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+        for k in 0..group.points {
+            for (&node, value) in group.nodes.iter().zip(group.point(k).0) {
+                expected[node as usize] += acceleration * (3.0 * 0.25 * value);
+            }
+        }
+    }
+    assert!(body.n_points() > 2 * 8192);
+    assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).norm() < 1e-13 * b.norm()));
 }

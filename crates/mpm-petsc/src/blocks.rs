@@ -36,7 +36,7 @@ impl Blocks {
     }
 
     /// From the columns of each row in any order, which may come several times, all of them below `n`.
-    pub(crate) fn by_rows(n: usize, columns: impl Fn(usize, &mut dyn FnMut(u32))) -> Self {
+    pub(crate) fn by_rows(n: usize, mut columns: impl FnMut(usize, &mut dyn FnMut(u32))) -> Self {
         let (mut start, mut column) = (vec![0], Vec::new());
         let mut found_by = vec![u32::MAX; n];
         for row in 0..n {

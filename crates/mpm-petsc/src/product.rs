@@ -42,6 +42,11 @@ impl Weights {
         self.start.push(self.entry.len());
     }
 
+    /// How many nodes have weights.
+    fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
     pub(crate) fn of(&self, node: usize) -> &[Weight] {
         &self.entry[self.start[node]..self.start[node + 1]]
     }
@@ -84,12 +89,16 @@ impl Product {
         n: usize,
     ) -> Blocks {
         let own = parts.own.rows() / block;
+        // Children have many neighbours in common.
+        let mut seen_by = vec![u32::MAX; parents.len()];
         Blocks::by_rows(n, |coarse, see| {
             for child in children.of(coarse) {
                 let child = child.node as usize;
                 let others = parts.others.iter().flat_map(|it| it.nodes(child, block).map(|node| own + node));
                 for node in parts.own.nodes(child, block).chain(others) {
-                    parents.of(node).iter().for_each(|it| see(it.node));
+                    if std::mem::replace(&mut seen_by[node], coarse as u32) != coarse as u32 {
+                        parents.of(node).iter().for_each(|it| see(it.node));
+                    }
                 }
             }
         })
@@ -107,7 +116,7 @@ impl Product {
         coarse: &Mat,
     ) -> Result<(), PetscError> {
         let n = self.blocks.start.len() - 1;
-        let mut gathered = Gathered::<D>::of(parts);
+        let mut gathered = Gathered::<D>::new(parts.own.rows() / D, self.parents.len());
         // Where the blocks of a coarse row stand.
         let mut place = vec![0; n];
         let mut product: Vec<[[f64; D]; D]> = Vec::new();
@@ -141,10 +150,8 @@ struct Gathered<const D: usize> {
 }
 
 impl<const D: usize> Gathered<D> {
-    fn of(parts: &Parts<'_>) -> Self {
-        let own = parts.own.rows() / D;
-        let last = |rows: &Rows<'_>| rows.column.iter().max().map_or(0, |&it| it as usize / D + 1);
-        let columns = own + parts.others.as_ref().map_or(0, last);
+    /// Of rows whose columns are these own nodes and so many in all.
+    fn new(own: usize, columns: usize) -> Self {
         Self { own, slot: vec![u32::MAX; columns], node: Vec::new(), sum: Vec::new() }
     }
 
@@ -219,7 +226,7 @@ mod tests {
         assert_eq!(children.of(1).iter().map(|it| it.node).collect::<Vec<_>>(), [1, 2]);
         let blocks = Product::blocks(&parts, 1, (&parents, &children), 2);
         assert_eq!((blocks.row(0), blocks.row(1)), (&[0, 1][..], &[0, 1][..]));
-        let mut gathered = Gathered::<1>::of(&parts);
+        let mut gathered = Gathered::<1>::new(3, 3);
         children.of(0).iter().for_each(|child| gathered.add(&parts, child));
         let mut sums: Vec<(usize, f64)> = gathered.sums().map(|(node, sum)| (node, sum[0][0])).collect();
         sums.sort_by_key(|it| it.0);

@@ -9,6 +9,7 @@ use crate::body::dilatation::{Dilatation, MeanDilatation};
 use crate::body::domain_control::{Controlled, TooManyPoints};
 use crate::body::interface::{Body, BodyLoads, PointExtent, PointForce};
 use crate::body::law_of_body::LawOfBody;
+use crate::body::nodal_sums::add_by_node;
 use crate::body::point_view::PointView;
 use crate::body::points::Points;
 use crate::body::regularised::FieldPoint;
@@ -275,14 +276,14 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
     ) {
         if let Some(acceleration) = loads.acceleration {
             assert!(self.has_masses(), "a body force needs the masses");
-            for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+            add_by_node(connectivity, (external, Vector::zeros()), &|group, external| {
                 for (k, masses) in group.masses.chunks_exact(group.nodes.len()).enumerate() {
                     let force = acceleration * self.points.mass[group.first_point + k];
                     for (&node, &part) in group.nodes.iter().zip(masses) {
-                        external[node as usize] += force * part;
+                        *external.of(node as usize) += force * part;
                     }
                 }
-            }
+            });
         }
         if let Some(sides) = &loads.side_forces {
             self.add_side_forces(sides, external);
@@ -303,26 +304,26 @@ impl<const D: usize> Body<D> for MaterialBody<D> {
 
     fn stiffness_force(&self, connectivity: &Connectivity<D>, scale: &mut [f64]) {
         let modulus = self.law.elasticity().p_wave();
-        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+        add_by_node(connectivity, (scale, 0.0), &|group, scale| {
             for k in 0..group.points {
                 let weight = modulus * self.points.reference_volume[group.first_point + k];
-                self.for_strains(&group, k, |node, size| scale[node] += weight * size);
+                self.for_strains(group, k, |node, size| *scale.of(node) += weight * size);
             }
-        }
+        });
     }
 
     fn strain_force(&self, connectivity: &Connectivity<D>, increment: &[Vector<D>], scale: &mut [f64]) {
         let modulus = self.law.elasticity().p_wave();
-        for group in (0..connectivity.n_groups()).map(|group| connectivity.group(group)) {
+        add_by_node(connectivity, (scale, 0.0), &|group, scale| {
             for k in 0..group.points {
                 let p = group.first_point + k;
                 let mut step = 0.0;
-                self.for_strains(&group, k, |node, size| step += size * increment[node].norm());
+                self.for_strains(group, k, |node, size| step += size * increment[node].norm());
                 let strain = self.points.elastic_excess[p].norm() + step;
                 let weight = modulus * self.points.reference_volume[p] * strain;
-                self.for_strains(&group, k, |node, size| scale[node] += weight * size);
+                self.for_strains(group, k, |node, size| *scale.of(node) += weight * size);
             }
-        }
+        });
     }
 
     fn occupied_cells(

@@ -24,6 +24,7 @@ mod kinematics;
 mod law_of_body;
 mod layer_domains;
 mod material_body;
+mod nodal_sums;
 mod node_blocks;
 mod node_sums;
 mod occupied;
