@@ -30,7 +30,7 @@ pub(crate) fn more<const D: usize>(
     let corners = |cell| lattice.corners(cell).into_iter().take(1 << D);
     for named in model.bodies.iter().filter(|named| named.body.mean_dilatation().is_some()) {
         let cells =
-            (0..named.body.n_points()).filter_map(|p| mesh.locate(&named.body.extent(p).position, 0.5).ok());
+            (0..named.body.n_points()).filter_map(|p| mesh.locate(&named.body.point(p).position, 0.5).ok());
         let mut cells: Vec<[u32; D]> = cells.map(|place| place.cell).collect();
         cells.sort_unstable();
         cells.dedup();

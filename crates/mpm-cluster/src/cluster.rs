@@ -85,7 +85,7 @@ impl<const D: usize, W: Wire + 'static> Cluster<D, W> {
     fn cells(model: &Model<D>, mesh: &Mesh<D>) -> Vec<Vec<Option<[u32; D]>>> {
         let cell = |x: Vector<D>| mesh.locate(&x, 0.5).ok().map(|place| place.cell);
         let of_body = |named: &NamedBody<D>| {
-            (0..named.body.n_points()).map(|p| cell(named.body.extent(p).position)).collect()
+            (0..named.body.n_points()).map(|p| cell(named.body.point(p).position)).collect()
         };
         model.bodies.iter().map(of_body).collect()
     }

@@ -70,7 +70,7 @@ pub(super) fn gaps<const D: usize>(tool: &Tool<D>, pose: &Pose<D>, bodies: &[&dy
         let corners = body.outline(point);
         let distance = |x: &Vector<D>| tool.distance(&pose.recall(x));
         match corners.is_empty() {
-            true => distance(&body.extent(point).position),
+            true => distance(&body.point(point).position),
             false => corners.iter().map(distance).fold(f64::INFINITY, f64::min),
         }
     };

@@ -281,7 +281,7 @@ fn check_place<const D: usize>(
     let start = motion.pose(LoadFraction::START);
     for (body, named) in model.bodies.iter().enumerate().filter(|(_, it)| contact.meets(&it.name)) {
         let inside = (0..named.body.n_points())
-            .map(|point| (point, named.body.extent(point).position))
+            .map(|point| (point, named.body.point(point).position))
             .find(|(_, position)| tool.contains(&start.recall(position)));
         if let Some((point, position)) = inside {
             let point = model.share.as_ref().map_or(point, |numbers| numbers[body][point] as usize);
