@@ -78,7 +78,8 @@ pub fn largest_size(numbers: &[f64]) -> f64 {
     if numbers.len() <= FEW_NUMBERS {
         return of_some(numbers);
     }
-    numbers.par_chunks(FEW_NUMBERS).map(of_some).reduce(|| 0.0, f64::max)
+    let of_parts: Vec<f64> = numbers.par_chunks(FEW_NUMBERS).map(of_some).collect();
+    of_some(&of_parts)
 }
 
 /// Makes a list so long; where it has no room for that its items are new, zeros or such, and their memory is touched first by whoever
