@@ -41,6 +41,11 @@ fn main() -> ExitCode {
     if let [first, case, options @ ..] = &arguments[..]
         && first == "--case"
     {
+        // The other ranks would wait for one that has panicked; mpirun ends them where it aborts.
+        std::panic::set_hook(Box::new(|panic| {
+            eprintln!("{panic}");
+            std::process::abort();
+        }));
         let session = Session::start(options).expect("MPI and PETSc start");
         run(case, &session);
         let unused = session.unused_options().expect("PETSc tells");
