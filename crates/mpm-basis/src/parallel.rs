@@ -82,8 +82,8 @@ pub fn largest_size(numbers: &[f64]) -> f64 {
     of_some(&of_parts)
 }
 
-/// Makes a list so long; where it has no room for that its items are new, zeros or such, and their memory is touched first by whoever
-/// writes them, which may be several tasks.
+/// Changes the length of a list. If it has no room, all of its items are defaults afterwards: for numbers the system hands out memory of
+/// zeros, whose pages are made when tasks first write them.
 pub fn resize<T: Clone + Default>(list: &mut Vec<T>, n: usize) {
     if list.capacity() < n {
         *list = Vec::new();

@@ -169,3 +169,44 @@ fn part_within<const D: usize>(
 fn triangle_area<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
     0.5 * (a.norm_squared() * b.norm_squared() - a.dot(b).powi(2)).max(0.0).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pieces::Shape;
+    use mpm_basis::Cpdi1;
+    use mpm_grid::{Axis, Layout, Mesh};
+
+    /// Layers at once give the points, numbers, loaded faces and sides of one layer after the other, of all points and of a share.
+    #[test]
+    fn layers_at_once_are_those_one_after_the_other() {
+        let axis = || Axis::uniform(0.0, 100.0, 100).unwrap();
+        let mesh = Mesh::at_rest(&Layout::on_axes([axis(), axis()]).unwrap());
+        let shape = Shape::Box { from: [0.0, 0.0], to: [90.0, 100.0] };
+        let faces = [Face { axis: 0, at: 90.0, within: None }, Face { axis: 1, at: 100.0, within: None }];
+        let count = 4.0 * 9000.0;
+        for share in [ShareOfPoints::ALL, ShareOfPoints { rank: 1, ranks: 3, on_machine: 1 }] {
+            let pieces = Pieces::of(&mesh, &shape, (2, ["x", "y", "z"])).unwrap();
+            let layers = pieces.layers();
+            let seeding = Seeding { pieces, pose: None, faces: &faces, needs_sides: true, share };
+            let at_once = seeding.seed(&Cpdi1, count).unwrap();
+            let in_turn = seeding.seed_layers(&Cpdi1, count, 0..layers).unwrap();
+            let places = |it: &SeededPieces<_, 2>| -> Vec<_> {
+                it.points.places.iter().map(|place| (place.position, place.size)).collect()
+            };
+            assert_eq!(places(&at_once), places(&in_turn));
+            assert_eq!(at_once.points.places.len(), 36_000);
+            assert_eq!(at_once.points.numbers, in_turn.points.numbers);
+            let seeds = |it: &SeededPieces<Seed<2, _>, 2>| -> Vec<_> {
+                it.points.seeds.iter().map(|seed| (seed.position, seed.volume)).collect()
+            };
+            assert_eq!(seeds(&at_once), seeds(&in_turn));
+            assert_eq!(at_once.points.seeds.len(), if share.is_all() { 36_000 } else { 12_000 });
+            assert_eq!(at_once.faces, in_turn.faces);
+            assert_eq!(at_once.faces.iter().map(Vec::len).collect::<Vec<_>>(), [200, 180]);
+            let side = |it: &SeededPieces<_, 2>| it.boundary.side((0, true), "b", "right").map(|it| it.markers);
+            assert_eq!(side(&at_once), side(&in_turn));
+            assert_eq!(side(&at_once).map(|it| it.len()), Some(201));
+        }
+    }
+}
